@@ -233,6 +233,10 @@ class Fleet:
         )
         return replace(self, prototypes={**self.prototypes, **made})
 
+    def first_step(self, key: str) -> float:
+        """Return the phase with which somebody's strides begin, [0, 1)."""
+        return share_of(self.seed, key, "gait")
+
     def _whole(self, present: Present, row: int, frame: Floats, *, opened: str | None) -> Mover:
         """One road user at its place, in one piece."""
         k, piece = int(present.users[row]), int(present.pieces[row])
@@ -244,9 +248,8 @@ class Fleet:
         frame[:3, :3] *= body.scale
         phase = share = 0.0
         if body.stride is not None:
-            start = share_of(self.seed, key, "gait")
             travelled = float(present.travelled[row])
-            phase = stride_phase(travelled, stride=body.stride, start=start)
+            phase = stride_phase(travelled, stride=body.stride, start=self.first_step(key))
             share = effort(float(present.speeds[row]))
         lit = frozenset[str]()
         if self.lights is not None and body.prototype.lamps:

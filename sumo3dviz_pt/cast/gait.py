@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+_RISE = 0.02
+"""Half of a head's way up and down [m]: 3 to 5 cm in all at 1 to 1.5 m/s (Thorstensson, Nilsson,
+Carlson and Zomlefer, Acta Physiologica Scandinavica 121, 1984)."""
+
 _FULL_SPEED = 0.5
 """From this speed on people show whole strides; slower ones smaller ones [m/s]."""
 
@@ -17,6 +21,16 @@ def stride_phase(travelled: float, *, stride: float, start: float) -> float:
         start: Phase at the walk's beginning, so that not all walk in step.
     """
     return float((start + travelled / stride) % 1.0)
+
+
+def head_rise(phase: float, share: float) -> float:
+    """Return how much higher a walking head is than on average [m]: twice in a stride up and down.
+
+    Args:
+        phase: Of the stride, [0, 1); at 0 a heel strikes, and the head is lowest.
+        share: How much of a stride is shown, [0, 1].
+    """
+    return float(-_RISE * share * np.cos(4.0 * np.pi * phase))
 
 
 def effort(speed: float) -> float:

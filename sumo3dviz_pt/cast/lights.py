@@ -1,13 +1,15 @@
 """Which lamps of a vehicle are lit, and how bright they are.
 
 What the log says (SUMO's signal bits) counts; where it says nothing, lamps are derived from
-the motion (`cast/derived_lamps.py`). After sunset everyone has head and tail lamps on.
+the motion (`cast/derived_lamps.py`). After sunset everyone has head and tail lamps on, and by day
+where weather hides much; in dense fog rear fog lamps are lit, too.
 
 References:
     Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
     cd, brake 60-260 cd), 6 (indicators 175-1000 cd in front, 50-500 behind), 23
-    (reversing 80-300 cd) and 65 (blue, 120-1700 cd). To the sides they fall as far as the
-    standard light distribution of Regulation 7 lets them (annex 4: a tenth at 20 degrees).
+    (reversing 80-300 cd), 38 (rear fog lamps, 150-300 cd) and 65 (blue, 120-1700 cd). To the
+    sides they fall as far as the standard light distribution of Regulation 7 lets them (annex 4:
+    a tenth at 20 degrees).
     Head lamps towards oncoming eyes: Regulation 112, point B50L, at most 350 cd; a lens
     gives 25 cd in all directions, beside the 170 cd of stray light that are in the beam.
     Bicycles: German type approval (StVZO section 67, technical requirements no. 23) asks
@@ -17,7 +19,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -26,10 +28,11 @@ from sumo3dviz_pt.cast.derived_lamps import DerivedLamps
 from sumo3dviz_pt.library.vehicles.beam import HALF_ANGLE, PEAK, beam_pattern
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLights
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace, unique_ids
+from sumo3dviz_pt.model.weather import WeatherCourse
 
 BLINKS_PER_SECOND = 1.5
 """Of indicators (UN Regulation 6: 60 to 120 a minute)."""
@@ -64,6 +67,7 @@ _LIGHTS: Mapping[str, _Light] = {
     "right":   _Light(200.0,    (1.0, 0.33, 0.0)),
     "reverse": _Light(150.0,    (1.0, 0.97, 0.92)),
     "blue":    _Light(500.0,    (0.02, 0.08, 1.0)),
+    "fog":     _Light(200.0,    (1.0, 0.02, 0.01)),
     "sign":    _Light(8.0,      (1.0, 0.9, 0.6)),
     "dials":   _Light(9.0e-5,   (1.0, 0.95, 0.88)),
     "screen":  _Light(5.0e-4,   (0.35, 0.6, 1.0)),
@@ -73,6 +77,7 @@ _LIGHTS: Mapping[str, _Light] = {
 _LOBES: Mapping[str, Lobe] = {
     "tail": Lobe(0.25, 15.0),
     "brake": Lobe(0.1, 25.0),
+    "fog": Lobe(0.1, 25.0),
     "left": Lobe(0.15, 25.0),
     "right": Lobe(0.15, 25.0),
     "reverse": Lobe(0.3, 10.0),
@@ -90,6 +95,15 @@ _BITS: Mapping[str, int] = {"right": 1, "left": 2, "brake": 8, "reverse": 128, "
 
 _AT_NIGHT = frozenset({"head", "tail", "sign", "dials", "screen"})
 """Roles that everyone lights after sunset; the last two are on the dashboard."""
+
+_BY_DAY = frozenset({"head", "tail"})
+"""Roles that everyone lights by day where weather hides much."""
+
+_ONCOMING = _Light(200.0, (1.0, 0.96, 0.9))
+"""Head lamps by day, which have no beam beside them that would dazzle."""
+
+_FOG = "fog"
+"""Role of rear fog lamps."""
 
 _WARNING = 4  # both indicators
 
@@ -110,11 +124,13 @@ class VehicleLights:
         logs: Signal bits by key of the vehicles whose log has them.
         dark: Whether everyone has lights on.
         seed: Of the indicators' phases.
+        weather: Over time, or None.
     """
 
     logs: Mapping[str, _Log]
     dark: bool
     seed: int
+    weather: WeatherCourse | None = None
 
     def lit(self, key: str, time: float, *, derived: Callable[[], DerivedLamps]) -> frozenset[str]:
         """Return roles of the lamps of a vehicle that shine.
@@ -124,7 +140,7 @@ class VehicleLights:
             time: SUMO's time [s].
             derived: Finds what its motion says; called only where the log says nothing.
         """
-        roles = _AT_NIGHT if self.dark else frozenset[str]()
+        roles = self._always(time)
         log = self.logs.get(key)
         if log is None:
             shown = derived().roles_at(time)
@@ -134,6 +150,15 @@ class VehicleLights:
             row = min(int(np.searchsorted(log.times, time - 1e-9)), len(log.times) - 1)
             shown = _roles_of(int(log.bits[row]))
         return roles | shown - self._dark_now(key, time) if shown else roles
+
+    def _always(self, time: float) -> frozenset[str]:
+        """Roles that everyone lights at a time, whatever they do."""
+        roles = _AT_NIGHT if self.dark else frozenset[str]()
+        if self.weather is None:
+            return roles
+        now = self.weather.at(time)
+        roles |= _BY_DAY if now.is_murky else frozenset()
+        return roles | ({_FOG} if now.is_dense else frozenset())
 
     def _dark_now(self, key: str, time: float) -> frozenset[str]:
         """Roles that are in the dark part of their period; one vehicle's lamps keep time."""
@@ -153,24 +178,31 @@ def _roles_of(bits: int) -> frozenset[str]:
     return frozenset(shown | {"left", "right"} if bits & _WARNING else shown)
 
 
-def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> VehicleLights:
+def vehicle_lights(
+    traces: Sequence[Trace], *, dark: bool, seed: int, weather: WeatherCourse | None = None
+) -> VehicleLights:
     """Read which vehicles have a log of their signals.
 
     Args:
         traces: Of everyone.
         dark: Whether lamps are lit.
         seed: The job's.
+        weather: Over time, or None.
     """
     logs = {
         f"{trace.kind}:{name}": _Log(trace.times, np.maximum(trace.signals, 0))
         for trace, name in zip(traces, unique_ids(traces), strict=True)
         if trace.kind == "vehicle" and (trace.signals >= 0).any()
     }
-    return VehicleLights(logs, dark, seed)
+    return VehicleLights(logs, dark, seed, weather)
 
 
 def running_lights(
-    prototypes: Iterable[Prototype], *, dark: bool, left_hand: bool
+    prototypes: Iterable[Prototype],
+    *,
+    dark: bool,
+    left_hand: bool,
+    weather: WeatherCourse | None = None,
 ) -> RunningLights | None:
     """Return the lamps that vehicles of a shot can light, or None if there are none.
 
@@ -178,20 +210,57 @@ def running_lights(
         prototypes: What is in view.
         dark: Whether head and tail lamps are on.
         left_hand: Whether traffic keeps left.
+        weather: Over time, or None.
     """
     bodies = tuple(prototypes)
     roles = {lamp.role for body in bodies for lamp in body.lamps}
     heads = {body.name: _head_share(body) for body in bodies}
     shown = roles if dark else roles - _AT_NIGHT
+    if weather is not None and weather.is_ever_murky:
+        shown |= roles & _BY_DAY
     if not shown:
         return None
-    intensity = {role: _intensity(_LIGHTS[role]) for role in sorted(shown)}
+    lights = _LIGHTS if dark else {**_LIGHTS, "head": _ONCOMING}
+    intensity = {role: _intensity(lights[role]) for role in sorted(shown)}
     if not (dark and "head" in roles):
         return RunningLights(intensity, None, dark, _LOBES)
     pattern = beam_pattern(left_hand=left_hand)
     peak = _intensity(_Light(2.0 * PEAK, _LIGHTS["head"].colour))
     beam = Beam(pattern, HALF_ANGLE, peak)
     return RunningLights(intensity, beam, dark, _LOBES, heads)
+
+
+def in_fog(
+    bodies: Mapping[str, Prototype], weather: WeatherCourse | None, *, left_hand: bool
+) -> Mapping[str, Prototype]:
+    """Return bodies by name, with rear fog lamps where the weather is ever so dense.
+
+    Args:
+        bodies: As they are in clear weather.
+        weather: Over time, or None.
+        left_hand: Whether traffic keeps left.
+    """
+    if weather is None or not weather.is_ever_dense:
+        return bodies
+    return {name: _with_fog_lamp(body, left_hand=left_hand) for name, body in bodies.items()}
+
+
+def _with_fog_lamp(body: Prototype, *, left_hand: bool) -> Prototype:
+    """A body with a rear fog lamp below one of its tail lamps, on the side of oncoming traffic."""
+    tails = [lamp for lamp in body.lamps if lamp.role == "tail"]
+    if len(tails) < 2:
+        return body
+    side = -1.0 if left_hand else 1.0
+    tail = max(tails, key=lambda lamp: side * lamp.at[1])
+    x, y, z = tail.at
+    at = (x, _INWARDS * y, max(_LOWEST, z - _BELOW))
+    fog = VehicleLamp(_FOG, at, (_FOG_SIZE, _FOG_SIZE), tail.yaw)
+    return replace(body, lamps=(*body.lamps, fog))
+
+
+_INWARDS, _BELOW, _LOWEST, _FOG_SIZE = 0.8, 0.3, 0.35, 0.11
+"""Place of a rear fog lamp against the tail lamp's: share of its way from the middle, how much
+lower and how low at least [m]; and how large it is [m]."""
 
 
 def _head_share(body: Prototype) -> float:

@@ -257,14 +257,38 @@ def request_of(options: argparse.Namespace) -> Request:
     )
 
 
+_NOT_SEEN = {
+    "-o": 1, "--output": 1, "--frames": 1, "--shot": 1, "--film": 1,
+    "--resume": 0, "--overwrite": 0, "--discard-frames": 0,
+    "-q": 0, "--quiet": 0, "-v": 0, "--verbose": 0,
+}  # fmt: skip
+"""Options that no picture shows, and how many words follow them."""
+
+
 def command_in(words: Sequence[str]) -> str:
-    """Return a command as pictures tell it: without their own place, so that bytes stay alike."""
+    """Return a command as pictures tell it: without what only says where and how it is carried out.
+
+    So a film has the same bytes wherever it lies and in whatever parts it was rendered.
+    """
     kept: list[str] = []
-    skip = False
+    skip = 0
     for word in words:
-        name, sign, _ = word.partition("=")
-        long = len(name) > len("--o") and "--output".startswith(name)
-        if not (skip or long or word.startswith("-o")):
+        if skip:
+            skip -= 1
+            continue
+        follow = _unseen(word)
+        if follow is None:
             kept.append(word)
-        skip = not skip and ((long and not sign) or word == "-o")
+        else:
+            skip = follow
     return shlex.join([PROGRAM, *kept])
+
+
+def _unseen(word: str) -> int | None:
+    """Return how many words follow an option that no picture shows; None for all other words."""
+    name, sign, _ = word.partition("=")
+    if name in _NOT_SEEN:
+        return 0 if sign else _NOT_SEEN[name]
+    if len(name) > len("--o") and "--output".startswith(name):  # abbreviated
+        return 0 if sign else 1
+    return 0 if word.startswith("-o") else None

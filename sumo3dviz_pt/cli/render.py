@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.cli.options import (
+    Parser,
     add_overwrite,
     add_request,
     add_window,
@@ -26,21 +27,39 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Request
 
 
+FILM_HELP = (
+    "film.mp4 (or .mov, .mkv, .webm, .gif) or film_{frame}.png; {scene} and {shot} are filled in"
+)
+
+
 def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("render", help="render films; several scenes make a batch")
     sub.add_argument("scene", type=Path, nargs="+")
-    add_window(sub, first=meaning("shots.start"), last=meaning("shots.end"))
-    sub.add_setting("--fps", "output.fps")
-    sub.add_setting("--speed", "shots.speed")
     sub.add_argument(
         "--resume", action="store_true", help="keep frames that match, render the others anew"
     )
+    sub.add_argument("--frames", type=frame_range, help="A:B renders only these frames, no film")
+    add_film(sub)
+    sub.set_defaults(run=run)
+
+
+def add_film(sub: Parser, *, output: str = FILM_HELP, required: bool = True) -> None:
+    """Say what films are made of; `farm` takes the same.
+
+    Args:
+        sub: The command.
+        output: What is said of `-o`.
+        required: Whether `-o` has to be given.
+    """
+    add_window(sub, first=meaning("shots.start"), last=meaning("shots.end"))
+    sub.add_setting("--fps", "output.fps")
+    sub.add_setting("--speed", "shots.speed")
+    sub.add_argument("--shot", type=int, metavar="N", help="only this shot of the scene, from 1")
     add_overwrite(sub, "replace the film and all of its frames")
     sub.add_argument(
         "--dry-run", action="store_true", help="only say what would be rendered, and its cost"
     )
-    sub.add_argument("--frames", type=frame_range, help="A:B renders only these frames, no film")
     sub.add_argument(
         "--discard-frames", action="store_true", help="keep frames only while others need them"
     )
@@ -49,20 +68,13 @@ def add(commands: Any) -> None:
         action="store_true",
         help="also write the finished frames' radiance, to film.final/",
     )
-    sub.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        required=True,
-        help="film.mp4 (or .mov, .mkv, .webm, .gif) or film_{frame}.png;"
-        " {scene} and {shot} are filled in",
-    )
+    sub.add_argument("-o", "--output", type=Path, required=required, help=output)
     add_request(sub)
-    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Render films; in a batch one failure does not stop the rest."""
+    from sumo3dviz_pt.pipeline.films.stopping import stoppable
     from sumo3dviz_pt.pipeline.production import ready_renderer
 
     if len(options.scene) > 1 and "{scene}" not in options.output.name:
@@ -84,7 +96,8 @@ def run(options: argparse.Namespace) -> int:
     began = 0.0
     for scene, job, order in sound:
         try:
-            _work(options, job, request, order, began)
+            with stoppable():
+                _work(options, job, request, order, began)
         except Sumo3dvizError as error:
             worst = max(worst, _told(options, scene, error))
         began = spent()
@@ -104,9 +117,22 @@ def _work(
 
 def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tuple[Job, FilmOrder]:
     """Return a scene and what is to be made of it; refuse what is wrong before any work."""
-    from sumo3dviz_pt.pipeline.films.build import FilmOrder, check_order, check_places
+    from sumo3dviz_pt.pipeline.films.build import check_order, check_places
     from sumo3dviz_pt.pipeline.production import check_choices
     from sumo3dviz_pt.pipeline.scene_file import load_job
+
+    order = order_of(options, scene)
+    job = load_job(scene, overrides_of(options))
+    check_choices(job, request)
+    shots = check_order(job, request, order)
+    if not options.dry_run:
+        check_places(job, order, shots)
+    return job, order
+
+
+def order_of(options: argparse.Namespace, scene: Path) -> FilmOrder:
+    """Return what is to be made of a scene file."""
+    from sumo3dviz_pt.pipeline.films.build import FilmOrder
 
     order = FilmOrder(
         options.output,
@@ -119,15 +145,10 @@ def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tupl
         options.speed,
         options.overwrite,
         options.final_exr,
+        options.shot,
     )
     name = options.output.name.replace("{scene}", scene.stem)
-    order = replace(order, path=options.output.with_name(name))
-    job = load_job(scene, overrides_of(options))
-    check_choices(job, request)
-    shots = check_order(job, request, order)
-    if not options.dry_run:
-        check_places(job, order, shots)
-    return job, order
+    return replace(order, path=options.output.with_name(name))
 
 
 def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> int:

@@ -12,12 +12,16 @@ from sumo3dviz_pt.cli.options import (
     add_overwrite,
     add_variant,
     command_in,
+    frame_range,
     overrides_of,
 )
 from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.errors import ConfigError
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.certificate.build import Certificate
+    from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+    from sumo3dviz_pt.pipeline.studies.run import FilmTask, StudyOrder
 
 
 def add(commands: Any) -> None:
@@ -29,6 +33,10 @@ def add(commands: Any) -> None:
     )
     sub.add_argument(
         "--dry-run", action="store_true", help="only say what would be shown, and its cost"
+    )
+    sub.add_argument("--film", metavar="NAME", help="make only this film, beside other machines")
+    sub.add_argument(
+        "--frames", type=frame_range, help="A:B renders only these frames of --film, no film"
     )
     sub.add_argument(
         "--resume", action="store_true", help="keep films and frames that match, render the others"
@@ -44,25 +52,61 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Make the films of a study, or say what would be done."""
-    from sumo3dviz_pt.pipeline.production import ready_renderer
-    from sumo3dviz_pt.pipeline.progress.expectations import film_steps
+    from sumo3dviz_pt.pipeline.films.stopping import stoppable
     from sumo3dviz_pt.pipeline.scene_file import override_values
     from sumo3dviz_pt.pipeline.studies.file import load_study
     from sumo3dviz_pt.pipeline.studies.plan import plan_study
+    from sumo3dviz_pt.pipeline.studies.run import check_study
+    from sumo3dviz_pt.pipeline.studies.words import in_words
+
+    if options.frames is not None and options.film is None:
+        raise ConfigError("say by --film NAME which film's frames", key="frames")
+    order = _order(options)
+    plan = plan_study(load_study(options.study), override_values(overrides_of(options)))
+    if options.film is not None:
+        plan = plan.only(options.film)
+    if options.dry_run:
+        check_study(plan, replace(order, resume=True))
+        print(in_words(plan, order))
+        return 0
+    with stoppable():
+        return _part(options, plan, order) if options.film else _whole(options, plan, order)
+
+
+def _part(options: argparse.Namespace, plan: StudyPlan, order: StudyOrder) -> int:
+    """Render one film, or some of its frames; what all films share is left to another call."""
+    from sumo3dviz_pt.pipeline.production import ready_renderer
+    from sumo3dviz_pt.pipeline.progress.expectations import film_steps
+    from sumo3dviz_pt.pipeline.studies.run import check_study, film_part, render_part
+
+    # Frames of this film that others render meanwhile are no reason to refuse; its own are, later.
+    check_study(plan, replace(order, resume=True))
+    task = film_part(plan, order, options.frames)
+    ready_renderer(options.variant)
+    steps = film_steps(task.stimulus.job, task.request, task.order)
+    with progress(task.order.path.name, steps):
+        render_part(order, task)
+    print(f"wrote {task.order.path if options.frames is None else _frames_of(task)}")
+    return 0
+
+
+def _frames_of(task: FilmTask) -> str:
+    """Return which frames were rendered."""
+    first, after = task.order.frames or (0, 0)
+    return f"frames {first} to {after - 1} of {task.order.path}"
+
+
+def _whole(options: argparse.Namespace, plan: StudyPlan, order: StudyOrder) -> int:
+    """Make all films that are not there, and what goes with them."""
+    from sumo3dviz_pt.pipeline.production import ready_renderer
+    from sumo3dviz_pt.pipeline.progress.expectations import film_steps
     from sumo3dviz_pt.pipeline.studies.run import (
         check_study,
         film_tasks,
         finish_study,
         render_task,
     )
-    from sumo3dviz_pt.pipeline.studies.words import in_words
 
-    order = _order(options)
-    plan = plan_study(load_study(options.study), override_values(overrides_of(options)))
-    if options.dry_run:
-        check_study(plan, replace(order, resume=True))
-        print(in_words(plan, order))
-        return 0
     check_study(plan, order)
     tasks = film_tasks(plan, order)
     if tasks:
@@ -90,7 +134,7 @@ def say(certificate: Certificate) -> int:
     return 0 if certificate.passed else 1
 
 
-def _order(options: argparse.Namespace) -> Any:
+def _order(options: argparse.Namespace) -> StudyOrder:
     """Return what is to be made."""
     from sumo3dviz_pt.pipeline.studies.run import StudyOrder
 

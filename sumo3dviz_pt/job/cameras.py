@@ -67,6 +67,7 @@ class LagrangianCamera(Photographic):
     eye_height: Positive | None = Field(None, le=1000, description="above the ground [m]")
     heading: Turn = Field(0.0, description="clockwise from straight ahead [deg]")
     pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
+    bobbing: bool = Field(False, description="whether the head of who walks rises with each step")
     lens: LensSettings | None = Field(None, description="default: the view's own")
 
     def in_words(self) -> str:

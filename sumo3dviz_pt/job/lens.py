@@ -97,6 +97,8 @@ class LensSettings(Settings):
             )
         if self.fov is not None and name == "perspective" and self.fov > 170:
             raise ValueError(f"a perspective lens has a fov of at most 170, not {self.fov:g}")
+        if name == "equirectangular" and self.fov not in (None, 180.0, 360.0):
+            raise ValueError(f"an equirectangular lens has a fov of 180 or 360, not {self.fov:g}")
         if name != "perspective" and self.focal_length is not None:
             raise ValueError(f"focal_length belongs to perspective lenses; {name} ones have fov")
         if name == "orthographic" and (self.fov or self.f_number or self.stereo != "none"):
@@ -117,9 +119,30 @@ class LensSettings(Settings):
             raise ValueError("this distortion folds the picture back; take smaller numbers")
 
     @property
-    def sets_angle(self) -> bool:
-        """Whether it says how wide it sees."""
-        return self.fov is not None or self.focal_length is not None
+    def is_pinhole(self) -> bool:
+        """Whether it is a plain pinhole, whatever its angle."""
+        plain = self.projection == "perspective" and self.stereo == "none"
+        return plain and self.f_number is None and not any(self.distortion)
+
+    def check_size(self, size: tuple[int, int]) -> None:
+        """Refuse a picture's size [px] that would stretch what it shows.
+
+        Raises:
+            ValueError: Says which size fits.
+        """
+        width, height = size
+        along = {"side_by_side": width, "top_bottom": height}.get(self.stereo, 0)
+        if along % 2:
+            raise ValueError(f"a picture of both eyes has an even size, not {width}x{height}")
+        if self.projection != "equirectangular":
+            return
+        eyes = {"side_by_side": 2.0, "top_bottom": 0.5}.get(self.stereo, 1.0)
+        fitting = round(width / (self.degrees(FOV) / 180.0 * eyes))
+        if fitting != height:
+            raise ValueError(
+                f"such a picture of {width} px in width is {fitting} px high, not {height}:"
+                f" say `size: [{width}, {fitting}]`"
+            )
 
     def degrees(self, default: float) -> float:
         """Return the horizontal opening angle [deg].
@@ -140,9 +163,8 @@ class LensSettings(Settings):
         """
         if self.f_number is None:
             return 0.0
-        focal = self.focal_length or 0.5 * self.sensor / math.tan(
-            math.radians(min(degrees, 120) / 2)
-        )
+        half = math.radians(min(degrees, 120.0)) / 2.0
+        focal = self.focal_length or 0.5 * self.sensor / math.tan(half)
         return 0.5 * focal / self.f_number
 
     def in_words(self) -> str:
@@ -188,10 +210,10 @@ class ShutterSettings(Settings):
 class ExposureSettings(Settings):
     """How bright a camera's pictures are."""
 
-    mode: Literal["sky", "auto", "manual"] = Field(
+    mode: Literal["sky", "auto", "manual", "fixed"] = Field(
         "sky",
         description="sky: what looks right under an open sky; auto: metered once per shot, then"
-        " locked; manual: by f_number, shutter and ISO",
+        " locked; manual: by f_number, shutter and ISO; fixed: ev alone, as accounts tell it",
     )
     ev: Finite = Field(0.0, ge=-30, le=30, description="brighter than that by so much [EV]")
     iso: Positive = Field(100.0, le=1e7, description="sensitivity, where the mode is manual")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from sumo3dviz_pt.job.ranges import File, Finite, OneOrMoreNames
+from sumo3dviz_pt.job.ranges import File, Finite, OneOrMoreNames, Whole
 from sumo3dviz_pt.job.values import HexColour, Settings
 
 
@@ -29,3 +29,10 @@ class ObjectsSettings(Settings):
     shops: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     blocks: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     buildings: ObjectSettings | None = Field(ObjectSettings(), description="building polygons")
+    triangles: Whole | None = Field(
+        None,
+        ge=10_000,
+        le=2_000_000,
+        description="of each kind, about: what is far is coarser; by default all kinds share what"
+        " roads and street furniture leave; studies have 200000",
+    )

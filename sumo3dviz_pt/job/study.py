@@ -327,6 +327,11 @@ class StudySettings(Settings):
         "full",
         description="full: all combinations; fraction: an orthogonal array; latin: a Latin square",
     )
+    exposure: Literal["shared", "own"] = Field(
+        "shared",
+        description="of cameras with `exposure: auto`: shared is metered on the first film and"
+        " locked for all; own is metered for each film",
+    )
     exclude: tuple[dict[FactorName, LevelNames], ...] = Field(
         (),
         max_length=MOST_ENTRIES,

@@ -74,7 +74,7 @@ class CameraPath:
         """
         away = np.linalg.norm(points - self.positions, axis=-1)
         if self.parallel is None:
-            return away
+            return np.asarray(away)
         return np.where(self.parallel > 0.0, self.parallel / _SLOPE, away)
 
 

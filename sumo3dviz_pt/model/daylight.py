@@ -8,6 +8,9 @@ References:
     Shettle, E. P. and Weinman, J. A., The transfer of solar irradiance through inhomogeneous
     turbid atmospheres evaluated by Eddington's approximation, Journal of the Atmospheric Sciences
     27, 1970, doi:10.1175/1520-0469(1970)027<1048:TTOSIT>2.0.CO;2 (conservative layer).
+    Joseph, J. H., Wiscombe, W. J. and Weinman, J. A., The delta-Eddington approximation for
+    radiative flux transfer, Journal of the Atmospheric Sciences 33, 1976,
+    doi:10.1175/1520-0469(1976)033<2452:TDEAFR>2.0.CO;2.
     Stephens, G. L., Radiation profiles in extended water clouds II, Journal of the Atmospheric
     Sciences 35, 1978, doi:10.1175/1520-0469(1978)035<2123:RPIEWC>2.0.CO;2 (optical depths of
     stratus and nimbostratus, 20 to over 100).
@@ -19,8 +22,8 @@ import math
 
 from sumo3dviz_pt.model.weather import ASYMMETRY, Snow, Weather
 
-_GROUND, _SNOWY = 0.2, 0.7
-"""Reflectance of a landscape without and with snow."""
+_GROUND, _SNOWY = 0.2, 0.5
+"""Reflectance of a landscape with houses and roads, without and with snow."""
 
 _BURIED = 0.03
 """Depth of snow from which on it hides the ground [m]."""
@@ -52,8 +55,9 @@ def passed(depth: float, sine: float) -> float:
         depth: Optical depth of the layer.
         sine: Of the beam's elevation, in (0, 1].
     """
-    straight = math.exp(-min(depth / max(sine, _LOWEST), 700.0))
-    above = (2.0 + 3.0 * sine) + (2.0 - 3.0 * sine) * straight
+    # A share g^2 of what droplets scatter goes on as good as straight, as if not scattered.
+    direct = straight((1.0 - ASYMMETRY**2) * depth, sine)
+    above = (2.0 + 3.0 * sine) + (2.0 - 3.0 * sine) * direct
     return above / (4.0 + 3.0 * (1.0 - ASYMMETRY) * depth)
 
 

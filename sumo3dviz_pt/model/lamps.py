@@ -5,8 +5,8 @@ Radiances are in scene units, linear sRGB primaries.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Ints, Mesh, froze
 
 CANDELAS_PER_UNIT = 32_000.0
 """Luminance of radiance 1 [cd/m^2]: a sunlit white wall has about 1."""
+
+LENS_THAT_SHINES = 0.0
+"""Reflectance of a vehicle's lamp while it shines: nothing else is as black, which tells it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +98,11 @@ class LampSet:
     def __post_init__(self) -> None:
         """Freeze the index."""
         object.__setattr__(self, "lamp_of_face", frozen(self.lamp_of_face, np.int64))
+
+
+def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
+    """Return lamps that change, with light paths that aim at them only when it is dark."""
+    return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

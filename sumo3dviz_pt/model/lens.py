@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -75,19 +74,15 @@ class Lens:
     @classmethod
     def from_dict(cls, said: dict[str, Any]) -> Lens:
         """Return a lens from what `as_dict` said of it."""
-        given = {**said}
-        if "distortion" in given:
-            given["distortion"] = tuple(given["distortion"])
-        return cls(**given)
+        bent: Any = {"distortion": tuple(said.get("distortion", (0.0, 0.0)))}
+        return cls(**{**said, **bent})
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values, without those that a pinhole has."""
         plain = Lens(self.opening)
-        said: dict[str, Any] = {"opening": self.opening}
-        for name in (field.name for field in fields(self)):
-            if getattr(self, name) != getattr(plain, name):
-                said[name] = getattr(self, name)
-        return said
+        names = (field.name for field in fields(self))
+        own = [name for name in names if getattr(self, name) != getattr(plain, name)]
+        return {name: getattr(self, name) for name in ("opening", *own)}
 
     # What kind it is --------------------------------------------------------------------------
 
@@ -149,6 +144,28 @@ class Lens:
     def half_width(self) -> float:
         """Half the picture's width one metre ahead [m]; at most that of 179 degrees."""
         return float(np.tan(min(self.opening, _WIDE) / 2.0))
+
+    @property
+    def free_opening(self) -> float:
+        """Opening angle of a pinhole that shows about as much, as far as one can [rad]."""
+        return self.opening if self.is_straight else float(np.clip(self.opening, 1.0, 2.0))
+
+    @property
+    def turn(self) -> float:
+        """Share of a whole turn that it sees, at most 1."""
+        return min(self.opening / (2.0 * np.pi), 1.0)
+
+    def edges(self, aspect: float) -> tuple[float, float]:
+        """What the left and the upper edge of one eye's picture of height / width stand for.
+
+        Slopes in a perspective picture, metres of parallel rays, else angles [rad].
+        """
+        if self.projection == "equirectangular":
+            return 0.5 * self.opening, 0.5 * np.pi
+        if self.projection == "fisheye":
+            return 0.5 * self.opening, 0.5 * self.opening * aspect
+        half = 0.5 * self.width if self.projection == "orthographic" else self.half_width
+        return half, half * aspect
 
     def half_diagonal(self, aspect: float) -> float:
         """Angle from the axis to the farthest corner of a picture of height / width [rad]."""
@@ -214,7 +231,8 @@ class Lens:
         left = 1 - 2 * (np.arange(width) + 0.5) / width
         up = 1 - 2 * (np.arange(height) + 0.5) / height
         if not self.is_straight:
-            return self._rays(*np.broadcast_arrays(left[None, :], up[:, None]), height / width)
+            across, upwards = np.broadcast_arrays(left[None, :], up[:, None])
+            return self._rays(across, upwards, height / width)
         half = self.half_width
         rays = np.ones((height, width, 3))
         rays[..., 1], rays[..., 2] = half * left[None, :], half * (height / width) * up[:, None]
@@ -238,14 +256,13 @@ class Lens:
             for part, lens in self.halves(size):
                 origins[part] = lens.origins(self.eye_size(size))
             return origins
-        left = 1 - 2 * (np.arange(width) + 0.5) / width
-        up = 1 - 2 * (np.arange(height) + 0.5) / height
+        across, upwards = self.edges(height / width)
+        left = across * (1 - 2 * (np.arange(width) + 0.5) / width)
+        if self.projection == "equirectangular":
+            return circle_origins(np.broadcast_to(left, (height, width)), self.shift)
         if self.projection == "orthographic":
-            origins[..., 1] = 0.5 * self.width * left[None, :]
-            origins[..., 2] = 0.5 * self.width * (height / width) * up[:, None]
-        elif self.projection == "equirectangular":
-            turn = np.broadcast_to(0.5 * self.opening * left, (height, width))
-            return circle_origins(turn, self.shift)
+            up = upwards * (1 - 2 * (np.arange(height) + 0.5) / height)
+            origins[..., 1], origins[..., 2] = left[None, :], up[:, None]
         origins[..., 1] += self.shift
         return origins
 
@@ -257,8 +274,8 @@ class Lens:
             aspect: Height / width of the picture.
         """
         if not self.is_straight:
-            left, up = np.array(1.0 - 2.0 * point[0]), np.array(1.0 - 2.0 * point[1])
-            return self._rays(left, up, aspect)
+            place = np.array([1.0 - 2.0 * point[0], 1.0 - 2.0 * point[1]])
+            return self._rays(place[0], place[1], aspect)
         half = self.half_width
         across, up = half * (1.0 - 2.0 * point[0]), half * aspect * (1.0 - 2.0 * point[1])
         local = np.array([1.0, across, up])
@@ -266,15 +283,14 @@ class Lens:
 
     def _rays(self, left: Floats, up: Floats, aspect: float) -> Floats:
         """Return unit directions through places of one eye's picture, (..., 3)."""
+        across, upwards = self.edges(aspect)
         if self.projection == "equirectangular":
-            return equirectangular_rays(0.5 * self.opening * left, 0.5 * np.pi * up)
+            return equirectangular_rays(across * left, upwards * up)
         if self.projection == "fisheye":
-            half = 0.5 * self.opening
-            return fisheye_rays(half * left, half * aspect * up)
+            return fisheye_rays(across * left, upwards * up)
         if self.projection == "orthographic":
             return np.broadcast_to((1.0, 0.0, 0.0), (*left.shape, 3)).copy()
-        half = self.half_width
-        return perspective_rays(half * left, half * aspect * up, self.distortion)
+        return perspective_rays(across * left, upwards * up, self.distortion)
 
     # Places -----------------------------------------------------------------------------------
 
@@ -294,9 +310,10 @@ class Lens:
             _, lens = next(self.halves(size))
             return lens.project(points, self.eye_size(size))
         if not self.is_straight or self.shift:
-            left, up = self._places(np.asarray(points, np.float64), height / width)
+            exact = np.asarray(points, np.float64)
+            left, up = self._places(exact, height / width)
             place = np.stack([(height * (1.0 - up) - 1.0) / 2.0, (width * (1.0 - left) - 1.0) / 2])
-            return np.asarray(place, points.dtype), is_before(points, self.projection)
+            return np.asarray(place, points.dtype), is_before(exact, self.projection)
         forward, left, up = np.moveaxis(points, -1, 0)
         ahead = forward > 0
         # px per unit of slope
@@ -312,20 +329,19 @@ class Lens:
 
     def _places(self, points: Floats, aspect: float) -> tuple[Floats, Floats]:
         """Return where points, (..., 3), lie: 1 at the left and upper edge, -1 opposite."""
+        across, upwards = self.edges(aspect)
         if self.projection == "equirectangular":
             turn, rise = equirectangular_places(points, self.shift)
-            return turn / (0.5 * self.opening), rise / (0.5 * np.pi)
-        points = points - (0.0, self.shift, 0.0)
+            return turn / across, rise / upwards
+        forward, left, up = np.moveaxis(points - (0.0, self.shift, 0.0), -1, 0)
         if self.projection == "fisheye":
-            left, up = fisheye_places(points)
-            return left / (0.5 * self.opening), up / (0.5 * self.opening * aspect)
-        forward, left, up = np.moveaxis(points, -1, 0)
-        if self.projection == "orthographic":
-            return left / (0.5 * self.width), up / (0.5 * self.width * aspect)
-        ahead = np.where(forward > 0, forward, np.inf)
-        left, up = left / ahead, up / ahead
-        stretch = distorted(np.hypot(left, up), self.distortion) / self.half_width
-        return left * stretch, up * stretch / aspect
+            left, up = fisheye_places(np.stack([forward, left, up], axis=-1))
+        elif self.projection == "perspective":
+            ahead = np.where(forward > 0, forward, np.inf)
+            left, up = left / ahead, up / ahead
+            stretch = distorted(np.hypot(left, up), self.distortion)
+            left, up = left * stretch, up * stretch
+        return left / across, up / upwards
 
     def sees(self, points: Floats, aspect: float, *, margin: float = 0.0) -> Bools:
         """Return whether points lie in the picture, or beside it by no more than a margin.
@@ -381,16 +397,3 @@ class Lens:
 
 
 _PLAIN = Lens(0.0, focus=0.0)
-
-
-@lru_cache(maxsize=2)
-def planes_of_rays(lens: Lens, size: tuple[int, int]) -> Image:
-    """Return a lens's rays in single precision, one axis after the other, (3, h, w), read-only.
-
-    Args:
-        lens: Most films have one for all frames.
-        size: Width, height [px].
-    """
-    rays = np.ascontiguousarray(np.moveaxis(lens.rays(size), -1, 0), dtype=np.float32)
-    rays.setflags(write=False)
-    return rays

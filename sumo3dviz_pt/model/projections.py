@@ -24,14 +24,32 @@ Projection = Literal["perspective", "orthographic", "fisheye", "equirectangular"
 Stereo = Literal["none", "side_by_side", "top_bottom"]
 Distortion = tuple[float, float]
 
+_STEEPEST = 100.0
+"""Slopes beyond this lie outside of any picture."""
+
 NEWTON = 8
 """Steps that find a slope from where distortion puts it."""
 
 
 def distorted(slopes: Floats, distortion: Distortion) -> Floats:
-    """Return the factor by which distortion stretches slopes, (...), of their lengths, (...)."""
-    square = np.square(slopes)
-    return np.asarray(1.0 + square * (distortion[0] + distortion[1] * square))
+    """Return the factor by which distortion stretches slopes, of lengths (...).
+
+    Where the polynomial would turn back, which is outside of any picture, slopes are only moved.
+    """
+    end = min(_turning(distortion), _STEEPEST)
+    inside = np.minimum(slopes, end)
+    square = np.square(inside)
+    stretch = 1.0 + square * (distortion[0] + distortion[1] * square)
+    outside = inside * stretch + (slopes - inside)
+    return np.divide(outside, slopes, out=np.asarray(stretch), where=slopes > end)
+
+
+def _turning(distortion: Distortion) -> float:
+    """Return the least slope at which distortion turns back; infinite if it never does."""
+    first, second = 3.0 * distortion[0], 5.0 * distortion[1]
+    roots = np.roots([second, first, 1.0]) if any(distortion) else np.zeros(0)
+    ends = [root.real for root in roots if abs(root.imag) < 1e-12 and root.real > 0.0]
+    return float(np.sqrt(min(ends))) if ends else float("inf")
 
 
 def undistorted(lengths: Floats, distortion: Distortion) -> Floats:

@@ -7,6 +7,8 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
 
+import numpy as np
+
 
 def share_of(seed: int, *words: str) -> float:
     """Return a number in [0, 1) that is always the same for the same seed and words."""
@@ -23,3 +25,10 @@ def pick(weights: Sequence[float], share: float) -> int:
     """
     sums = list(accumulate(weights))
     return min(bisect_right(sums, share * sums[-1]), len(sums) - 1)
+
+
+def frame_seed(seed: int, time: float) -> int:
+    """Return a frame's own seed from the film's seed and its time [s], in [0, 2^32)."""
+    microseconds = round(time * 1e6)
+    words = [seed, microseconds % 2**32, abs(microseconds) // 2**32, int(microseconds < 0)]
+    return int(np.random.SeedSequence(words).generate_state(1)[0])

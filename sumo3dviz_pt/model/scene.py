@@ -21,6 +21,7 @@ from sumo3dviz_pt.model.falling import Falling
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Mesh, Transform, frozen
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.tyre_tracks import TyreTracks
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
 
 Bsdf = Mapping[str, Any]
@@ -274,6 +275,7 @@ class SceneData:
         haze: Aerial perspective, or None.
         left_out: What was left out, and why.
         weather: Over time; None for a dry and clear summer.
+        tracks: Where wheels have passed, if snow lies on roads; else None.
     """
 
     materials: Mapping[str, Bsdf]
@@ -286,6 +288,7 @@ class SceneData:
     running: RunningLights | None = None
     left_out: tuple[LeftOut, ...] = ()
     weather: WeatherCourse | None = None
+    tracks: TyreTracks | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -331,13 +334,13 @@ class View:
         """
         return self.world_from_camera.directions(self.lens.rays(size))
 
-    def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
-        """World points at distances along the rays through pixels' centres, (h, w, 3) [m].
+    def pixel_angle(self, width: int) -> float:
+        """Angle of a pixel of a picture so wide [px] [rad]; of parallel rays, at the ground."""
+        down = max(-float(self.forward[2]), 0.05)
+        return self.lens.pixel_angle(width, away=max(float(self.position[2]) / down, 10.0))
 
-        Args:
-            distances: (h, w) [m].
-            size: Width, height [px].
-        """
+    def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
+        """World points at distances, (h, w) [m], along rays through pixels' centres, (h, w, 3)."""
         points = self.position + self.directions(size) * distances[..., None]
         origins = self.lens.origins(size)
         return points if origins is None else points + self.world_from_camera.directions(origins)

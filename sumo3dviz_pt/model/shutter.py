@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from sumo3dviz_pt.model.geometry import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,16 @@ class Shutter:
     def is_instant(self) -> bool:
         """Whether all light comes in at one moment."""
         return self.opens == self.closes and self.rolling == 0.0
+
+    @property
+    def open_for(self) -> float:
+        """How long light comes in [s]."""
+        return self.closes - self.opens
+
+    @property
+    def lasts(self) -> float:
+        """How long after the frame's time the last row is still seen [s]."""
+        return self.closes + self.rolling
 
     @property
     def middle(self) -> float:
@@ -72,3 +85,13 @@ class Shutter:
 
 INSTANT = Shutter()
 """What every camera has: nothing blurs because it moves."""
+
+
+def frame_step(times: Sequence[float] | Floats, *, fps: float) -> float:
+    """Return the time from a frame to the next [s].
+
+    Args:
+        times: Of a shot's frames, (n,) [s], n >= 1.
+        fps: Frames per second, for a shot of a single frame.
+    """
+    return float(times[1] - times[0]) if len(times) > 1 else 1.0 / fps

@@ -28,6 +28,13 @@ CONTRAST = -math.log(0.02)
 ASYMMETRY = 0.85
 """Mean cosine of the angle by which droplets scatter light; .84 to .87 in fog and cloud."""
 
+_MURKY, _DENSE = 500.0, 75.0
+"""Visibilities below which lamps are lit by day, and rear fog lamps [m].
+
+German law (StVO section 17) asks for both: for lamps where fog, rain or snow hide much, and allows
+rear fog lamps below 50 m, which drivers judge by the posts that stand beside roads.
+"""
+
 TOP = 200.0
 """Height of the top of fog that is equally dense [m]."""
 
@@ -144,6 +151,18 @@ class Weather:
     season: str = "summer"
 
     @property
+    def is_murky(self) -> bool:
+        """Whether drivers light their lamps by day: rain, falling snow, or little to be seen."""
+        rain = self.rain is not None and self.rain.rate > 0.2
+        snow = self.snow is not None and self.snow.falling > 0.1
+        return rain or snow or self.extinction > CONTRAST / _MURKY
+
+    @property
+    def is_dense(self) -> bool:
+        """Whether drivers may light their rear fog lamps."""
+        return self.extinction > CONTRAST / _DENSE
+
+    @property
     def falls(self) -> float:
         """Extinction by what falls, the same at all heights [1/m]."""
         return sum(each.extinction for each in (self.rain, self.snow) if each is not None)
@@ -187,6 +206,16 @@ class WeatherCourse:
         return self.moments[0]
 
     @property
+    def is_ever_murky(self) -> bool:
+        """Whether drivers ever light their lamps by day."""
+        return any(moment.is_murky for moment in self.moments)
+
+    @property
+    def is_ever_dense(self) -> bool:
+        """Whether drivers ever light their rear fog lamps."""
+        return any(moment.is_dense for moment in self.moments)
+
+    @property
     def is_foggy(self) -> bool:
         """Whether something in the air ever takes light away."""
         return any(moment.extinction > 0.0 for moment in self.moments)
@@ -195,6 +224,11 @@ class WeatherCourse:
     def is_wet(self) -> bool:
         """Whether anything is ever wet."""
         return any(moment.wetness > 0.0 or moment.puddles > 0.0 for moment in self.moments)
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether it changes how light goes: more than a season and wind do."""
+        return self.is_foggy or self.is_wet or self.is_snowy
 
     @property
     def rains(self) -> bool:

@@ -24,6 +24,7 @@ from sumo3dviz_pt.pipeline.progress.costs import cost_of, space_in_words, time_i
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.sun_report import sun_report
+from sumo3dviz_pt.pipeline.weather_report import weather_report
 
 TRIANGLE_BUDGET = 1_500_000
 """Unique triangles per shot that keep the update of a frame below half a CPU-second."""
@@ -87,6 +88,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
             "road_users": dict(Counter(trace.kind for trace in traffic.traces)),
         },
         "sun": None if sun is None else sun.as_dict(),
+        "weather": weather_report(job).as_dict(),
         "missing_files": [str(path) for path in files.missing],
         "nobody": idle(job.vehicles.by_id, types),
         "shots": [],
@@ -162,6 +164,10 @@ def in_words(report: dict[str, Any]) -> str:
         f" {users or 'empty'}",
     ]
     lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
+    weather = report["weather"]
+    lines += [f"weather  {weather['text']}"]
+    if weather["moments"] and weather["left_out"]:
+        lines += [f"         left out: {', '.join(weather['left_out'])}"]
     lines += [f"missing  {path}" for path in report["missing_files"]]
     lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
     shots = report["shots"]

@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.metering import exposure_of, manual_exposure
 from sumo3dviz_pt.pipeline.production import check_tone, read
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.worlds import world_of
@@ -113,8 +114,17 @@ class Live:
 
     @property
     def exposure(self) -> float:
-        """EV between radiance and the picture: the sky's own and the scene file's."""
-        return self.shot.data.sky.exposure + self.job.output.exposure
+        """EV between radiance and the picture: as the scene file's first camera says it."""
+        first = next(iter(self.job.cameras.values()), None)
+        said = None if first is None else first.exposure
+        # Nothing is metered here: the page has a slider.
+        sky = self.shot.data.sky.exposure
+        by_hand = sky
+        if first is not None and said is not None and said.mode == "manual":
+            step = 1.0 / float(self.job.output.fps)
+            by_hand = manual_exposure(first, step=step, name=next(iter(self.job.cameras)))
+        own = exposure_of(said, sky=sky, metered=None, by_hand=by_hand)
+        return own + self.job.output.exposure
 
     def view_of(self, camera: CameraSettings, time: float) -> View:
         """Return what a camera sees at a time [s].
@@ -208,7 +218,7 @@ class Live:
             quality_preset("preview"),
             self.job.seed,
             white=2.0**-self.exposure,
-            pixel=self.home.lens.pixel_angle(output.size[0]),
+            pixel=self.home.pixel_angle(output.size[0]),
         )
         self._session = Session(self.shot.data, choose_backend(self._variant), settings)
         self._quick = Quick(self._session, self._size)

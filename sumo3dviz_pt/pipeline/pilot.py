@@ -196,7 +196,7 @@ def _measured(production: Production, wish: Mapping[str, float], helped: float) 
         wish: What is wanted.
         helped: What a frame costs beyond its rendering [CPU-s].
     """
-    state = production.shot.frame_at(float(production.times[len(production.times) // 2]))
+    state = production.frame_at(float(production.times[len(production.times) // 2]))
     if "time_budget" in wish:
         costs = {spp: cost + helped for spp, cost in _costs(production, state).items()}
         spp, expected = affordable(costs, wish["time_budget"])

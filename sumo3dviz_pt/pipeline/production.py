@@ -21,16 +21,19 @@ from sumo3dviz_pt.catalog import data_root, did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.installation.dependencies import load
 from sumo3dviz_pt.job.asked import settle
-from sumo3dviz_pt.job.ranges import Positive, Seed, Size, Whole
+from sumo3dviz_pt.job.ranges import Finite, Positive, Seed, Size, Whole
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
 from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.ratios import Ratio, ratio_of
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
 from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
+from sumo3dviz_pt.pipeline.metering import exposure_of, manual_exposure
+from sumo3dviz_pt.pipeline.preflight import can_help
 from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.reading import object_files as object_files
@@ -43,6 +46,8 @@ from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
 from sumo3dviz_pt.pipeline.worlds import world_of
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.image.optics import Optics
+    from sumo3dviz_pt.model.scene import FrameState
     from sumo3dviz_pt.render.backend import Backend
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
@@ -65,6 +70,7 @@ class Request:
         command: The command line; empty from Python.
         time_budget: CPU-seconds that a frame may take; a pilot chooses the samples.
         target_error: FLIP that a picture may have; a pilot chooses the samples.
+        metered: Exposure of cameras that are to meter it, where it is known already [EV].
     """
 
     camera: str | None = None
@@ -76,6 +82,7 @@ class Request:
     command: Annotated[str, Field(max_length=1_000_000)] = ""
     time_budget: Positive | None = None
     target_error: Annotated[Positive, Field(lt=1)] | None = None
+    metered: Annotated[Finite, Field(ge=-60, le=60)] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
@@ -119,6 +126,7 @@ class Production:
         reading: CPU-seconds of reading, smoothing and building.
         command: The command line; empty from Python.
         pilot: What a pilot chose, for the account; None where there was none.
+        metered: At which exposure the camera's pictures look right, if that was metered [EV].
     """
 
     job: Job
@@ -131,11 +139,42 @@ class Production:
     reading: float
     command: str = ""
     pilot: Mapping[str, Any] | None = None
+    metered: float | None = None
+
+    @property
+    def settings(self) -> CameraSettings:
+        """What the scene file says of its camera."""
+        return self.job.cameras[self.camera]
 
     @property
     def exposure(self) -> float:
-        """EV between radiance and the picture: the sky's own and the film's."""
-        return self.shot.data.sky.exposure + self.job.output.exposure
+        """EV between radiance and the picture: the camera's, by default the sky's, and the film's.
+
+        Raises:
+            ConfigError: If a manual exposure lacks an f-number or a shutter.
+        """
+        said, by_hand = self.settings.exposure, 0.0
+        if said is not None and said.mode == "manual":
+            step = frame_step(self.times, fps=float(self.job.output.fps))
+            by_hand = manual_exposure(self.settings, step=step, name=self.camera)
+        sky = self.shot.data.sky.exposure
+        own = exposure_of(said, sky=sky, metered=self.metered, by_hand=by_hand)
+        return own + self.job.output.exposure
+
+    @cached_property
+    def optics(self) -> Optics | None:
+        """What happens to light in the camera when pictures are developed; None is nothing."""
+        lens = self.settings.lens
+        if lens is None or not (lens.vignetting or lens.grain):
+            return None
+        from sumo3dviz_pt.image.optics import Optics
+
+        seen = self.shot.frame_at(float(self.times[0])).view.lens
+        return Optics.of(seen, vignetting=lens.vignetting, grain=lens.grain)
+
+    def frame_at(self, time: float) -> FrameState:
+        """Return what is rendered of the frame at a time [s]; errors as in `Shot.exposed_at`."""
+        return self.shot.exposed_at(time, samples=self.quality.spp)
 
     @cached_property
     def inputs(self) -> Inputs:
@@ -195,14 +234,18 @@ def prepare(
     import time
 
     from sumo3dviz_pt.shot.build import build_shot
+    from sumo3dviz_pt.shot.exposing import focus_target, shutter_of
     from sumo3dviz_pt.shot.in_view import users_in_view
 
     started = time.process_time()
     check_choices(job, request)
     job = request.applied(job)
-    quality = quality_preset(job.quality, spp=request.spp, together=together)
     name, camera = camera_settings(job, request.camera)
-    files, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]))
+    together = together and can_help(camera)
+    quality = quality_preset(job.quality, spp=request.spp, together=together)
+    shutter = shutter_of(camera, frame_step(times, fps=float(job.output.fps)))
+    last = float(times[-1]) + shutter.lasts
+    files, scenario = read_files(job, begin=float(times[0]), end=last)
     _check_window(scenario, times)
     if film:
         times = _within_log(scenario, times)
@@ -213,7 +256,9 @@ def prepare(
     announce(Doing.BUILD)
     world = world_of(scenario, job, files)
     seen = users_in_view(world, riders, camera=camera, times=times)
-    trajectories = motion.smooth(seen | motion.named(getattr(camera, "vehicle", "")))
+    followed = motion.named(getattr(camera, "vehicle", ""))
+    followed |= motion.named(focus_target(camera) or "")
+    trajectories = motion.smooth(seen | followed)
     shot = build_shot(world, trajectories, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(
@@ -289,7 +334,7 @@ def opened(production: Production) -> Iterator[Session]:
         production.quality,
         production.job.seed,
         white=2.0**-production.exposure,
-        pixel=first.view.lens.pixel_angle(size[0]),
+        pixel=first.view.pixel_angle(size[0]),
     )
     if production.quality.accumulate > 0:
         settings = replace(settings, layers=("radiance", "ids", "first_depth"))

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.settings import Job, ObjectSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -50,7 +50,8 @@ def scenario_files(job: Job) -> ScenarioFiles:
 def object_files(job: Job) -> tuple[Path, ...]:
     """Return the files of static objects that the scene file names."""
     kinds = (getattr(job.objects, name) for name in type(job.objects).model_fields)
-    return tuple(kind.file for kind in kinds if kind is not None and kind.file is not None)
+    own = (kind.file for kind in kinds if isinstance(kind, ObjectSettings))
+    return tuple(file for file in own if file is not None)
 
 
 def read(

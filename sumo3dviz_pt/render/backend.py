@@ -14,6 +14,7 @@ import mitsuba as mi
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.installation.processors import threads_asked
 from sumo3dviz_pt.job.variants import VARIANTS as VARIANTS
 from sumo3dviz_pt.job.variants import check_variant
 from sumo3dviz_pt.render.loading import LIBRARY
@@ -76,6 +77,9 @@ def _try_variant(variant: str) -> str | None:
     except (ImportError, RuntimeError) as error:
         return str(error).splitlines()[0]
     mi.set_log_level(mi.LogLevel.Error)
+    threads = threads_asked()
+    if threads is not None:
+        dr.set_thread_count(threads)
     return None
 
 

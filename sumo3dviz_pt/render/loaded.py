@@ -9,10 +9,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
+from sumo3dviz_pt.render.lights.picks import Glow
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
 from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_meshes
@@ -22,6 +23,8 @@ from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.sensors import view_parameters
 from sumo3dviz_pt.render.sky.weather import Veil
+
+_LEAVES = "principledthin"  # what lets rain through
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +55,8 @@ class LoadedScene:
         aimed: Whether light paths aim at lamps.
         running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
+        weather: Over time, or None.
+        tracks: Where wheels have passed, or None.
         misty: Whether something in the air ever takes light away.
         sky_changes: Whether the weather changes the sky over time.
         veil: Light of the frame's air, or None.
@@ -76,6 +81,7 @@ class LoadedScene:
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
         self._static = merged_meshes([part.part for part in data.static], data.materials)
         floor = lowest([merged.mesh for merged in self._static])
+        self.weather, self.tracks = data.weather, data.tracks
         self.running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
         self._crowds = (far, Crowd("deforming", data, data.slots.deforming, far=False, floor=floor))
@@ -110,6 +116,14 @@ class LoadedScene:
                 bsdf = self._materials.bsdf(material)
                 yield HeldMesh(f"{body}.part{number}", bsdf, body=body)
 
+    def shelters(self) -> list[Mesh]:
+        """Return all that stands and keeps rain off, in the network's coordinates."""
+        return [
+            merged.mesh
+            for merged in self._static
+            if self._materials.bsdf(merged.material).get("type") != _LEAVES
+        ]
+
     def show(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Bring the scene to a frame's state.
 
@@ -142,6 +156,16 @@ class LoadedScene:
         """Faces of what is shown by merged meshes, by mesh, then by name."""
         crowds = {crowd.name: crowd.shown for crowd in self._crowds if crowd}
         return {**crowds, **self.running.shown}
+
+    def glows(self) -> list[Glow]:
+        """Return how all lamps that paths aim at shine in the frame that is shown."""
+        assert self.frame is not None, "show a frame first"
+        return [*self._lamps.glows(self.frame), *self.running.glows()]
+
+    @property
+    def most_lamps(self) -> int:
+        """How many lamps there may be that paths aim at."""
+        return self._lamps.most + self.running.most
 
     def takes_poses(self, mover: Mover) -> bool:
         """Return whether a mover of the frame that is shown takes poses there."""

@@ -15,7 +15,7 @@ from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart
-from sumo3dviz_pt.model.scene import FrameState, SceneData, View
+from sumo3dviz_pt.model.scene import FrameState, Haze, SceneData, View
 from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
@@ -281,10 +281,26 @@ class Session:
             frame: That was traced last; None is one before which nothing falls.
         """
         quality = self.settings.quality
-        haze = self.data.haze if quality.haze else None
-        how = Finishing(quality.denoise, quality.guides, quality.raw_share, haze, self.sky.horizon)
+        haze = self._haze() if quality.haze else None
+        how = Finishing(
+            quality.denoise,
+            quality.guides,
+            quality.raw_share,
+            haze,
+            self.sky.horizon,
+            grainy_sky=self.loaded.misty and self.loaded.aimed,
+        )
         falling = None if frame is None else frame.falling()
         return how if falling is None else replace(how, falling=falling, light=sky_light(self.sky))
+
+    def _haze(self) -> Haze | None:
+        """Return the frame's haze; fog's visibility counts the haze in."""
+        haze, frame = self.data.haze, self.loaded.frame
+        if haze is None or frame is None or frame.weather is None or frame.weather.fog is None:
+            return haze
+        fog = frame.weather.fog.extinction
+        red, green, blue = (max(each - fog, 0.0) for each in haze.extinction)
+        return Haze((red, green, blue))
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.
@@ -307,6 +323,7 @@ class Session:
         if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
             self._tracer = self.by_kernel
         else:
+            self._refuse_weather()
             hazy = self.data.haze is not None or self.data.weather is not None
             self._tracer = ByPath(
                 self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock
@@ -318,6 +335,16 @@ class Session:
                     f"layer {name!r} cannot be traced with this scene, quality and variant"
                     f" ({self.backend.variant}){did_you_mean(name, found)}"
                 )
+
+    def _refuse_weather(self) -> None:
+        """Refuse weather where Mitsuba's path tracer is all that there is."""
+        weather = self.data.weather
+        if weather is not None and weather.is_seen:
+            raise ConfigError(
+                f"only our own kernel traces weather, and {self.backend.variant} with this quality"
+                " does not have it; install libLLVM (see doctor), or leave weather out",
+                key="weather",
+            )
 
     @property
     def limit(self) -> float:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
-from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
+from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.model.camera_path import CameraPath
@@ -20,16 +20,18 @@ from sumo3dviz_pt.model.scene import (
     FrameState,
     Haze,
     LeftOut,
+    Moment,
     Mover,
     Prototype,
     SceneData,
     Slots,
     View,
 )
+from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
+from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
     CrowdFrames,
@@ -38,9 +40,11 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
+from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
+from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World
 from sumo3dviz_pt.world.kept import place_around
 from sumo3dviz_pt.world.rails.build import Railway
@@ -49,11 +53,6 @@ from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.sky.weathered import in_weather
-
-_MOST_VIEWS = 120
-
-_MOMENTS = 1
-"""Moments of its exposure that a frame shows: one, its middle, as there is no motion blur."""
 
 
 @dataclass(slots=True, eq=False)
@@ -125,8 +124,26 @@ class Shot:
         Raises:
             ConfigError: If the camera rides with a road user that does not exist then.
         """
-        (moment,) = moments_of(self.camera, np.array([time])).tolist()
+        moment = self.camera.shutter.at(time).middle
         return self.frame_of(moment, self.camera.view_at(moment))
+
+    def exposed_at(self, time: float, *, samples: int) -> FrameState:
+        """Return the state of the frame at a time [s], with all moments of its exposure.
+
+        Args:
+            time: The frame's [s].
+            samples: Of a pixel; there are no more moments.
+
+        Raises:
+            ConfigError: If the camera rides with a road user that does not exist then.
+        """
+        frame, shutter = self.frame_at(time), self.camera.shutter
+        if shutter.is_instant:
+            return frame
+        shutter = replace(shutter.at(time), moments=min(shutter.moments, max(samples, 1)))
+        moments = [(rows, self.camera.view_at(at), at) for at, rows in shutter.exposures()]
+        exposure = tuple(Moment(rows, self.frame_of(at, view)) for rows, view, at in moments)
+        return replace(frame, exposure=exposure)
 
     def frame_of(self, time: float, view: View) -> FrameState:
         """Return the state of a frame that another camera takes.
@@ -151,7 +168,6 @@ class Shot:
         if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
-        # Build the parts at the levels chosen.
         parts = self._parts(present, choice, view)
         frame = FrameState(
             time,
@@ -231,14 +247,16 @@ def build_shot(
     job, left_hand = world.job, world.left_hand
     fleet = replace(everyone(world, trajectories), times=times)
     fleet = with_seat(fleet, camera, left_hand=left_hand)
-    built = build_camera(camera, fleet=fleet, left_hand=left_hand)
+    step = frame_step(times, fps=float(job.output.fps))
+    exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
+    built = exposed(fleet=fleet)
     aspect = job.output.size[1] / job.output.size[0]
     moments = moments_of(built, times)
-    camera_path = _camera_path(built, moments, aspect)
+    camera_path = camera_path_of(built, moments, aspect)
     return ShotBuilder(world, aspect).shot(
         fleet,
         camera_path,
-        camera=partial(build_camera, camera, left_hand=left_hand),
+        camera=exposed,
         plan=partial(_crowd, times=moments, aspect=aspect, full=world.job.vehicles.full_models),
     )
 
@@ -268,7 +286,7 @@ class ShotBuilder:
                 `budget`.
         """
         # What stands leaves some triangles for road users.
-        scenario, dark = self.world.scenario, self.world.dark
+        scenario, dark, weather = self.world.scenario, self.world.dark, self.world.weather
         left_hand = self.world.left_hand
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
@@ -279,7 +297,8 @@ class ShotBuilder:
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
-        opened = shown_bodies(fleet.prototypes, crowd.slots)
+        shown = shown_bodies(fleet.prototypes, crowd.slots)
+        opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
             materials=_materials(place, bodies.values(), fleet.materials),
@@ -289,9 +308,12 @@ class ShotBuilder:
             sky=self.world.sky,
             slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
             haze=Haze(),
-            running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
+            running=running_lights(
+                opened.values(), dark=dark, left_hand=left_hand, weather=weather
+            ),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
-            weather=self.world.weather,
+            weather=weather,
+            tracks=wheel_tracks(weather, fleet, camera_path.positions),
         )
         return Shot(
             data=data,
@@ -324,7 +346,9 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         scenario.vehicle_types,
         job.vehicles,
         seed=job.seed,
-        lights=vehicle_lights(scenario.traffic.traces, dark=world.dark, seed=job.seed),
+        lights=vehicle_lights(
+            scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
+        ),
         suspension=job.motion.suspension,
     )
 
@@ -340,18 +364,6 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
     if not isinstance(camera, LagrangianCamera):
         return fleet
     return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
-
-
-def moments_of(camera: Camera, times: Floats) -> Floats:
-    """Return the moments that a camera's frames at times, (n,) [s], show, all in one array [s]."""
-    exposures = (camera.shutter.at(time) for time in times.tolist())
-    return np.array([moment for exposure in exposures for moment in exposure.times(_MOMENTS)])
-
-
-def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
-    """Where a camera is and looks over the whole shot, by a few of its views."""
-    every = max(1, -(-len(times) // _MOST_VIEWS))
-    return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
 
 
 def _crowd(

@@ -14,11 +14,12 @@ import numpy as np
 from sumo3dviz_pt.job.settings import CameraSettings
 from sumo3dviz_pt.model.camera_path import CameraPath, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.build import everyone, moments_of, with_seat
-from sumo3dviz_pt.shot.cameras.build import build_camera
+from sumo3dviz_pt.shot.build import everyone, with_seat
+from sumo3dviz_pt.shot.exposing import exposed_camera, moments_of
 from sumo3dviz_pt.world.build import World
 
 _SLACK, _SWERVE = 20.0, 20.0
@@ -42,7 +43,13 @@ def users_in_view(
     """
     # Find where the camera is and looks in each frame.
     fleet = with_seat(everyone(world, riders), camera, left_hand=world.left_hand)
-    built = build_camera(camera, fleet=fleet, left_hand=world.left_hand)
+    built = exposed_camera(
+        camera,
+        fleet=fleet,
+        left_hand=world.left_hand,
+        step=frame_step(times, fps=float(world.job.output.fps)),
+        focused=False,
+    )
     moments = moments_of(built, times)
     aspect = world.job.output.size[1] / world.job.output.size[0]
     camera_path = CameraPath.of([built.view_at(each) for each in moments.tolist()], aspect=aspect)

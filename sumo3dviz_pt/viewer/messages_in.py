@@ -122,6 +122,13 @@ class UnderSky(Settings):
     preset: str
 
 
+class InWeather(Settings):
+    """Another weather, for all pages; without a name, the scene file's own."""
+
+    do: Literal["weather"]
+    preset: str
+
+
 class Template(Settings):
     """Another look, for all pages."""
 
@@ -179,6 +186,7 @@ Order = (
     | Ride
     | Leave
     | UnderSky
+    | InWeather
     | Template
     | Exposure
     | TakeStill

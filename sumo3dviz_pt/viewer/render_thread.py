@@ -22,6 +22,7 @@ from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
 from sumo3dviz_pt.job.settings import Job, SkySettings
 from sumo3dviz_pt.pipeline.live import Ground, Live, Size, encoded_still
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.weather_report import preset_weather
 from sumo3dviz_pt.viewer import messages_in
 from sumo3dviz_pt.viewer.client import Client
 from sumo3dviz_pt.viewer.keyframes import camera_yaml, path_yaml, save_camera
@@ -109,6 +110,8 @@ class RenderThread:
             "fps": float(job.output.fps),
             "skies": list(catalog.template_names("sky")),
             "sky": job.sky.preset,
+            "weathers": list(catalog.template_names("weather")),
+            "weather": job.weather.preset or "" if job.weather is not None else "",
             "templates": list(catalog.template_names("scene")) if self._reload else [],
             "template": self._template or job.template,
             "qualities": list(catalog.template_names("quality")),
@@ -312,6 +315,13 @@ class RenderThread:
         catalog.template("sky", order.preset)
         job = self.live.job.model_copy(update={"sky": SkySettings(preset=order.preset)})
         self._rebuild(f"putting up {order.preset}", job=job)
+        self._tell_all("scene", **self.about)
+
+    @_follow.register
+    def _(self, order: messages_in.InWeather, client: Client) -> None:
+        weather = preset_weather(order.preset) if order.preset else self._job.weather
+        job = self.live.job.model_copy(update={"weather": weather})
+        self._rebuild(f"making it {order.preset or 'as the scene file says'}", job=job)
         self._tell_all("scene", **self.about)
 
     @_follow.register

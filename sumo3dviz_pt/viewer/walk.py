@@ -84,7 +84,7 @@ class Eye:
         if level > _UPRIGHT:
             yaw, roll = np.arctan2(ahead[1], ahead[0]), np.arctan2(left[2], up[2])
         pitch = np.arctan2(ahead[2], level)
-        yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.lens.opening]).tolist()
+        yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.lens.free_opening]).tolist()
         return cls(view.position, 90.0 - yaw, pitch, roll, fov)
 
     def view(self) -> View:

@@ -14,7 +14,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.lamps import LampSet, aimed_at
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
@@ -48,20 +48,16 @@ from sumo3dviz_pt.world.roads_around import region_of, roads_around
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
+from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.sky.weathered import in_weather
 from sumo3dviz_pt.world.street.build import build_street, site_of, standing_height
 from sumo3dviz_pt.world.street.furniture import stop_areas
-from sumo3dviz_pt.world.street.islands import (
-    IslandParts,
-    island_parts,
-    island_shrubs,
-    islands_of,
-)
+from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.structures.linings import DAY_SET
-from sumo3dviz_pt.world.weather.course import highest_road, weather_course
+from sumo3dviz_pt.world.weather.course import weather_over
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -110,6 +106,7 @@ class World:
         memory: What was built of it. All shots of a scene file share one.
         key: A hash of all that it is made from, under which its places are kept on disk; none are
             if it is empty.
+        weather: Over time; None for a dry and clear summer.
     """
 
     scenario: Scenario
@@ -118,6 +115,7 @@ class World:
     clearance: Clearance
     memory: Memory
     key: str = ""
+    weather: WeatherCourse | None = None
 
     @classmethod
     def of(
@@ -145,16 +143,14 @@ class World:
         lit = partial(build_sky, job.sky, location=scenario.network.location)
         # A user's file may be another one the next time.
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
-        world = cls(scenario, job, sky, clearance or Clearance(), memory, key)
-        return replace(world, sky=in_weather(sky, world.weather))
+        weather = weather_over(job.weather, scenario.network, memory)
+        sky = in_weather(sky, weather)
+        return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
 
     @property
-    def weather(self) -> WeatherCourse | None:
-        """The weather over time; fog gets thinner above the highest roads."""
-        if self.job.weather is None:
-            return None
-        base = self.memory.of(("highest road",), partial(highest_road, self.scenario.network))
-        return weather_course(self.job.weather, base=base)
+    def season(self) -> str:
+        """What leaves and grass look like."""
+        return "summer" if self.job.weather is None else self.job.weather.season
 
     @property
     def dark(self) -> bool:
@@ -224,9 +220,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
         *(signals, railway, street, islands),
     )
+    season = world.season
     return BuiltPlace(
-        tuple(part for part in parts if len(part.part.mesh.faces)),
-        {**_materials(land, grown, scenery), **areas.materials},
+        in_season((part for part in parts if len(part.part.mesh.faces)), season),
+        grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
         roads.surface_height_at,
         roads.rail_height_at,
@@ -272,7 +269,7 @@ def _land(
     )
     # What objects are placed by.
     around = given(height_at=ground.height_at)
-    around = replace(around, dark=world.dark, memory=world.memory)
+    around = replace(around, dark=world.dark, memory=world.memory, season=world.season)
     areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around), areas
 
@@ -315,11 +312,6 @@ def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str
         **scenery.materials,
         **grown.fronts.materials,
     }
-
-
-def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
-    """Return lamps that change, with light paths that aim at them only when it is dark."""
-    return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
 
 
 def _fronts(

@@ -80,8 +80,8 @@ def _found(world: World, camera_path: CameraPath) -> BuiltPlace:
 
 def _folder(world: World, camera_path: CameraPath) -> Path:
     """Return where a place is kept."""
-    path = (camera_path.positions, camera_path.forwards, camera_path.half_angles)
-    path += () if camera_path.parallel is None else (camera_path.parallel,)
+    path = [camera_path.positions, camera_path.forwards, camera_path.half_angles]
+    path += [] if camera_path.parallel is None else [camera_path.parallel]
     return catalog.cache_root() / "places" / digest_of(world.key, *path).hex()
 
 

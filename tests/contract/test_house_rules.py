@@ -25,7 +25,7 @@ MACHINE_PATH = re.compile(
 )
 REGISTRY = re.compile(r"https?://[^\s/]*(?:pypi|artifact|nexus|mirror|registry)", re.I)
 LATE = {"mitsuba", "drjit", "trimesh", "colour", "imageio_ffmpeg", "matplotlib", "aiohttp"}
-LATE |= {"pyarrow", "pyproj", "openpyxl", "PIL"}
+LATE |= {"pyarrow", "pyproj", "openpyxl", "PIL", "distributed"}
 
 
 def name_of(path: Path) -> str:

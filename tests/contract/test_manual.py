@@ -17,7 +17,7 @@ PACKAGE = ROOT / "sumo3dviz_pt"
 CLASSES = re.findall(r"autoclass:: (sumo3dviz_pt\S+)", (DOCS / "api.md").read_text("utf-8"))
 COMMANDS = (
     "demo", "init", "check", "still", "render", "develop", "converge", "report", "compare",
-    "motion", "view", "doctor", "vehicles", "completion", "schema", "study",
+    "motion", "view", "doctor", "vehicles", "completion", "schema", "study", "farm",
 )  # fmt: skip
 
 

@@ -302,6 +302,21 @@ def test_a_conversation_begins_with_the_scene_and_a_picture(server) -> None:
 
 
 @pytest.mark.slow
+def test_another_weather_is_for_all_and_can_be_taken_back(server) -> None:
+    async def work(talk: Talk) -> None:
+        told = await talk.note("scene")
+        assert told["weather"] == "" and "dense_fog" in told["weathers"]
+        for preset in ("dense_fog", ""):
+            await talk.say(do="weather", preset=preset)
+            assert (await talk.note("scene"))["weather"] == preset
+        await talk.frame()
+        await talk.say(do="weather", preset="frog")
+        assert "did you mean 'fog'" in (await talk.note("note"))["text"]
+
+    visit(server, work)
+
+
+@pytest.mark.slow
 def test_no_picture_comes_before_the_last_one_is_acknowledged(server) -> None:
     async def work(talk: Talk) -> None:
         first = await talk.frame()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
-from sumo3dviz_pt.model.lens import planes_of_rays
+from sumo3dviz_pt.model.ray_planes import planes_of_rays
 from sumo3dviz_pt.model.scene import View
 
 AVERAGED = Channels.in_order(radiance=3, albedo=3, normal=3, hit=1, depth=1)

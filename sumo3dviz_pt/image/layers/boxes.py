@@ -156,7 +156,8 @@ def kitti_line(box: Box3d, seen: Box2d, label: str, view: View, size: tuple[int,
 def truncated(box: Box3d, view: View, size: tuple[int, int]) -> float:
     """Return the share of a box's rectangle in the picture that lies outside of it, [0, 1]."""
     local = (box.corners - view.position) @ view.world_from_camera.matrix[:3, :3]
-    local[:, 0] = np.maximum(local[:, 0], _NEAR)
+    if view.lens.is_straight:
+        local[:, 0] = np.maximum(local[:, 0], _NEAR)
     places, _ = view.lens.project(local, size)
     low, high = places.min(axis=1), places.max(axis=1)
     ends = np.array([size[1], size[0]]) - 0.5

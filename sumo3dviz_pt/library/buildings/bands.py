@@ -31,8 +31,19 @@ def band(plan: Floats, heights: tuple[float, float], out: Floats, role: str) -> 
 
     top = np.stack([level(p, high) for p in (outer, around, after, plan)], axis=1)
     under = np.stack([level(p, low) for p in (around, outer, plan, after)], axis=1)
-    faces = [upright(outer, low, high), top]
+    upright_faces = upright(outer, low, high)
+    # Along a wall that it does not reach out of, only its ends beyond the wall show.
+    flush = np.asarray(out) == 0.0
+    before, behind = _between(outer, plan, low, high), _between(after, around, low, high)
+    ends = np.concatenate([before[flush], behind[flush]])
+    faces = [upright_faces[~flush], ends, top]
     return {role: np.concatenate(faces if low < 0 else [*faces, under])}
+
+
+def _between(begins: Floats, ends: Floats, low: float, high: float) -> Floats:
+    """Build an upright face from each of some points to each of others, (n, 4, 3)."""
+    corners = ((begins, low), (ends, low), (ends, high), (begins, high))
+    return np.stack([np.column_stack([p, np.full(len(p), z)]) for p, z in corners], axis=1)
 
 
 def outward(plan: Floats) -> Floats:

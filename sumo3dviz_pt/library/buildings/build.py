@@ -120,7 +120,7 @@ def _walls(building: Building, floors: Floats) -> list[Shell]:
     parts: list[Shell] = []
     for i, (a, b, length) in enumerate(zip(plan, after, lengths, strict=True)):
         if i in walls.blind:
-            plain = rectangles(0.0, length, FOUNDATION, building.height)
+            plain = rectangles(0.0, length, building.design.foot_height, building.height)
             parts.append(stood_up({"wall": plain}, a, b))
             continue
         back = any(float(facing[i] @ facing[j]) < -0.8 for j in walls.fronts)

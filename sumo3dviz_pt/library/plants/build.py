@@ -19,6 +19,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.plants.branches import Branches, Manner, bark, children, root_flare, trunk
 from sumo3dviz_pt.library.plants.foliage import crown, foliage
+from sumo3dviz_pt.library.plants.seasons import bare, leafy, twiggy
 from sumo3dviz_pt.library.plants.species import SHRUBS, SPECIES, Species
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
@@ -60,7 +61,12 @@ _KNOWN: Mapping[str, Species] = MappingProxyType({**SPECIES, **SHRUBS})
 
 
 def tree(
-    species: str, *, seed: int, level: int = 0, height: float | None = None
+    species: str,
+    *,
+    seed: int,
+    level: int = 0,
+    height: float | None = None,
+    season: str = "summer",
 ) -> tuple[Part, ...]:
     """Grow a tree or a shrub; the same seed gives the same crown at every level of detail.
 
@@ -70,6 +76,7 @@ def tree(
         level: 0 within reach (about 50,000 triangles), 1 near (11,000), 2 (4,000), 3 middle
             (2,000), 4 far (700), 5 farther (260); shrubs have half of that.
         height: [m]; default the species' usual one.
+        season: `winter` leaves twigs instead of leaves; colours are summer's.
 
     Returns:
         Bark and foliage; the foot stands at the origin, 0.3 m deep in the ground.
@@ -79,12 +86,14 @@ def tree(
     grown = crown(kind, orders[2], orders[3])
     # Crowns grow as chance has it; the highest twig decides what one metre is.
     scale = (height or kind.height) / float(grown.bounds[1, 2])
+    winter = bare(kind, season)
+    grows = twiggy(kind) if winter else leafy(kind, season)
     # Needles are too narrow to be folded, so there may be twice as many.
-    folded = detail.folded and kind.slender < _NEEDLE
-    count = detail.leaves * (2 if detail.folded and not folded else 1)
+    folded = detail.folded and grows.slender < _NEEDLE
+    count = detail.leaves * (2 if detail.folded and not folded and not winter else 1)
     count //= 2 if species in SHRUBS else 1
     leaves, tint = foliage(
-        kind, grown, leaves=count, folded=folded, rng=np.random.default_rng([seed, 1])
+        grows, grown, leaves=count, folded=folded, rng=np.random.default_rng([seed, 1])
     )
     wood, colours = _wood(kind, orders, detail, np.random.default_rng([seed, 2]))
     return (

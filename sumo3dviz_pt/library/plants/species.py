@@ -44,6 +44,9 @@ class Species(RecipeValue):
         upper_bark: Reflectance of upper trunk and boughs, or None.
         marks: Share of dark marks on the bark.
         thick: Radius of a bough, by that of the trunk where it leaves it.
+        autumn: Reflectance of the first and the last leaves of autumn.
+        evergreen: Whether it keeps its leaves in winter.
+        blossom: Reflectance of what hides most leaves in spring, or None.
         share: How often it is drawn where no species is chosen, against the shares of the others.
     """
 
@@ -71,6 +74,9 @@ class Species(RecipeValue):
     upper_bark: Colour | None = None
     marks: float = 0.0
     thick: float = 0.5
+    autumn: tuple[Colour, Colour] = ((0.34, 0.24, 0.035), (0.30, 0.12, 0.025))
+    evergreen: bool = False
+    blossom: Colour | None = None
     share: float = 1.0
 
 

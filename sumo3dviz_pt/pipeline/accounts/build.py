@@ -9,14 +9,19 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.shutter import Shutter
 from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.accounts.road_users import RoadUsers
+from sumo3dviz_pt.pipeline.metering import metering_of
+from sumo3dviz_pt.pipeline.weather_report import weather_account
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.scene import FrameState
@@ -48,6 +53,7 @@ def key_of(production: Production) -> str:
         "half": job.output.half,
         **({"layers": sorted(job.output.layers)} if job.output.layers else {}),
         "exposure": job.output.exposure,
+        **({} if production.metered is None else {"metered": production.metered}),
         "quality": production.quality.model_dump(exclude={"purpose"}),
         "variant": production.variant,
         "versions": versions(),
@@ -97,6 +103,9 @@ def account_of(production: Production) -> dict[str, Any]:
         "command": production.command,
         "camera": production.camera,
         "exposure": production.exposure,
+        **metering_of(production),
+        **_shutter(production.shot.camera.shutter),
+        **({} if production.optics is None else {"optics": asdict(production.optics)}),
         "tone": job.output.tone,
         "glare": job.output.glare,
         "seed": job.seed,
@@ -165,6 +174,24 @@ def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
             "forward": [round(float(value), 9) for value in matrix[:3, 0]],
             "up": [round(float(value), 9) for value in matrix[:3, 2]],
             "fov": round(float(np.degrees(view.lens.opening)), 6),
+            **({} if view.lens.is_pinhole else {"lens": _lens(view.lens)}),
         },
         "drawn": sorted(frame.users),
+        **({} if frame.weather is None else {"weather": weather_account(frame.weather)}),
+    }
+
+
+def _shutter(shutter: Shutter) -> dict[str, Any]:
+    """Return what an account says of a shutter; nothing of an instant."""
+    if shutter.is_instant:
+        return {}
+    said = {"open": shutter.open_for, "rolling": shutter.rolling}
+    return {"shutter": {name: round(value, 9) for name, value in said.items()}}
+
+
+def _lens(lens: Lens) -> dict[str, Any]:
+    """Return what a lens has that a pinhole has not, rounded."""
+    said = {name: value for name, value in lens.as_dict().items() if name != "opening"}
+    return {
+        name: round(value, 6) if isinstance(value, float) else value for name, value in said.items()
     }

@@ -31,8 +31,8 @@ def world_digest(data: SceneData) -> str:
 
 
 def light_digest(data: SceneData) -> str:
-    """Return a digest of what lights it and of the air: sun or moon, sky, haze."""
-    return _digest(data.sky, data.haze)
+    """Return a digest of what lights it and of the air: sun or moon, sky, haze, weather."""
+    return _digest(data.sky, data.haze, *(() if data.weather is None else (data.weather,)))
 
 
 def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
@@ -77,7 +77,7 @@ def _attributes(value: Any) -> Iterator[tuple[str, Any]]:
     """Yield a value's attributes; of a sky's pictures, hashed as files, whether they exist."""
     for field in fields(value):
         item = getattr(value, field.name)
-        is_picture = isinstance(value, Sky) and field.name in ("image", "clouds")
+        is_picture = isinstance(value, Sky) and field.name in ("image", "clouds", "overcast")
         yield field.name, (item is not None) if is_picture else item
 
 

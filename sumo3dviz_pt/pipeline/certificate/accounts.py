@@ -18,7 +18,13 @@ _FEW = 3
 """Most road users that a sentence names."""
 
 _DEVELOPED: Mapping[str, str] = MappingProxyType(
-    {"exposure": "exposure [EV]", "tone": "tone curve", "glare": "glare"}
+    {
+        "exposure": "exposure [EV]",
+        "tone": "tone curve",
+        "glare": "glare",
+        "optics": "vignetting and grain",
+        "metering": "metering",
+    }
 )
 _TOLD_ELSEWHERE = (
     *("exposure", "output.exposure", "output.tone", "output.glare", "frames that", "shot: frames"),
@@ -37,7 +43,7 @@ def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[s
         planned: What should differ in their scenes, as in `StimulusPair.changed`.
     """
     checks: tuple[Callable[[Account, Account, Acts], Iterator[str]], ...] = (
-        *(_lengths, _times, _cameras, _presence, _bodies, _motion, _lamps, _signals),
+        *(_lengths, _times, _cameras, _shutters, _presence, _bodies, _motion, _lamps, _signals),
         *(_development, _digests),
     )
     found = [fault for check in checks for fault in check(one, other, acts)]
@@ -89,10 +95,26 @@ def _cameras(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     apart = float(np.linalg.norm(np.subtract(a["position"], b["position"])))
     cosine = float(np.clip(np.dot(a["forward"], b["forward"]), -1.0, 1.0))
     lens = "" if a["fov"] == b["fov"] else f", with lenses of {a['fov']:g} and {b['fov']:g} deg"
+    if a.get("lens") != b.get("lens"):
+        lens = f", with lenses {_lens(a)} and {_lens(b)}"
     yield (
         f"the camera is another in {len(unlike)} frames, in frame {unlike[0]} by"
         f" {100 * apart:.3g} cm and {np.degrees(np.arccos(cosine)):.3g} deg{lens}"
     )
+
+
+def _lens(camera: Account) -> str:
+    """Return what is said of a lens beside its angle, in words."""
+    said = camera.get("lens", {})
+    return ", ".join(f"{name} {_short(value)}" for name, value in said.items()) or "of a pinhole"
+
+
+def _shutters(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that frames are exposed for other times."""
+    first, second = one.get("shutter"), other.get("shutter")
+    if first != second and not acts.moves:
+        words = [str(said or "instant") for said in (first, second)]
+        yield f"the shutter is {words[0]} in one film and {words[1]} in the other"
 
 
 def _presence(one: Account, other: Account, acts: Acts) -> Iterator[str]:

@@ -109,12 +109,22 @@ def matches(patterns: Iterable[str], name: str, label: str = "") -> bool:
     return any(fnmatchcase(each, pattern) for pattern in patterns for each in own)
 
 
+_AIR = Acts(looks=("*",), light=True, picture=True)
+"""Fog, rain and water on things: all look otherwise, and nothing has another shape."""
+
+_SNOW = Acts(things=(*_PLANTS, *_ROADS, *_GROUND), looks=("*",), light=True, picture=True)
+"""Snow, or weather that may be any: it lies on the ground and on plants, and all look otherwise."""
+
 _RULES: tuple[tuple[str, Acts], ...] = (
     # key of the scene file                          acts on
     (r"sky\b.*|lights", Acts(light=True)),
     (r"template", Acts()),  # what it holds stands under the keys themselves
     (r"output\.(exposure|tone|glare)", Acts(picture=True)),
     (r"overlays\b.*|output\.(codec|half|layers|sound)\b.*", Acts()),  # not in what is compared
+    (r"weather\.(preset|fog|rain|wetness|puddles)\b.*", _AIR),
+    (r"weather\.wind\b.*", Acts(things=_PLANTS, light=True)),
+    (r"weather\.season", Acts(things=(*_PLANTS, *_GROUND), looks=_GROUND)),
+    (r"weather\b.*", _SNOW),
     (r"vehicles\.by_id\.(?P<id>.+)\.colour", Acts(looks=("vehicle:{id}", "person:{id}"))),
     (r"vehicles\.by_id\.(?P<id>.+?)(\.model)?", Acts(things=("vehicle:{id}", "person:{id}"))),
     (r"vehicles\.colours\b.*", Acts(looks=_USERS)),
@@ -133,6 +143,9 @@ _RULES: tuple[tuple[str, Acts], ...] = (
     (r"signals\b.*|motion\b.*", Acts(motion=True)),
     (r"traffic\.rides\.(?P<id>.+?)(\.[a-z]+)?", Acts(things=("vehicle:{id}", "person:{id}"))),
     (r"traffic\b.*", Acts(things=_USERS)),
+    (r"cameras\.[^.]+\.exposure\b.*", Acts(picture=True)),
+    # Frames show the middle of their exposure, so another shutter shows other times.
+    (r"cameras\.[^.]+\.shutter\b.*", Acts(camera=True, motion=True)),
     (r"cameras\b.*", Acts(camera=True)),
     (r"shots\b.*\.camera", Acts(camera=True)),
     (r"shots\b.*", Acts(camera=True, motion=True)),

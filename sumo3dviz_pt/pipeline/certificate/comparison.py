@@ -17,6 +17,7 @@ from scipy.ndimage import binary_dilation
 
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.lamps import LENS_THAT_SHINES
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
 
@@ -24,11 +25,15 @@ SAME_DEPTH = 1e-4
 """Share of the distance by which depths may differ and count as one surface."""
 
 LIT_DEPTH = 0.03
-"""How far depths may differ where lamps are lit or go out [m]: panes, screens and dials that shine
-are thin bodies of their own before those that do not; 9 mm at most were measured."""
+"""How far depths may differ where panes, screens and dials shine or go out [m]: they are thin
+bodies of their own before those that do not; 9 mm at most were measured."""
 
 SAME_NORMAL = 0.02
 """Components of unit normals may differ by this: they are stored in half precision."""
+
+SAME_TUBE = 0.05
+"""The same for normals of opposite sides. Where a ray grazes a spoke, its front and its back are
+one place, and which of the two is met hangs on last bits."""
 
 SAME_ALBEDO = 0.004
 """Reflectances may differ by this, for the same reason."""
@@ -173,8 +178,25 @@ def _shape(one: Evidence, other: Evidence, *, light: bool) -> Bools:
     near = np.minimum(one.layers["depth"], other.layers["depth"])
     room = SAME_DEPTH * near + (LIT_DEPTH if light else 0.0)
     apart = np.abs(one.layers["depth"] - other.layers["depth"]) > room
-    turned = _largest(one.layers["normals"], other.layers["normals"]) > SAME_NORMAL
-    return np.asarray((one.things != other.things) | apart | turned)
+    turned = _turned(one, other)
+    differs = (one.things != other.things) | apart | turned
+    return np.asarray(differs & ~(_shines(one) | _shines(other)) if light else differs)
+
+
+def _shines(one: Evidence) -> Bools:
+    """Return where a vehicle's lamp shines, (h, w).
+
+    It is a body of its own before the one that does not, known by its paint, which is nobody
+    else's.
+    """
+    return np.asarray((one.layers["albedo"] == LENS_THAT_SHINES).all(axis=-1) & (one.things != 0))
+
+
+def _turned(one: Evidence, other: Evidence) -> Bools:
+    """Return where the first surface faces another way, and is not the back of the same, (h, w)."""
+    first, second = one.layers["normals"], other.layers["normals"]
+    same = _largest(first, second) <= SAME_NORMAL
+    return np.asarray(~same & (_largest(first, -second) > SAME_TUBE))
 
 
 def _paint(one: Evidence, other: Evidence) -> Bools:

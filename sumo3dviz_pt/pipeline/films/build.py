@@ -30,6 +30,7 @@ from sumo3dviz_pt.pipeline.films.rendering import FrameDone as FrameDone
 from sumo3dviz_pt.pipeline.films.rendering import Frames
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
 from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
+from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.overlays.files import extra_files, extra_frames, note_overlays
 from sumo3dviz_pt.pipeline.pilot import piloted
 from sumo3dviz_pt.pipeline.production import (
@@ -208,7 +209,8 @@ def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings
     # A frame alone has no help, and only our own kernel knows what a pixel shows.
     together = len(times) > 1 and ready_renderer(request.variant).jit
     asked = replace(request, camera=shot.camera)
-    return prepare(job, asked, times, film=True, together=together)
+    made = prepare(job, asked, times, film=True, together=together)
+    return metered(made, request.metered)
 
 
 def _render_shot(

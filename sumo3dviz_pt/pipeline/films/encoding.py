@@ -11,12 +11,14 @@ from pathlib import Path
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.random import frame_seed
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, write_sequence
 from sumo3dviz_pt.pipeline.films.traced import Shelf
 from sumo3dviz_pt.pipeline.overlays.files import overlaid, plain_twin, read_facts, write_captions
 from sumo3dviz_pt.pipeline.overlays.twins import write_both
 from sumo3dviz_pt.pipeline.production import Production
+from sumo3dviz_pt.video.spherical import ENDINGS, Spherical, spherical_of, write_boxes
 
 
 def encode_frames(
@@ -50,7 +52,8 @@ def encode_frames(
         masters=masters,
     )
     film = None if production.job.overlays is None else read_facts(files[0].parent)
-    write = partial(_write, files=files, output=output, fps=fps)
+    lens = production.shot.frame_at(float(production.times[0])).view.lens
+    write = partial(_write, files=files, output=output, fps=fps, spherical=spherical_of(lens))
     if film is None:
         write(pictures, path)
     elif is_sequence(path):
@@ -80,6 +83,7 @@ def _write(
     files: Sequence[Path],
     output: OutputSettings,
     fps: Fraction,
+    spherical: Spherical | None,
 ) -> None:
     """Write developed pictures as a film, or as numbered pictures."""
     from sumo3dviz_pt.video import encode
@@ -95,6 +99,8 @@ def _write(
         codec=output.codec,
         comment={"made_by": "sumo3dviz_pt", "versions": versions()},
     )
+    if spherical is not None and path.suffix.lower() in ENDINGS:
+        write_boxes(path, spherical)
 
 
 def developed(
@@ -120,6 +126,7 @@ def developed(
         InputError: If a frame is missing, damaged or has another key.
     """
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+    from sumo3dviz_pt.image.optics import Optics
     from sumo3dviz_pt.image.tonemap import develop_float
 
     shelf = Shelf()
@@ -131,9 +138,14 @@ def developed(
             text = {PROVENANCE: json.dumps(account, sort_keys=True)}
             half = bool(account.get("scene", {}).get("output", {}).get("half", True))
             write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
+        at = float(account.get("exposure", 0.0)) if exposure is None else exposure
+        optics = Optics.from_dict(account.get("optics"))
+        if optics is not None:
+            seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
+            radiance = optics.on(radiance, exposure=at, seed=seed)
         yield develop_float(
             radiance,
-            exposure=float(account.get("exposure", 0.0)) if exposure is None else exposure,
+            exposure=at,
             tone=tone or str(account.get("tone", "neutral")),
             glare=float(account.get("glare", 0.0)) if glare is None else glare,
         )

@@ -34,6 +34,7 @@ class FilmOrder:
         speed: SUMO's time per film's; None is the shot's.
         overwrite: Whether a film and frames that exist are replaced.
         final_exr: Whether finished frames are written as EXR files, too.
+        shot: Only this shot of the scene file, counted from 1; None is all.
     """
 
     path: Target
@@ -46,6 +47,7 @@ class FilmOrder:
     speed: Ratio | None = None
     overwrite: bool = False
     final_exr: bool = False
+    shot: Whole | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
@@ -79,6 +81,8 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
         ConfigError: If times or cameras are missing, or several shots share a name.
     """
     if request.camera is not None or order.start is not None:
+        if order.shot is not None:
+            raise ConfigError("give a shot's number, or --camera, --from and --to", key="shot")
         shot = _asked_shot(job, request, order)
         return [ShotFilm(shot, _film_path(order.path, job, shot))]
     if not job.shots:
@@ -90,7 +94,14 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
             f"the scene has {len(job.shots)} shots; put {{shot}} into the name of the output",
             key="output",
         )
-    return [ShotFilm(shot, _film_path(order.path, job, shot)) for shot in job.shots]
+    films = [ShotFilm(shot, _film_path(order.path, job, shot)) for shot in job.shots]
+    if order.shot is None:
+        return films
+    if not 1 <= order.shot <= len(films):
+        raise ConfigError(
+            f"there is no shot {order.shot}; the scene's are 1 to {len(films)}", key="shot"
+        )
+    return [films[order.shot - 1]]
 
 
 def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import frame_file
+from sumo3dviz_pt.pipeline.films.stopping import whole_frame
 from sumo3dviz_pt.pipeline.films.traced import write_traced
 from sumo3dviz_pt.pipeline.production import Production, opened
 
@@ -96,10 +97,8 @@ class Frames:
             started = time.monotonic()
             announce(Doing.RENDER, kept, len(self.wanted))
             for count, number in enumerate(self.missing, start=1):
-                spent = _render_frame(self.production, session, self.folder, number, self.shared)
-                if layers is not None:
-                    layers.write(session, number)
-                    spent = dict(session.clock.seconds)
+                with whole_frame():
+                    spent = self._render(session, number, layers)
                 for phase, seconds in spent.items():
                     cpu[phase] = cpu.get(phase, 0.0) + seconds
                 announce(Doing.RENDER, kept + count, len(self.wanted))
@@ -107,6 +106,16 @@ class Frames:
                 done = FrameDone(kept + count, len(self.wanted), left, kept=False, cpu=spent)
                 self._tell(done)
                 yield number
+
+    def _render(
+        self, session: Session, number: int, layers: LayerWriter | None
+    ) -> dict[str, float]:
+        """Render and store one frame and its layers; CPU-seconds by phase."""
+        spent = _render_frame(self.production, session, self.folder, number, self.shared)
+        if layers is not None:
+            layers.write(session, number)
+            spent = dict(session.clock.seconds)
+        return spent
 
     def passing(self, cpu: dict[str, float]) -> Generator[Path, None, None]:
         """Yield all files in order, each when those exist that help it; drop what none needs.
@@ -147,7 +156,7 @@ def _render_frame(
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 
     at = float(production.times[number])
-    frame, path = production.shot.frame_at(at), frame_file(folder, number)
+    frame, path = production.frame_at(at), frame_file(folder, number)
     half = production.job.output.half
     samples = session.samples(frame)
     account = {

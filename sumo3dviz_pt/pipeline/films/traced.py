@@ -83,6 +83,7 @@ def _finishing_text(how: Finishing) -> str:
             "raw_share": how.raw_share,
             "haze": None if how.haze is None else list(how.haze.extinction),
             "horizon": base64.b64encode(horizon).decode(),
+            **({"grainy_sky": True} if how.grainy_sky else {}),
         }
     )
 
@@ -100,6 +101,7 @@ def _finishing_of(text: str) -> Finishing:
         float(said["raw_share"]),
         None if red_green_blue is None else Haze(tuple(red_green_blue)),
         np.frombuffer(horizon, dtype=np.float16).astype(np.float32).reshape(-1, 3),
+        bool(said.get("grainy_sky", False)),
     )
 
 

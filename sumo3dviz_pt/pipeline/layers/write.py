@@ -166,6 +166,7 @@ def camera_of(view: View, size: tuple[int, int]) -> dict[str, Any]:
         "focal": 1.0 / view.lens.pixel_width(width),
         "centre": [(width - 1) / 2, (height - 1) / 2],
         "world_from_camera": view.world_from_camera.matrix.tolist(),
+        **({} if view.lens.is_pinhole else {"lens": view.lens.as_dict()}),
     }
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from dataclasses import asdict, dataclass
 
+from sumo3dviz_pt.installation.processors import threads
 from sumo3dviz_pt.job.settings import Quality
 
 _START = 16.0
@@ -87,24 +88,83 @@ def cost_of(
         cores: That work; None is all of this machine's.
     """
     cores = cores or threads()
-    megapixels, megatriangles = size[0] * size[1] / 1e6, triangles / 1e6
-    # What one thread does alone, and what all of them share, for each frame.
-    start = _START + _START_PER_MEGATRIANGLE * megatriangles
-    serial = _UPDATE * megatriangles
+    megapixels = size[0] * size[1] / 1e6
     together = quality.accumulate if frames > 1 else 0
-    serial += help_cost(quality, size=size, frames=frames)
-    shared = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
-    if quality.denoise != "none":
-        shared += megapixels * _DENOISER[quality.denoise]
-    wall = start * (_SERIAL_START + (1.0 - _SERIAL_START) / cores)
-    wall += frames * (serial + shared / cores)
+    stages = stages_of(quality, size=size, triangles=triangles, frames=frames)
+    frame = stages.trace + stages.develop
+    whole = stages.start + frames * frame
     return Cost(
-        cpu_seconds_per_frame=serial + shared,
-        cpu_hours=(start + frames * (serial + shared)) / 3600,
-        wall_seconds=wall,
+        cpu_seconds_per_frame=frame.cpu,
+        cpu_hours=whole.cpu / 3600,
+        wall_seconds=whole.wall(cores),
         memory_mb=memory_forecast(megapixels, triangles),
         frames_mb=frames * megapixels * (_EXR_TRACED if together else _EXR) * (2 - half),
         film_mb=frames * megapixels * _FILM,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Work of one thread alone, and work that all threads share.
+
+    Attributes:
+        serial: [CPU-s].
+        shared: [CPU-s].
+    """
+
+    serial: float = 0.0
+    shared: float = 0.0
+
+    def __add__(self, other: Work) -> Work:
+        return Work(self.serial + other.serial, self.shared + other.shared)
+
+    def __rmul__(self, times: float) -> Work:
+        return Work(times * self.serial, times * self.shared)
+
+    @property
+    def cpu(self) -> float:
+        """All of it [CPU-s]."""
+        return self.serial + self.shared
+
+    def wall(self, cores: int) -> float:
+        """Return how long it takes if nothing else runs [s]."""
+        return self.serial + self.shared / cores
+
+
+@dataclass(frozen=True, slots=True)
+class Stages:
+    """What the stages of a film cost.
+
+    Attributes:
+        start: Reading, building, loading and compiling, once in every process.
+        trace: Tracing one frame.
+        develop: Making a picture of one frame.
+    """
+
+    start: Work
+    trace: Work
+    develop: Work
+
+
+def stages_of(
+    quality: Quality, *, size: tuple[int, int], triangles: int = TYPICAL_TRIANGLES, frames: int
+) -> Stages:
+    """Forecast what the stages of a film cost.
+
+    Args:
+        quality: Samples and denoiser.
+        size: Width, height [px].
+        triangles: That the shot holds.
+        frames: Of the film; a picture alone has no help.
+    """
+    megapixels, megatriangles = size[0] * size[1] / 1e6, triangles / 1e6
+    start = _START + _START_PER_MEGATRIANGLE * megatriangles
+    pixels = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
+    denoiser = megapixels * _DENOISER[quality.denoise]
+    return Stages(
+        Work(_SERIAL_START * start, (1.0 - _SERIAL_START) * start),
+        Work(_UPDATE * megatriangles, pixels),
+        Work(help_cost(quality, size=size, frames=frames), denoiser),
     )
 
 
@@ -123,13 +183,6 @@ def help_cost(quality: Quality, *, size: tuple[int, int], frames: int) -> float:
 def memory_forecast(megapixels: float, triangles: int) -> float:
     """Return the memory that a picture needs at its peak [MB]."""
     return _MEMORY + _MEMORY_PER_MEGAPIXEL * megapixels + _MEMORY_PER_MEGATRIANGLE * triangles / 1e6
-
-
-def threads() -> int:
-    """Return the threads that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def spent() -> float:

@@ -18,6 +18,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.pilot import piloted
 from sumo3dviz_pt.pipeline.production import (
     Production,
@@ -86,7 +87,8 @@ class OpenShot:
         """
         check_tone(job.output.tone)
         get_ready(job, request)
-        return cls(piloted(prepare(job, request, plan_times(job, request, time)), request))
+        made = prepare(job, request, plan_times(job, request, time))
+        return cls(piloted(metered(made, request.metered), request))
 
     def __enter__(self) -> OpenShot:
         return self
@@ -147,7 +149,7 @@ class OpenShot:
         # Files are hashed before the long work, not when somebody may have changed them.
         number = int(np.searchsorted(made.times, time - 1e-9))
         account = {**made.account, "frame": number, "time": time}
-        frame = made.shot.frame_at(time)
+        frame = made.frame_at(time)
         announce(Doing.RENDER)
         rendered = self._session.render(frame, after_pass=partial(announce, Doing.RENDER))
         output = made.job.output
@@ -162,6 +164,7 @@ class OpenShot:
             output.half,
             account,
             replace(rendered, layers=layers),
+            made.optics,
         )
 
     def frames(self) -> Iterator[Still]:

@@ -11,8 +11,10 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.random import frame_seed
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.image.optics import Optics
     from sumo3dviz_pt.render.session import Rendered
 
 
@@ -28,6 +30,7 @@ class Still:
         half: Whether an EXR of it is stored in half precision.
         provenance: What it was made from.
         rendered: The renderer's own account.
+        optics: What happens to light in the camera; None is nothing.
     """
 
     radiance: Image
@@ -37,6 +40,7 @@ class Still:
     half: bool
     provenance: dict[str, Any]
     rendered: Rendered
+    optics: Optics | None = None
 
     @property
     def time(self) -> float:
@@ -56,7 +60,11 @@ class Still:
         """8-bit sRGB pixels, (h, w, 3)."""
         from sumo3dviz_pt.image.tonemap import develop
 
-        return develop(self.radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
+        radiance = self.radiance
+        if self.optics is not None:
+            seed = frame_seed(int(self.provenance["seed"]), self.time)
+            radiance = self.optics.on(radiance, exposure=self.exposure, seed=seed)
+        return develop(radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
 
     def save(self, path: str | Path) -> None:
         """Write a .png (developed) or an .exr (radiance); one that exists is overwritten.

@@ -18,6 +18,9 @@ from sumo3dviz_pt.pipeline.studies.file import StudyFile
 _FULL_MODELS = 6
 """Models in full detail in every film of a study, unless the scene file says another number."""
 
+_OBJECT_TRIANGLES = 200_000
+"""Of each kind of object in every film of a study, unless the scene file says another number."""
+
 
 def leaves(patch: Patch) -> Iterator[KeyPath]:
     """Yield the keys of the scene file that a patch sets.
@@ -67,15 +70,17 @@ def job_of(study: StudyFile, profile: Profile | None, overrides: Patch | None = 
 
 
 def _with_one_detail(job: Job) -> Job:
-    """Return a scene whose road users are drawn alike whatever else stands there.
+    """Return a scene in which things are drawn alike whatever else stands there.
 
-    By default a shot draws as many models in full detail as its other triangles leave, so that a
-    street without trees would show better cars.
+    By default a shot draws road users and objects in as much detail as its other triangles leave,
+    so that a street without trees would show better cars and houses.
     """
-    if job.vehicles.full_models is not None:
-        return job
-    vehicles = job.vehicles.model_copy(update={"full_models": _FULL_MODELS})
-    return job.model_copy(update={"vehicles": vehicles})
+    vehicles, objects = job.vehicles, job.objects
+    if vehicles.full_models is None:
+        vehicles = vehicles.model_copy(update={"full_models": _FULL_MODELS})
+    if objects.triangles is None:
+        objects = objects.model_copy(update={"triangles": _OBJECT_TRIANGLES})
+    return job.model_copy(update={"vehicles": vehicles, "objects": objects})
 
 
 def _with_layers(job: Job) -> Job:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.experiments.designs.build import build_design, is_excluded
 from sumo3dviz_pt.experiments.playlists import Playlist, build_playlists
 from sumo3dviz_pt.experiments.tables.build import trials_in
@@ -62,6 +63,17 @@ class StudyPlan:
     def pairs(self) -> tuple[StimulusPair, ...]:
         """Films that should differ in one factor only."""
         return pairs_of(self.file.levels, self.stimuli)
+
+    def only(self, name: str) -> StudyPlan:
+        """Return the plan of one of its films.
+
+        Raises:
+            ConfigError: If there is none of that name; suggests one.
+        """
+        known = {each.name: each for each in self.stimuli}
+        if name not in known:
+            raise ConfigError(f"no film is called {name!r}{did_you_mean(name, known)}", key="film")
+        return replace(self, stimuli=(known[name],))
 
 
 def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:

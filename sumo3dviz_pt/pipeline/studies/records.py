@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
 RECORD = "study.json"
+PARTS = "study.films"
+"""Folder of the records of films that were made one by one, until `study.json` holds them."""
+
 MATERIALS = "materials"
 """Folder of the films, as Psych-DS calls it."""
 
@@ -146,16 +150,42 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
     }
     path = folder / RECORD
     write_json(path, json.loads(json.dumps(content, default=str)), indent=1)
+    _drop_parts(folder, films)
     return path
 
 
+def write_part(folder: Path, name: str, film: FilmRecord) -> None:
+    """Note one film on its own: machines that make films of one study share no file.
+
+    Args:
+        folder: The study's.
+        name: The film's.
+        film: What there is to know of it.
+    """
+    (folder / PARTS).mkdir(parents=True, exist_ok=True)
+    write_json(folder / PARTS / f"{name}.json", asdict(film))
+
+
+def _drop_parts(folder: Path, films: Mapping[str, FilmRecord]) -> None:
+    """Remove the records of films that `study.json` holds now."""
+    for name in films:
+        (folder / PARTS / f"{name}.json").unlink(missing_ok=True)
+    with suppress(OSError):  # others are there, or none ever was
+        (folder / PARTS).rmdir()
+
+
 def _films(folder: Path) -> dict[str, FilmRecord]:
-    """Return the films that a folder's record names; none where it is missing or damaged."""
+    """Return the films that a folder's records name; none where they are missing or damaged."""
+    found = {}
     try:
         known = json.loads((folder / RECORD).read_bytes())["films"]
-        return {name: _film(values) for name, values in known.items()}
+        found = {name: _film(values) for name, values in known.items()}
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
-        return {}
+        pass
+    for path in sorted((folder / PARTS).glob("*.json")):
+        with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
+            found[path.stem] = _film(json.loads(path.read_bytes()))
+    return found
 
 
 def _film(values: Mapping[str, Any]) -> FilmRecord:

@@ -21,7 +21,7 @@ from sumo3dviz_pt.job.ranges import Target
 from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.pipeline.certificate.build import Certificate, certify
 from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames
-from sumo3dviz_pt.pipeline.films.build import check_output, check_rides, render_film
+from sumo3dviz_pt.pipeline.films.build import check_output, check_rides, prepared, render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, ShotFilm
 from sumo3dviz_pt.pipeline.films.reuse import discard
@@ -36,6 +36,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     film_path,
     finished_films,
     record_of,
+    write_part,
     write_record,
 )
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
@@ -121,10 +122,14 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
 def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
     """Return the films that are to be rendered; with `resume`, only those that are not there."""
     done = finished_films(order.folder, plan, variant=order.variant) if order.resume else {}
+    if all(stimulus.name in done for stimulus in plan.stimuli):
+        return []
+    request = Request(variant=order.variant, command=order.command)
+    request = replace(request, metered=_shared_exposure(plan, request))
     return [
         FilmTask(
             stimulus,
-            Request(variant=order.variant, command=order.command),
+            request,
             FilmOrder(
                 film_path(order.folder, plan, stimulus),
                 resume=not order.overwrite,
@@ -136,6 +141,21 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
         for stimulus in plan.stimuli
         if stimulus.name not in done
     ]
+
+
+def _shared_exposure(plan: StudyPlan, request: Request) -> float | None:
+    """Return the exposure that all films of a study share [EV]; None where none is to be metered.
+
+    It is metered on the first film whose camera wants that, whatever films are there already.
+    """
+    if plan.file.settings.exposure != "shared":
+        return None
+    for stimulus in plan.stimuli:
+        said = stimulus.job.cameras[stimulus.shot.camera].exposure
+        if said is not None and said.mode == "auto":
+            order = FilmOrder(Path("metered.mp4"))
+            return prepared(stimulus.job, request, order).metered
+    return None
 
 
 def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecord:
@@ -153,6 +173,40 @@ def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecor
     record = record_of(task.order.path, task.stimulus, variant=order.variant)
     write_record(folder, plan, {**films, task.stimulus.name: record})
     return record
+
+
+def film_part(plan: StudyPlan, order: StudyOrder, frames: tuple[int, int] | None) -> FilmTask:
+    """Return what is to be rendered of a plan's only film.
+
+    Args:
+        plan: Of one film; see `StudyPlan.only`.
+        order: Where it goes, and what may be kept or replaced.
+        frames: First and after-last frame; None makes the film.
+    """
+    (stimulus,) = plan.stimuli
+    return FilmTask(
+        stimulus,
+        Request(variant=order.variant, command=order.command),
+        FilmOrder(
+            film_path(order.folder, plan, stimulus),
+            frames=frames,
+            resume=order.resume,
+            overwrite=order.overwrite,
+        ),
+    )
+
+
+def render_part(order: StudyOrder, task: FilmTask) -> None:
+    """Render some frames of a film, or make it and note it, beside others on other machines.
+
+    Raises:
+        ConfigError, InputError, RenderError: As `render_film`; finished frames are kept.
+    """
+    (order.folder / MATERIALS).mkdir(parents=True, exist_ok=True)
+    render_film(task.stimulus.job, task.request, task.order)
+    if task.order.frames is None:
+        record = record_of(task.order.path, task.stimulus, variant=order.variant)
+        write_part(order.folder, task.stimulus.name, record)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.model.falling import Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.model.lens import Lens, planes_of_rays
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.precipitation import drop_speed, rain_sizes
+from sumo3dviz_pt.model.ray_planes import planes_of_rays
 from sumo3dviz_pt.render.falling.chance import keys_of, shares
 from sumo3dviz_pt.render.falling.frames import along, local
 from sumo3dviz_pt.render.falling.light import lit

@@ -74,6 +74,15 @@ class Air:
         length = dr.select(active, distance, 0.0)
         return dr.exp(-self.depth(start, d, length))
 
+    def reach(self, start: Any, d: Any, distance: Any, active: Any) -> Any:
+        """Return the share of a lamp's light that reaches a place through segments.
+
+        A share g^2 of what droplets scatter goes on as good as straight (delta scaling, see
+        `model/daylight.py`): it is lost for the lamp's image, but still lights things there.
+        """
+        length = dr.select(active, distance, 0.0)
+        return dr.exp((ASYMMETRY**2 - 1.0) * self.depth(start, d, length))
+
     def extinction(self, place: Any) -> Any:
         """Return the extinction at points [1/m]."""
         return self._even + self._dense * self._density(place.z - self._base)

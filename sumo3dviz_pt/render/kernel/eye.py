@@ -16,10 +16,8 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.projections import NEWTON
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.sensors import NEAR_CLIP, WHOLE, PicturePart
@@ -74,7 +72,7 @@ class LensEye:
         self._turn = [_vector(matrix[:3, k]) for k in range(3)]
         self._position = _vector(matrix[:3, 3] - origin)
         width, height = lens.eye_size(size)
-        self._across, self._upwards = (_number(one) for one in _halves(lens, height / width))
+        self._across, self._upwards = (_number(one) for one in lens.edges(height / width))
         self._shift = _number(lens.shift)
         self._part = [_number(one) for one in (part.column, part.row, 1.0 / part.of)]
         self._is_part = part.of > 1
@@ -178,16 +176,6 @@ def eye_of(
     if view.lens.is_pinhole:
         return SensorEye(sensor)
     return LensEye(view, origin, size, part)
-
-
-def _halves(lens: Lens, aspect: float) -> tuple[float, float]:
-    """Return what a place at the picture's left and at its upper edge stands for."""
-    if lens.projection == "equirectangular":
-        return 0.5 * lens.opening, 0.5 * np.pi
-    if lens.projection == "fisheye":
-        return 0.5 * lens.opening, 0.5 * lens.opening * aspect
-    half = 0.5 * lens.width if lens.projection == "orthographic" else lens.half_width
-    return half, half * aspect
 
 
 def _number(value: float) -> Any:

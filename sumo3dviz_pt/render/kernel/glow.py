@@ -108,4 +108,4 @@ def _blur(seen: Floats, lens: Lens, width: int) -> Floats:
         return np.zeros(len(seen))
     away = np.maximum(np.linalg.norm(seen, axis=-1).min(axis=1, initial=np.inf), 0.1)
     apart = np.abs(1.0 / away - 1.0 / lens.focus)
-    return np.ceil(lens.aperture * apart / lens.pixel_width(width))
+    return np.asarray(np.ceil(lens.aperture * apart / lens.pixel_width(width)))

@@ -20,8 +20,11 @@ from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
+from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.eye import Eye, eye_of
 from sumo3dviz_pt.render.kernel.glow import covered
+from sumo3dviz_pt.render.kernel.grounds import Grounds
+from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
@@ -83,7 +86,11 @@ class Kernel:
         self._tables = Tables(loaded, numbered=numbered)
         air = Air(loaded) if loaded.misty else None
         lights = Lights(loaded, self._tables, air)
-        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights, air)
+        halos = Halos(loaded, lights, air) if air is not None and lights.many else None
+        self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
+        self._rain_on()
+        surfaces = Surfaces(self._tables, pixel, self._deposits)
+        self._place = Place(loaded.scene, surfaces, lights, air, halos)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -99,6 +106,13 @@ class Kernel:
         if self._place.air is not None:
             self._place.air.follow()
         self._place.lights.follow()
+        self._rain_on()
+
+    def _rain_on(self) -> None:
+        """Bring what weather leaves on surfaces to the frame that is shown."""
+        frame = self._loaded.frame
+        if self._deposits is not None and frame is not None and frame.weather is not None:
+            self._deposits.follow(frame.weather, frame.time, frame.origin)
 
     def eye(self, sensor: Any, view: View, *, part: PicturePart = WHOLE) -> Eye:
         """Return what rays of a view come from; arguments as in `eye_of`."""
@@ -178,20 +192,36 @@ class Kernel:
         width, height = _size_of(sensor)
         first, last = rows_of(band, height)
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
-        bounds, parts = limits.bounds(), []
+        bounds, halos, parts = limits.bounds(), self._place.halos, []
+        if halos is not None:
+            halos.look_at(eye, (width, height))
         for top in range(first, last, rows):
             count = min(rows, last - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
             index = dr.arange(mi.UInt32, sampler.wavefront_size())
             pixel = index // dr.opaque(mi.UInt32, spp) + dr.opaque(mi.UInt32, top * width)
             ray = _ray(eye, sampler, pixel, size=(width, height))
-            of_all, of_first = followed(self._place, sampler, ray, bounds)
+            tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
+            of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.schedule(of_all, of_first)
             found = [_of_all(channel, spp) for channel in of_all]
             found += [_of_first(channel, spp) for channel in of_first]
             channels = [channel.reshape(count, width) for channel in found]
             parts.append(np.stack(channels, axis=-1))
         return self._channels.layers(np.concatenate(parts))
+
+
+def deposits_of(loaded: LoadedScene, pixel: float) -> Deposits | None:
+    """Return what weather leaves on a scene's surfaces; None where it leaves nothing.
+
+    Args:
+        loaded: The scene.
+        pixel: Angle of a pixel [rad].
+    """
+    course = loaded.weather
+    if course is None or not (course.is_wet or course.is_snowy):
+        return None
+    return Deposits(course, Grounds(loaded.shelters(), loaded.tracks), pixel)
 
 
 def _of_all(channel: Any, spp: int) -> Image:

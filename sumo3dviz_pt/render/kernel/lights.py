@@ -54,6 +54,9 @@ class Lights:
         loaded: A scene that shows a frame.
         tables: Of the scene.
         air: What is in the air, or None.
+
+    Attributes:
+        beam_names: Of all beams, in their order.
     """
 
     def __init__(self, loaded: LoadedScene, tables: Tables, air: Air | None = None) -> None:
@@ -72,7 +75,7 @@ class Lights:
         lamps = [f"{name}.emitter" for name in tables.lamps]
         self._first_beam = len(first) + len(lamps)
         beams = sorted(k.split(".")[0] for k in _keys(parameters) if _is_beam(k))
-        self._beam_names = tuple(beams)
+        self.beam_names = tuple(beams)
         self._names = (*first, *lamps, *beams)
         self._choice = Choice(len(self._names), placed=self.many)
         self._sky_given = self._light_of_sky()
@@ -88,7 +91,7 @@ class Lights:
         if self._lamps is not None:
             self._lamps.follow()
         if self._beams is not None:
-            self._beam_rows = _array(_beam_rows(self._beam_names, self._beams.placed))
+            self._beam_rows = _array(_beam_rows(self.beam_names, self._beams.placed))
 
     def _light_of_sky(self) -> float:
         """Return what the sky gives to a place, where that matters."""
@@ -117,7 +120,7 @@ class Lights:
             given[self._first_lamp + k] = values.reshape(cells, cells)[np.ix_(index, index)].ravel()
         middles = (np.arange(CELLS) + 0.5) / per_metre
         x, y = np.meshgrid(corner_x + middles, corner_y + middles)
-        for k, name in enumerate(self._beam_names):
+        for k, name in enumerate(self.beam_names):
             if self._beams is not None and name in self._beams.placed:
                 given[self._first_beam + k] = self._beams.given(name, x.ravel(), y.ravel())
         return given
@@ -197,7 +200,7 @@ class Lights:
             aim = _merged(active & chosen, aim, place, sample, number, maker)
         light = aim.light / chance
         if self._air is not None:
-            light *= self._air.through(place, aim.d, aim.distance, aim.distance < FAR)
+            light *= self._air.reach(place, aim.d, aim.distance, aim.distance < FAR)
         scaled = Aim(aim.d, aim.distance, aim.pdf * chance, light)
         return scaled, number >= self._first_beam
 
@@ -209,7 +212,7 @@ class Lights:
         if self._lamps is not None and self._loaded.aimed:
             lamp = (number >= self._first_lamp) & (number < self._first_beam)
             groups.append((lamp, self._lamp_picked))
-        if self._beam_names:
+        if self.beam_names:
             groups.append((number >= self._first_beam, self._beam_picked))
         return groups
 
@@ -243,6 +246,18 @@ class Lights:
         lit = active & (aim.pdf > 0.0)
         light = dr.select(lit, aim.radiance / aim.pdf, 0.0)
         return Aim(aim.d, aim.distance, aim.pdf, light)
+
+    def beam_at(self, place: Any, beam: Any, active: Any) -> Any:
+        """Return the light of a beam on what faces it at a place, a colour, if nothing hides it.
+
+        Args:
+            place: The lit point.
+            beam: Its number among the beams.
+            active: Which lanes count.
+        """
+        number = beam + self._first_beam
+        aim = self._beam_picked(mi.Point3f(place), mi.Point2f(0.5), number, active)
+        return dr.select(active & (aim.pdf > 0.0), aim.light, 0.0)
 
     def _beam_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
         """Find the direction to a head lamp; arguments as in `_lamp_picked`."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.candidates import aimed
+from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
@@ -45,12 +46,14 @@ class Place:
         surfaces: Find what rays met.
         lights: The emitters.
         air: What is in the air, or None.
+        halos: Lamps whose light it scatters, or None.
     """
 
     scene: Any
     surfaces: Surfaces
     lights: Lights
     air: Air | None = None
+    halos: Halos | None = None
 
 
 @dataclass(slots=True)
@@ -123,7 +126,9 @@ class _Scattered(NamedTuple):
     albedo: Any
 
 
-def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list[Any], list[Any]]:
+def followed(
+    place: Place, sampler: Any, ray: Any, bounds: Bounds, tile: Any = None
+) -> tuple[list[Any], list[Any]]:
     """Follow paths; return each one's channels, in the order of the integrator's.
 
     The second list is what the first sample of a pixel is asked for.
@@ -133,7 +138,9 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list
         sampler: Where chance comes from.
         ray: Their first segments.
         bounds: How long and how bright they are.
+        tile: Part of the picture that they belong to, where there are halos.
     """
+    chance = sampler.next_2d() if place.halos is not None else None
     number, colour = mi.Float(0.0), mi.Color3f(0.0)
     seen = _Seen(
         hit=mi.Float(number),
@@ -161,6 +168,8 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list
 
     path, _ = dr.while_loop((path, sampler), lambda path, _: path.active, step, label="paths")
     seen = path.seen
+    if place.halos is not None:
+        path.light += place.halos.along(place.scene, ray, seen.distance, tile, chance)
     emitted = [*seen.emitted] if place.lights.lamps else []
     of_all = [
         *_capped(path.light, bounds.cap),

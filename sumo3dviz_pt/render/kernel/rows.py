@@ -45,6 +45,10 @@ class Kind(IntFlag):
     ROUGH = 128
     BITMAP = 256
     TINTED = 512
+    ROAD = 1024
+    SLABS = 2048
+    PAVED = ROAD | SLABS
+    SEASONED = 4096
 
 
 PLAIN = Kind(0)
@@ -173,7 +177,7 @@ class RowMaker:
         if word in ("tint", "mesh_attribute"):
             return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else Kind.TINTED)}
         if word == "untiled" and "roughness" not in base:
-            return {"kind": kind | Kind.UNTILED, "texture": _numbered(self.untiled, base)}
+            return self._laid(base, kind | Kind.UNTILED | _paving(base))
         if word == "bitmap":
             return {"kind": kind | Kind.BITMAP, "texture": _numbered(self.bitmaps, base)}
         if word == "stained":
@@ -182,6 +186,15 @@ class RowMaker:
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
         raise _ForeignError
 
+    def _laid(self, base: Mapping[str, Any], kind: Kind) -> dict[str, Any]:
+        """Return the fields of a colour that is a bitmap without repetition."""
+        plain = {key: value for key, value in base.items() if key != "gain"}
+        said = {"kind": kind, "texture": _numbered(self.untiled, plain)}
+        if "gain" not in base:
+            return said
+        gain = tuple(float(channel) for channel in base["gain"])
+        return said | {"kind": kind | Kind.SEASONED, "gain": gain}
+
 
 def _matt(bsdf: Bsdf) -> dict[str, Any]:
     """Return the fields of a perfectly diffuse material, with its colour as `base`."""
@@ -189,6 +202,13 @@ def _matt(bsdf: Bsdf) -> dict[str, Any]:
         raise _ForeignError
     grey = {"type": "rgb", "value": _MIDDLE}
     return {"kind": Kind.MATT, "base": bsdf.get("reflectance", grey)}
+
+
+def _paving(base: Mapping[str, Any]) -> Kind:
+    """Return what is paved with a texture: what can be worn is, and slabs lie in rows."""
+    if not base.get("wear"):
+        return PLAIN
+    return Kind.SLABS if base.get("regular") else Kind.ROAD
 
 
 def _number(value: Any) -> float:

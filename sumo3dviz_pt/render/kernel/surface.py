@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 
+from sumo3dviz_pt.render.kernel.deposits import Deposits
+from sumo3dviz_pt.render.kernel.exposure import Spot as Place
 from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import Kind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
@@ -43,12 +45,15 @@ class Surfaces:
     Args:
         tables: Of the scene.
         pixel: Angle of a pixel [rad].
+        deposits: What weather leaves on surfaces, or None.
     """
 
-    def __init__(self, tables: Tables, pixel: float) -> None:
-        self._tables = tables
+    def __init__(self, tables: Tables, pixel: float, deposits: Deposits | None = None) -> None:
+        self._tables, self._deposits = tables, deposits
         self.kinds = kinds_of(tables.rows)
         self.lobes: Lobes = lobes_of(tables.rows, metals=tables.metals)
+        if deposits is not None and deposits.snowy:
+            self.lobes = replace(self.lobes, matts=True)
         self._textures = Textures(tables, pixel)
 
     @property
@@ -84,7 +89,7 @@ class Surfaces:
         normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
         na, nb, nc = (dr.gather(mi.Vector4f, tables.normals, corners[k], there) for k in range(3))
         shading = _smoothed(_mixed(weights, na, nb, nc), normal, smooth)
-        paint = mi.Color3f(0.5)
+        paint, own, instanced = mi.Color3f(0.5), p, mi.Bool(False)
         if tables.instanced:
             rows, paint, instanced = tables.instance(hit, there)
             p = dr.select(instanced, _moved(rows, p), p)
@@ -100,9 +105,11 @@ class Surfaces:
         si.wi = dr.select(there, si.to_local(-ray.d), -ray.d)
         spot = Spot(si.uv, si.t, si.wi, corners, weights)
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
-        foreign = mi.Bool(False)
-        if Kind.FOREIGN in self.kinds:
-            foreign = there & _has(kind, Kind.FOREIGN)
+        if self._deposits is not None:
+            moves = (instanced | tables.moves(face), instanced)
+            place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
+            finish = _weathered(self._deposits, finish, place, si)
+        foreign = there & _has(kind, Kind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face)
 
     def _finish(
@@ -131,6 +138,9 @@ class Surfaces:
                 stained = colour * texel * mi.Color3f(gain.x, gain.y, gain.z)
                 stain = _has(kind, Kind.STAINED)
                 texel = dr.select(stain, dr.minimum(stained, BRIGHTEST), texel)
+            if Kind.SEASONED in self.kinds:
+                gained = dr.minimum(texel * mi.Color3f(gain.x, gain.y, gain.z), BRIGHTEST)
+                texel = dr.select(_has(kind, Kind.SEASONED), gained, texel)
             colour = dr.select(_has(kind, textured), texel, colour)
             roughness = dr.select(_has(kind, Kind.ROUGH), rough, roughness)
         dull = mi.Bool(False)
@@ -151,6 +161,14 @@ class Surfaces:
             open=_has(kind, Kind.OPEN),
         )
         return finish, kind
+
+
+def _weathered(deposits: Deposits, finish: Finish, place: Place, si: Any) -> Finish:
+    """Return a material with what weather left on it, and turn its frame accordingly."""
+    finish, shading = deposits.covered(finish, place)
+    si.sh_frame = mi.Frame3f(shading)
+    si.wi = dr.select(place.active, si.to_local(place.wi), place.wi)
+    return finish
 
 
 def _has(kind: Any, what: Kind) -> Any:

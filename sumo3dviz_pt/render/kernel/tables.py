@@ -89,6 +89,8 @@ class Tables:
         self._fill(rows)
         self._number_shapes()
         self._instances = self._faces = self._first_moving = None
+        merged = [place.face for place in self._places if place.mesh.moving]
+        self._mover_face = dr.opaque(mi.UInt32, merged[0]) if merged else None
         self.follow()
 
     def _fill(self, rows: list[Row]) -> None:
@@ -196,6 +198,12 @@ class Tables:
         return dr.select(
             there, dr.gather(mi.Float, self._instances, _INSTANCE * instance + 15, there), number
         )
+
+    def moves(self, face: Any) -> Any:
+        """Return whether a face belongs to a merged mesh of what moves."""
+        if self._mover_face is None:
+            return mi.Bool(False)
+        return face >= self._mover_face
 
     @property
     def origin(self) -> Floats:

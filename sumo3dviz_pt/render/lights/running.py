@@ -18,14 +18,13 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.lamps import Beam, Lobe, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.lamps import LENS_THAT_SHINES, Beam, Lobe, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, View
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.lights.clear_lamps import clear_lamps
 from sumo3dviz_pt.render.lights.emitter import lamp_emitter, light, lobe_row
 from sumo3dviz_pt.render.lights.picks import Glow, share_of
-from sumo3dviz_pt.render.lights.standing import UNTINTED
 
 MOST_BEAMS = 24
 """Vehicles whose head lamps light the road; farther ones only glow."""
@@ -114,6 +113,7 @@ class GlowingLenses:
         name: Of the mesh.
         count: Places for lamps.
         shown: Faces of the lamps that shine in this frame, by the name of what carries them.
+        glow: How they shine; None before a frame was shown, and where paths do not aim at them.
     """
 
     def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
@@ -122,6 +122,7 @@ class GlowingLenses:
         self._weight = _WEIGHTS[far] if lights.sampled else 0.0
         self._discs: dict[str, _Discs] = {}
         self.shown: dict[str, slice] = {}
+        self.glow: Glow | None = None
         self.count = 1  # one that never shines, because a mesh without area cannot be sampled
         for key, places in (scene.slots.far if far else scene.slots.detailed).items():
             body = scene.prototypes[key]
@@ -144,7 +145,7 @@ class GlowingLenses:
         vertices = self._placed((), np.zeros(3)).vertices.reshape(-1, 3)
         mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
         emitter = lamp_emitter(self.count, self.count, jit=jit, fan=_SIDES)
-        tint = np.full((len(faces), 3), UNTINTED)
+        tint = np.full((len(faces), 3), LENS_THAT_SHINES)
         return convert.make_lamps(self.name, mesh, bsdf=bsdf, emitter=emitter, tint=tint)
 
     def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
@@ -170,6 +171,7 @@ class GlowingLenses:
         areas, places = 0.5 * _SIDES * twice, vertices[:, 0] + frame.origin
         each = np.arange(self.count)
         glow = Glow(placed.radiance, axes, placed.lobes, areas, each, places)
+        self.glow = glow if self._weight > 0.0 else None
         light(parameters, self.name, glow, frame, weight=self._weight)
 
     def _placed(self, movers: Sequence[Mover], origin: Floats) -> _Placed:
@@ -222,12 +224,13 @@ class Beams:
         heads: Power of head lamps against a car's, by prototype.
 
     Attributes:
+        beam: What a car's head lamps throw.
         placed: Placement of the spots that shine, (4, 4), relative to the renderer's origin,
             and their intensity, (3,), by name.
     """
 
     def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
-        self._beam, self._power = beam, heads
+        self.beam, self._power = beam, heads
         self.placed: dict[str, tuple[Floats, Floats]] = {}
         places = {name: _between(some.lamps) for name, some in scene.prototypes.items()}
         self._heads = {name: place for name, place in places.items() if place is not None}
@@ -247,9 +250,9 @@ class Beams:
     def _spot(self, intensity: float) -> dict[str, Any]:
         """Return a spot at the origin as a plugin's dict, with its pattern as an object."""
         # A spot's u runs to its left and its v upwards.
-        pattern = np.ascontiguousarray(self._beam.pattern[::-1, ::-1, None], np.float32)
+        pattern = np.ascontiguousarray(self.beam.pattern[::-1, ::-1, None], np.float32)
         image = {"type": "bitmap", "bitmap": mi.Bitmap(pattern), "raw": True, "wrap_mode": "clamp"}
-        angle = float(np.degrees(self._beam.half_angle))
+        angle = float(np.degrees(self.beam.half_angle))
         return {
             "type": "spot",
             "cutoff_angle": angle,
@@ -273,13 +276,13 @@ class Beams:
         away = (seen**2).sum(axis=-1)
         ahead = np.maximum(seen[:, 2], 1e-6)
         # The spot's +z looks ahead, +x to its left, and +y up.
-        half, count = np.tan(self._beam.half_angle), len(self._beam.pattern)
+        half, count = np.tan(self.beam.half_angle), len(self.beam.pattern)
         across = (0.5 - 0.5 * seen[:, 0] / (ahead * half)) * count
         down = (0.5 - 0.5 * seen[:, 1] / (ahead * half)) * count
         inside = (seen[:, 2] > 0.0) & (np.abs(across - 0.5 * count) < 0.5 * count)
         inside &= np.abs(down - 0.5 * count) < 0.5 * count
         row, column = (np.where(inside, each, 0).astype(int) for each in (down, across))
-        share = np.where(inside, self._beam.pattern[row, column], 0.0)
+        share = np.where(inside, self.beam.pattern[row, column], 0.0)
         return np.asarray(np.pi * np.mean(intensity) * share / (away + 4.0))
 
     def update(self, parameters: Any, frame: FrameState) -> None:
@@ -288,7 +291,7 @@ class Beams:
         for k in range(self.count):
             name = f"beam_{k:02d}"
             place, share = shining[k] if k < len(shining) else (None, 0.0)
-            intensity = [share * channel for channel in self._beam.intensity]
+            intensity = [share * channel for channel in self.beam.intensity]
             parameters[f"{name}.intensity.value"] = mi.Color3f(intensity)
             # With a weight, a spot that is off would still take light samples.
             lumens = _BEAM_FLUX * share * beam_weight(place, frame.view)
@@ -386,6 +389,15 @@ class RunningLamps:
     def shown(self) -> dict[str, Mapping[str, slice]]:
         """Faces of the lamps that shine, by mesh, then by the name of what carries them."""
         return {lenses.name: lenses.shown for lenses in self._sets}
+
+    def glows(self) -> list[Glow]:
+        """Return how the lamps that paths aim at shine in the frame that was shown."""
+        return [lenses.glow for lenses in self._sets if lenses.glow is not None]
+
+    @property
+    def most(self) -> int:
+        """Places for lamps."""
+        return sum(lenses.count for lenses in self._sets)
 
     def entries(self, bsdf: Any) -> dict[str, Any]:
         """Make the shapes and emitters, by name."""

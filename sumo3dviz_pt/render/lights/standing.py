@@ -86,6 +86,15 @@ class Lamps:
                 radiance = each.radiance(frame)[each.lamps.lamp_of_face]
                 convert.overwrite(parameters, key, radiance)
 
+    def glows(self, frame: FrameState) -> list[Glow]:
+        """Return how the lamps that paths aim at shine in a frame."""
+        return [each.glow(frame) for each in self._sets if each.lamps.sampled]
+
+    @property
+    def most(self) -> int:
+        """Lamps that paths aim at."""
+        return sum(len(each.lamps.lamps) for each in self._sets if each.lamps.sampled)
+
     def _shape(self, each: _Standing, origin: Floats) -> Any:
         """Make the mesh of one lamp set."""
         lamps, mesh = each.lamps, each.mesh

@@ -67,7 +67,7 @@ def untiled_texture(value: Mapping[str, Any], *, worn: bool = False) -> dict[str
             the vertices' colours.
     """
     if "scalar" not in mi.variant():
-        rest = {key: item for key, item in value.items() if key not in {"type", "mean"}}
+        rest = {key: item for key, item in value.items() if key not in {"type", "mean", "gain"}}
         return {"type": _PLUGIN, **rest}
     if "roughness" in value:
         return {"type": "uniform", "value": float(value["roughness"])}

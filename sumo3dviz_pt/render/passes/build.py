@@ -14,6 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.random import frame_seed as frame_seed
 
 log = logging.getLogger(__name__)
 
@@ -135,13 +136,6 @@ class Accumulator:
         """Return the mean of all passes, uncapped where exempt; errors as in `means`."""
         kept, lost = self.means()
         return kept if self.exempt is None else np.where(self.exempt[..., None], kept + lost, kept)
-
-
-def frame_seed(seed: int, time: float) -> int:
-    """Return a frame's own seed from the film's seed and its time [s], in [0, 2^32)."""
-    microseconds = round(time * 1e6)
-    words = [seed, microseconds % 2**32, abs(microseconds) // 2**32, int(microseconds < 0)]
-    return int(np.random.SeedSequence(words).generate_state(1)[0])
 
 
 def pass_seed(seed: int, number: int) -> int:

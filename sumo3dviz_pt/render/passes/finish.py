@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from sumo3dviz_pt.model.falling import Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers
@@ -22,6 +24,7 @@ class Finishing:
         raw_share: Share of the raw picture that textures keep.
         haze: Aerial perspective, or None.
         horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
+        grainy_sky: Whether the open sky has noise, too: that of lamps' light in fog before it.
         falling: What falls and flies before the camera, or None.
         light: Of the sky, on what falls.
     """
@@ -31,6 +34,7 @@ class Finishing:
     raw_share: float
     haze: Haze | None
     horizon: Image
+    grainy_sky: bool = False
     falling: Falling | None = None
     light: SkyLight | None = None
 
@@ -53,7 +57,8 @@ def finished(seen: Layers, view: View, how: Finishing) -> Image:
         known = seen if how.guided else Layers()
         albedo, normal = known.get("albedo"), known.get("normal")
         smooth = denoise(radiance, quality=how.denoiser, albedo=albedo, normal=normal)
-        radiance = mixed(smooth, radiance, hit=seen["hit"], share=how.raw_share)
+        hit = np.ones_like(seen["hit"]) if how.grainy_sky else seen["hit"]
+        radiance = mixed(smooth, radiance, hit=hit, share=how.raw_share)
     if "excess" in seen:
         # Lamps are so bright that the denoiser would smear them.
         radiance = radiance + seen["excess"]

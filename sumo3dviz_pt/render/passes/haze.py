@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.lens import planes_of_rays
+from sumo3dviz_pt.model.ray_planes import planes_of_rays
 from sumo3dviz_pt.model.scene import Haze, View
 from sumo3dviz_pt.render.sky.map import horizon_towards
 

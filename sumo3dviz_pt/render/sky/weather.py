@@ -3,7 +3,9 @@
 Clouds that rain and snow fall from are laid over the clear sky and scaled to the light that such
 clouds let through. Fog dims the sun along its slant way, hides the sky behind it, and shines by
 itself: with sunlight that droplets scatter once, and with an even light that makes up the rest of
-what passes the layer. The same light is that of the air between things (`render/kernel/air.py`).
+what passes the layer. Over a city by night its lamps light the fog, too, more than what they
+scatter once towards the eye: by design, in proportion to the city's glow in clear air. The same
+light is that of the air between things (`render/kernel/air.py`).
 """
 
 from __future__ import annotations
@@ -38,6 +40,8 @@ from sumo3dviz_pt.render.sky.panorama import angles, dome_irradiance
 _COARSE = (128, 256)
 _THINNEST = 1e-3  # optical depth below which fog shines as at that depth
 _LEAST = 0.05  # least share of the light from fog that is even
+_CITY = 2.5  # light of a city on fog in its streets, against its glow at the horizon in clear air
+_PALER = 0.5  # share of that light that has no colour: lamps are nearer than what glows far away
 _AFLOAT = np.array([0.0, 0.0, 1.0])
 
 
@@ -77,13 +81,15 @@ class WeatheredSky:
         # What weather acts on is the light of a clear sky, whatever clouds stand on it.
         clear = bake_sky(replace(sky, clouds=None), _COARSE if sky.image is None else size)
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
+        glow = np.asarray(sky.glow, dtype=np.float64)
+        self._glow = _CITY * (_PALER * (glow @ LUMINANCE) + (1.0 - _PALER) * glow)
         self._last: tuple[Weather, SkyMap, Veil] | None = None
-        self._sunny = any(self._light(moment)[1] is not None for moment in course.moments)
+        self._sunny = any(cover(moment) < 1.0 for moment in course.moments)
 
     def at(self, weather: Weather) -> tuple[SkyMap, Veil]:
         """Return the sky of a moment and the light of its air.
 
-        The sun is None if it is in no moment of the course; else it may be as good as dark.
+        The sun is None where clouds hide it in all moments of the course; else it may be dark.
         """
         if self._last is None or self._last[0] != weather:
             self._last = (weather, *self._made(weather))
@@ -96,12 +102,12 @@ class WeatheredSky:
         veil = Veil(np.asarray(horizon.mean(axis=0, dtype=np.float64)), np.zeros(3), _AFLOAT)
         fog = weather.fog
         if fog is not None and fog.extinction > 0.0:
-            lit = _Fogged.of(dome, sun, fog.overhead, weather)
+            lit = _Fogged.of(dome, sun, fog.overhead, weather).within(self._glow, fog.overhead)
             dome, sun = lit.dome, lit.sun
             veil = _mixed(lit.veil, veil, fog.extinction / weather.extinction)
             horizon = horizon_of(dome)
-        if not self._sunny:
-            sun = None
+        # What is compiled hangs on the course alone, so a sun that is hidden now stays there.
+        sun = sun if self._sunny else None
         whole = np.concatenate([dome, lower_half(horizon, len(dome))])
         return SkyMap(whole, horizon, sun, illuminance_of(dome, sun)), veil
 
@@ -116,7 +122,7 @@ class WeatheredSky:
         share = np.float32(hidden * wanted / max(given, 1e-30))
         dome = dome * np.float32(1.0 - hidden) + closed * share
         if sun is not None:
-            sun = replace(sun, irradiance=sun.irradiance * (1.0 - hidden)) if hidden < 1 else None
+            sun = replace(sun, irradiance=sun.irradiance * (1.0 - hidden))
         return dome, sun
 
     def _under_cloud(self, weather: Weather) -> float:
@@ -161,6 +167,15 @@ class _Fogged:
         fogged = shown + glow * veiled[:, None, None]
         dimmed = None if sun is None else replace(sun, irradiance=beam)
         return cls(np.asarray(fogged, np.float32), dimmed, Veil(diffuse, beam, towards))
+
+    def within(self, glow: Floats, depth: float) -> _Fogged:
+        """Add the light of a city's lamps that fog scatters more than once, (3,)."""
+        if not glow.any():
+            return self
+        high, _ = angles((len(self.dome), 1), share=0.5)
+        hides = -np.expm1(-depth / np.sin(high))
+        dome = self.dome + (hides[:, None, None] * glow).astype(np.float32)
+        return _Fogged(dome, self.sun, replace(self.veil, diffuse=self.veil.diffuse + glow))
 
 
 def _phases(towards: Floats, high: Floats, around: Floats) -> Image:

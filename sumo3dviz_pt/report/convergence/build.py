@@ -22,6 +22,7 @@ from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
     Request,
     opened,
@@ -145,7 +146,7 @@ def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
     frames = order.time + np.arange(-reach, reach + 1) / float(job.output.fps)
     # The scene's own preset does not matter here, and so not for resuming either.
     quality = plan.base_quality(CHUNK).model_copy(update={"accumulate": int(together)})
-    production = replace(prepare(job, request, frames), quality=quality)
+    production = metered(replace(prepare(job, request, frames), quality=quality))
     order.folder.mkdir(exist_ok=True)
     if order.overwrite:
         for path in _own(order.folder):
@@ -153,7 +154,7 @@ def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
     # Grow a reference, then measure every group against it.
     work = _ConvergenceRun(order)
     with opened(production) as session:
-        states = tuple(production.shot.frame_at(float(at)) for at in frames)
+        states = tuple(production.frame_at(float(at)) for at in frames)
         subject = Subject(order.scene, production, states, {**machine(), **renderer_names(session)})
         made = _plan(session, subject, work)
         halves = _grown(session, subject, work, made)

@@ -24,6 +24,7 @@ from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError, interrupted
 from sumo3dviz_pt.job.settings import Job, OutputSettings, Quality, SunSettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -35,6 +36,7 @@ from sumo3dviz_pt.pipeline.production import (
     read,
 )
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
+from sumo3dviz_pt.pipeline.weather_report import preset_weather
 from sumo3dviz_pt.report.stress.cases import SIZE, SPOTS, Case, Facts, all_cases, why_not
 from sumo3dviz_pt.report.stress.checks import Evidence, judge, light_of
 from sumo3dviz_pt.report.stress.facts import facts_of
@@ -150,16 +152,19 @@ def _survey(job: Job, order: StressOrder) -> _UserScene:
     if time is None:
         time = starts[0] if starts else float(np.mean(life_of(camera, trajectories)))
     request = Request(name, PRESET, SIZE, variant=order.variant)
-    base = prepare(job, request, np.array([time]))
+    base = metered(prepare(job, request, np.array([time])))
     return _UserScene(job, order, base, facts_of(base, scenario, trajectories, time=time))
 
 
 def _production(scene: _UserScene, case: Case) -> Production:
     """Return a case's shot, ready to be rendered."""
     made = scene.base
+    job, name = scene.job, made.camera
     output: OutputSettings = made.job.output
-    if (case.spot, case.moment, case.size, case.film) != ("shot", "shot", SIZE, False):
-        job, name = scene.job, made.camera
+    if case.weather is not None:
+        job = job.model_copy(update={"weather": preset_weather(case.weather)})
+    asked = (case.spot, case.moment, case.size, case.film)
+    if job is not scene.job or asked != ("shot", "shot", SIZE, False):
         if case.spot != "shot":
             name = _STRESS_CAMERA
             stand = SPOTS[case.spot](scene.facts, case)
@@ -167,7 +172,7 @@ def _production(scene: _UserScene, case: Case) -> Production:
         time = scene.facts.times[case.moment]
         times = frame_times(time, time + 1 / float(output.fps), output.fps)
         request = Request(name, PRESET, case.size, variant=scene.order.variant)
-        made = prepare(job, request, times)
+        made = metered(prepare(job, request, times))
     if case.elevation is not None:
         made = _under_sun(made, scene.facts, case.elevation)
     return replace(made, quality=_quality(case))
@@ -261,7 +266,7 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
     production, session = stage.production, stage.session
     quality = _quality(case)
     session.retune(quality, seed=production.job.seed)
-    frame = production.shot.frame_at(float(production.times[0]))
+    frame = production.frame_at(float(production.times[0]))
     samples = session.samples(frame)
     limit = np.inf if quality.cap is None else quality.cap * 2.0**-production.exposure
     evidence = Evidence(

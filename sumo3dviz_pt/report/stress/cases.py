@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import EulerianCamera, LensSettings
 from sumo3dviz_pt.model.geometry import Floats
 
@@ -50,6 +51,7 @@ class Case:
         stored: Written as EXR and read again.
         may_be_dark: The camera stands where no light need come.
         shows_sun: The sun's disc must be in the picture.
+        weather: A preset's name instead of the scene's own weather.
     """
 
     name: str
@@ -65,11 +67,13 @@ class Case:
     stored: bool = False
     may_be_dark: bool = False
     shows_sun: bool = False
+    weather: str | None = None
 
     @property
     def stage(self) -> tuple[object, ...]:
         """What must be built anew for it; cases with the same stage share that."""
-        return (self.spot, self.moment, self.size, self.fov, self.elevation, self.film)
+        place = (self.spot, self.moment, self.size, self.fov, self.film)
+        return (*place, self.elevation, self.weather)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +126,7 @@ class Facts:
 
 def all_cases() -> tuple[Case, ...]:
     """Return all cases, in the order in which they run."""
-    return (*_lights(), *_exposures(), *_spots(), *_moments(), *_pictures())
+    return (*_lights(), *_exposures(), *_weathers(), *_spots(), *_moments(), *_pictures())
 
 
 def _lights() -> tuple[Case, ...]:
@@ -141,6 +145,15 @@ def _lights() -> tuple[Case, ...]:
 def _exposures() -> tuple[Case, ...]:
     """Return cases of exposures, over twenty stops."""
     return tuple(Case(f"exposure {stop:+d} EV", exposure=stop) for stop in STOPS)
+
+
+def _weathers() -> tuple[Case, ...]:
+    """Return cases of all weathers by day and by night."""
+    return tuple(
+        Case(f"{name} by {word}", elevation=angle, weather=name, twice=word == "night")
+        for name in catalog.template_names("weather")
+        for word, angle in (("day", 36), ("night", -12))
+    )
 
 
 def _spots() -> tuple[Case, ...]:

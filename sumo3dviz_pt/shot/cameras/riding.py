@@ -15,6 +15,7 @@ import numpy as np
 from sumo3dviz_pt.cast.articulation import UnitLinks
 from sumo3dviz_pt.cast.bodies import Body
 from sumo3dviz_pt.cast.fleet import Fleet, find_rider
+from sumo3dviz_pt.cast.gait import effort, head_rise, stride_phase
 from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
@@ -42,6 +43,7 @@ class RidingView:
         offset: From the anchor: ahead, left, up [m].
         side: Of the eye: `driver` or `passenger`.
         pitch_deg: Upwards [deg].
+        heading_deg: To the kerb's side from straight ahead [deg].
         aim: A point to look at, from the anchor [m], instead of the pitch; or None.
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
         cutaway: Whether the own cabin is not drawn.
@@ -55,6 +57,7 @@ class RidingView:
     aim: tuple[float, float, float] | None = None
     lag: float = 0.0
     cutaway: bool = False
+    heading_deg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +76,9 @@ class RidingCamera:
         springs: Whether the body's springs move the eye and nod the view. They never roll it:
             people keep their heads upright, and a rolling horizon makes sick.
         shutter: When it lets light in.
+        slack: How long before and after its road user's life it stays where that is first or last
+            [s].
+        first_step: Phase with which its strides begin, if the view rises with each step.
     """
 
     trajectory: Trajectory
@@ -85,6 +91,8 @@ class RidingCamera:
     body: Body | None = None
     springs: bool = False
     shutter: Shutter = INSTANT
+    slack: float = 1e-9
+    first_step: float | None = None
 
     def view_at(self, time: float) -> View:
         """Return the view at a time [s].
@@ -105,6 +113,8 @@ class RidingCamera:
                 pivot - turned.points(self.turns_about[None])[0], yaw=swung, pitch=tilt
             )
             placed = body @ self.aim.placed(self.eye)
+        if self.first_step is not None:
+            placed = self._stepped(placed, piece, inside)
         return View(placed, self.lens, rides_in=self.trajectory.key, cutaway=self.cutaway)
 
     def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
@@ -132,10 +142,22 @@ class RidingCamera:
         matrix[:3, 3] = eye
         return Transform(matrix)
 
+    def _stepped(self, placed: Transform, piece: MotionPiece, time: float) -> Transform:
+        """The eye as high as steps bring it."""
+        stride = None if self.body is None else self.body.stride
+        if stride is None or self.first_step is None:
+            return placed
+        motion = piece.sample(np.array([time]))
+        travelled, speed = float(motion.travelled[0]), float(motion.speeds[0])
+        phase = stride_phase(travelled, stride=stride, start=self.first_step)
+        matrix = placed.matrix.copy()
+        matrix[2, 3] += head_rise(phase, effort(speed))
+        return Transform(matrix)
+
     def _piece(self, time: float) -> MotionPiece:
         """The stretch of motion at a time."""
         for piece in self.trajectory.pieces:
-            if piece.begin - 1e-9 <= time <= piece.end + 1e-9:
+            if piece.begin - self.slack <= time <= piece.end + self.slack:
                 return piece
         lives = ", ".join(f"{piece.begin:g} to {piece.end:g} s" for piece in self.trajectory.pieces)
         raise ConfigError(
@@ -175,7 +197,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     # Aim it; the scene file's angles win over the preset's.
     aim = _aim(preset, anchor, eye=eye)
     pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))
-    turn = -float(np.radians(settings.heading))
+    kerb = -preset.heading_deg if left_hand else preset.heading_deg
+    turn = -float(np.radians(settings.heading + kerb))
     middle = np.array([-body.size[0] / 2.0, 0.0, 0.0])
     if preset.aim is not None:
         # A camera that looks at its vehicle goes round it instead of looking away.
@@ -190,6 +213,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         middle,
         body,
         fleet.suspension,
+        first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
     )
 
 

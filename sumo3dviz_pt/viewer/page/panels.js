@@ -59,10 +59,13 @@ export function showPlace({ position, heading, pitch, roll, fov }) {
   $("whither").textContent = `${number(heading, 0)}°, ${number(pitch, 0)}°`;
 }
 
-/** Light: sky, template, exposure. */
+/** Light: sky, weather, template, exposure. */
 export function watchLight(say) {
   $("sky").addEventListener("change", ({ target }) => {
     if (target.value) say({ do: "sky", preset: target.value });
+  });
+  $("weather").addEventListener("change", ({ target }) => {
+    say({ do: "weather", preset: target.value });
   });
   $("template").addEventListener("change", ({ target }) => {
     if (target.value) say({ do: "template", name: target.value });

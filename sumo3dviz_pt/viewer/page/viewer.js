@@ -12,7 +12,7 @@ import { watchPicture } from "./picture.js";
 
 const LEISURE = 1000; // ms between pictures while nobody can see the page
 const CALM = 700; // ms for which older pictures do not move the slider back
-const SHARED = new Set(["sky", "template"]);
+const SHARED = new Set(["sky", "weather", "template"]);
 const STICKY = new Set(["dynamic", "denoise", "exposure", ...SHARED]);
 
 // For tests and measurements, which read it; the page itself only writes here.
@@ -185,6 +185,7 @@ function showChoices(first) {
   // What the scene file describes in its own words is no preset to go back to.
   const own = [["", "of the scene file"]];
   fill($("sky"), [...(about.sky ? [] : own), ...about.skies], about.sky ?? "");
+  fill($("weather"), [...own, ...about.weathers], about.weather);
   fill($("template"), [...(about.template ? [] : own), ...about.templates], about.template ?? "");
   $("template").disabled = about.templates.length === 0;
   fill($("ride-view"), [["", "its own view"], ...about.views], view);
@@ -198,8 +199,8 @@ function restore() {
   returned = false;
   waiting = null;
   const { frame, keyframes } = seen;
-  // Sky and template are everybody's: only a viewer that has lost them is told again.
-  const lost = about.sky === original.sky && about.template === original.template;
+  // Sky, weather and template are everybody's: only a viewer that has lost them is told again.
+  const lost = [...SHARED].every((name) => about[name] === original[name]);
   for (const order of choices.values()) if (lost || !SHARED.has(order.do)) line.say(order);
   for (const key of keyframes) {
     goTo({ fov: frame?.eye.fov, ...key });

@@ -127,7 +127,7 @@ def build_scenery(
         left_out += gone
         groups.append(_ObjectGroup(kind, own, kept))
     # Build the parts of each kind; what shines by night is kept apart.
-    staging = Staging(around, _shrunk_levels(groups, around, budget))
+    staging = Staging(around, _shrunk_levels(groups, around, budget, each=settings.triangles))
     static: list[StaticPart] = []
     shining: list[Part] = []
     for group in groups:
@@ -262,24 +262,54 @@ def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     return bool(((above > space.bottom) & (above < space.top + KEEP_CLEAR)).any())
 
 
-def _shrunk_levels(groups: Sequence[_ObjectGroup], around: Surroundings, budget: int) -> float:
-    """By how much level limits move: out where the triangle budget leaves room, else in."""
-    measured = []
-    for group in groups:
+def _shrunk_levels(
+    groups: Sequence[_ObjectGroup], around: Surroundings, budget: int, *, each: int | None
+) -> dict[str, float]:
+    """By how much level limits move, by kind: out where triangles leave room, else in.
+
+    All kinds share a budget, unless `each` has its own: then none hangs on what else stands.
+    """
+    measured = [_Demand.of(group, around) for group in groups]
+    if each is None:
+        common = _shrink(measured, budget)
+        return {demand.kind.name: common for demand in measured}
+    return {demand.kind.name: _shrink([demand], each) for demand in measured}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Demand:
+    """What the objects of a kind ask for.
+
+    Attributes:
+        kind: Of all of them.
+        distances: That count for their levels of detail, (n,) [m].
+        pieces: How many of the kind's unit each of them is, (n,).
+    """
+
+    kind: Kind
+    distances: Floats
+    pieces: Floats
+
+    @classmethod
+    def of(cls, group: _ObjectGroup, around: Surroundings) -> _Demand:
+        """Measure the objects of a kind."""
         kind, items = group.kind, group.items
         pieces = np.ones(len(items))
         if kind.form != "point":  # walls and fences by their length
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
             pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
-        measured.append((kind, _level_distances(kind, items, around), pieces))
+        return cls(kind, _level_distances(kind, items, around), pieces)
+
+    def triangles(self, shrink: float) -> float:
+        """Return about how many triangles they take, where level limits are multiplied."""
+        levels = levels_of(self.kind, self.distances, shrink=shrink)
+        return float((np.array(self.kind.cost)[levels] * self.pieces).sum())
+
+
+def _shrink(demands: Sequence[_Demand], budget: int) -> float:
+    """The factor of level limits by which some kinds keep a budget."""
     shrink = _MOST_STRETCH
-    while shrink > 0.05:
-        total = sum(
-            float((np.array(kind.cost)[levels_of(kind, distances, shrink=shrink)] * pieces).sum())
-            for kind, distances, pieces in measured
-        )
-        if total <= budget:
-            break
+    while shrink > 0.05 and sum(demand.triangles(shrink) for demand in demands) > budget:
         shrink *= 0.85
     return shrink
 

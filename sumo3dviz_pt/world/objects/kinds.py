@@ -22,6 +22,8 @@ from sumo3dviz_pt.library.plants.clumps import (
     seen_shares,
     some_leaves,
 )
+from sumo3dviz_pt.library.plants.seasons import bare, leaf_tints
+from sumo3dviz_pt.library.plants.species import Species
 from sumo3dviz_pt.library.street.barriers import MODELS as BARRIERS
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.random import pick, share_of
@@ -183,6 +185,7 @@ class Plant:
         seed: Of all chance.
         name: Unique among all objects.
         level: Of detail.
+        season: What its leaves look like.
     """
 
     kind: Kind
@@ -190,13 +193,19 @@ class Plant:
     seed: int
     name: str
     level: int
+    season: str = "summer"
 
     @property
-    def crown(self) -> tuple[str, int, int]:
-        """Its species, which of the crowns of that it has, and the level of detail."""
+    def bare(self) -> bool:
+        """Whether it has no leaves."""
+        return bare(_species(self.crown[0]), self.season)
+
+    @property
+    def crown(self) -> tuple[str, int, int, str]:
+        """Its species, which of the crowns of that it has, the level of detail, the season."""
         variant = int(share_of(self.seed, self.name, "variant") * TREE_VARIANTS)
         species = drawn_model(self.kind, self.settings, self.seed, self.name)
-        return species, variant, self.level
+        return species, variant, self.level, self.season
 
 
 def body_of(plant: Plant) -> tuple[Part, ...]:
@@ -276,15 +285,23 @@ def _leaf_tint(leaves: Part, plant: Plant) -> Floats:
     tint = leaves.tint * lightness * np.array([1.0 + 0.13 * warmth, 1.0, 1.0 - 0.12 * warmth])
     if colour is not None:
         tint = np.array(colour) * (tint.mean(axis=1) / tint.mean())[:, None]
+    elif plant.season != "summer":
+        chance = share_of(seed, name, "season")
+        tint = leaf_tints(tint, _species(plant.crown[0]), plant.season, chance=chance)
     return np.asarray(np.clip(tint, 0.004, 0.8))
 
 
 @cache
-def _tree(species: str, variant: int, level: int) -> tuple[Part, ...]:
-    return tree(species, seed=variant, level=level)
+def _tree(species: str, variant: int, level: int, season: str) -> tuple[Part, ...]:
+    return tree(species, seed=variant, level=level, season=season)
+
+
+def _species(name: str) -> Species:
+    """Return how a plant of a name grows."""
+    return SPECIES.get(name) or SHRUBS[name]
 
 
 @lru_cache(maxsize=4096)
-def _seen_leaves(species: str, variant: int, level: int, eye: Direction) -> Floats:
+def _seen_leaves(species: str, variant: int, level: int, season: str, eye: Direction) -> Floats:
     """Return which share an eye sees of each leaf of a crown, (n,)."""
-    return seen_shares(_tree(species, variant, level)[1].mesh, eye)
+    return seen_shares(_tree(species, variant, level, season)[1].mesh, eye)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,15 +18,16 @@ class Staging:
 
     Attributes:
         around: Roads, ground, cameras and the seed.
-        shrink: Factor of the distances at which the kinds' levels of detail change.
+        shrink: Factor of the distances at which a kind's levels of detail change, by its name; 1
+            where it has none.
     """
 
     around: Surroundings
-    shrink: float = 1.0
+    shrink: Mapping[str, float] = field(default_factory=dict)
 
     def levels(self, kind: Kind, distances: Floats) -> Ints:
         """Return levels of detail of things at distances from the camera, (n,) [m], as (n,)."""
-        return levels_of(kind, distances, shrink=self.shrink)
+        return levels_of(kind, distances, shrink=self.shrink.get(kind.name, 1.0))
 
     def level(self, kind: Kind, distance: float) -> int:
         """Return the level of detail of a thing at a distance from the camera [m]."""

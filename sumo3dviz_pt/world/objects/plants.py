@@ -63,8 +63,10 @@ def plant_parts(kind: Kind, spots: Sequence[PlantSpot], around: Surroundings) ->
     owners: list[str] = []
     rear: list[str] = []
     for number, spot in enumerate(spots):
-        plant = Plant(kind, spot.settings, around.seed, spot.name, spot.level)
-        seen, rest = seen_body(plant, eyes[number]) if number in eyes else (body_of(plant), ())
+        plant = Plant(kind, spot.settings, around.seed, spot.name, spot.level, around.season)
+        # Twigs hide nothing, so bare crowns stay whole.
+        whole = number not in eyes or plant.bare
+        seen, rest = (body_of(plant), ()) if whole else seen_body(plant, eyes[number])
         parts += [_placed(part, spot) for part in seen]
         clumps += [_placed(part, spot) for part in rest]
         owners += [spot.thing] * len(seen)

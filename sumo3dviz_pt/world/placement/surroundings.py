@@ -35,6 +35,7 @@ class Surroundings:
         clearance: Cameras that nothing grows into or before.
         dark: Whether lamps are lit.
         memory: What was built of the world.
+        season: What leaves look like.
     """
 
     index: LaneIndex
@@ -45,6 +46,7 @@ class Surroundings:
     clearance: Clearance = field(default_factory=Clearance)
     dark: bool = False
     memory: Memory = field(default_factory=Memory)
+    season: str = "summer"
 
     @property
     def eyes(self) -> Floats | None:

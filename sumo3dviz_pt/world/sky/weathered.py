@@ -18,6 +18,21 @@ CLOUDS = "sky_overcast"
 _MADE_UP = 0.8
 """Share of the stops that weather takes which the exposure makes up for; dull days look dull."""
 
+_PALE = 0.45
+"""How bright dense fog is shown by day, against white."""
+
+_CLOSE = 100.0
+"""Distance by which fog is judged as dense [m]."""
+
+_ON_SNOW = 0.9
+"""Stops that photographers close by where snow lies all over: f/22 where it would be f/16."""
+
+_WHITE_FROM = 0.025
+"""Depth from which snow hides what it lies on [m]."""
+
+_LAMPLIT, _SUNLIT = -6.0, 0.0
+"""Elevations of the sun between which lamps take over, whatever the weather [deg]."""
+
 
 def in_weather(sky: Sky, course: WeatherCourse | None) -> Sky:
     """Return a sky with the clouds and the exposure of its weather; unchanged without.
@@ -34,19 +49,40 @@ def in_weather(sky: Sky, course: WeatherCourse | None) -> Sky:
     if course is None:
         return sky
     stops = [_stops(sky, moment) for moment in course.moments]
-    sky = replace(sky, exposure=sky.exposure + _MADE_UP * float(np.mean(stops)))
+    sky = replace(sky, exposure=sky.exposure + float(np.mean(stops)))
     if sky.image is not None or not any(cover(moment) > 0.0 for moment in course.moments):
         return sky
     return replace(sky, overcast=read_clouds(CLOUDS)[0])
 
 
 def _stops(sky: Sky, weather: Weather) -> float:
-    """Stops of light that a weather takes from a sky."""
+    """Stops that the exposure gains in a weather.
+
+    They make up for most of the light that is missing, and take some where snow gives it back.
+    Fog is bright where everything else is pale, and photographs show it as light grey.
+    """
     sine = 0.0 if sky.sun_direction is None else float(sky.sun_direction[2])
     share = left(weather, sine)
     if cover(weather) > 0.0 and sky.clouds is not None:
         share /= _under_own_clouds(sky)
-    return -math.log2(min(share, 1.0))
+    share = min(share, 1.0)
+    dense = 0.0 if weather.fog is None else -math.expm1(-weather.fog.extinction * _CLOSE)
+    stops = (1.0 - dense) * _MADE_UP * -math.log2(share) + dense * math.log2(_PALE / share)
+    day = _by_day(sine)
+    return day * stops - (0.5 + 0.5 * day) * _ON_SNOW * _whiteness(weather)
+
+
+def _whiteness(weather: Weather) -> float:
+    """How far snow makes the ground white, in [0, 1]."""
+    if weather.snow is None:
+        return 0.0
+    return min(weather.snow.depth / _WHITE_FROM, 1.0)
+
+
+def _by_day(sine: float) -> float:
+    """How far daylight counts beside lamps, in [0, 1]."""
+    elevation = math.degrees(math.asin(sine))
+    return min(1.0, max(0.0, (elevation - _LAMPLIT) / (_SUNLIT - _LAMPLIT)))
 
 
 def _under_own_clouds(sky: Sky) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from sumo3dviz_pt.model.weather import (
     WeatherCourse,
     Wind,
 )
+from sumo3dviz_pt.world.memory import Memory
 
 _Said = WeatherMoment | WeatherSettings
 
@@ -49,6 +51,22 @@ def weather_course(settings: WeatherSettings | None, *, base: float = 0.0) -> We
     times = tuple(moment.time for moment in settings.course) or (0.0,)
     moments = tuple(_weather_at(settings, time, base) for time in times)
     return WeatherCourse(times, moments)
+
+
+def weather_over(
+    settings: WeatherSettings | None, network: Network, memory: Memory
+) -> WeatherCourse | None:
+    """Return the weather of a network over time; fog gets thinner above its highest roads.
+
+    Args:
+        settings: The scene file's.
+        network: The roads.
+        memory: What was built of the same world before.
+    """
+    if settings is None:
+        return None
+    base = memory.of(("highest road",), partial(highest_road, network))
+    return weather_course(settings, base=base)
 
 
 def highest_road(network: Network) -> float:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.cast.derived_lamps import DerivedLamps
-from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
+from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.weather import CONTRAST, Fog, Rain, Snow, Weather, WeatherCourse
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
@@ -116,3 +117,47 @@ def test_intensities_are_candelas():
     assert lights.beam is not None
     peak = float(np.array(lights.beam.intensity) @ LUMINANCE) * CANDELAS_PER_UNIT
     assert peak == pytest.approx(36_000, rel=1e-6)
+
+
+def weather(**parts):
+    """A weather that does not change."""
+    return WeatherCourse((0.0,), (Weather(**parts),))
+
+
+@pytest.mark.parametrize(
+    ("parts", "roles"),
+    [
+        ({"rain": Rain(5.0)}, {"head", "tail"}),
+        ({"rain": Rain(0.1)}, set()),
+        ({"snow": Snow(0.1, falling=1.0)}, {"head", "tail"}),
+        ({"snow": Snow(0.1)}, set()),
+        ({"fog": Fog(CONTRAST / 200.0)}, {"head", "tail"}),
+        ({"fog": Fog(CONTRAST / 50.0)}, {"head", "tail", "fog"}),
+        ({"wetness": 1.0}, set()),
+    ],
+)
+def test_lamps_are_lit_by_day_where_weather_hides_much(parts, roles):
+    lights = vehicle_lights([trace(0)], dark=False, seed=3, weather=weather(**parts))
+    assert lights.lit("vehicle:a", 5.0, derived=lambda: None) == roles
+
+
+def test_lamps_follow_the_weather_of_the_time():
+    course = WeatherCourse((0.0, 10.0), (Weather(rain=Rain(0.0)), Weather(rain=Rain(5.0))))
+    lights = vehicle_lights([trace(0)], dark=False, seed=3, weather=course)
+    lit = [lights.lit("vehicle:a", time, derived=lambda: None) for time in (0.1, 9.0)]
+    assert lit == [set(), {"head", "tail"}]
+
+
+def test_rear_fog_lamps_are_there_in_dense_fog_alone():
+    bodies = {"car": body("tail", "tail", "head")}
+    dense, thin = (weather(fog=Fog(CONTRAST / sight)) for sight in (50.0, 300.0))
+    assert in_fog(bodies, thin, left_hand=False) is bodies
+    assert in_fog(bodies, None, left_hand=False) is bodies
+    (shown,) = in_fog(bodies, dense, left_hand=False).values()
+    assert [lamp.role for lamp in shown.lamps].count("fog") == 1
+    lights = running_lights([shown], dark=False, left_hand=False, weather=dense)
+    assert set(lights.intensity) == {"head", "tail", "fog"} and lights.beam is None
+    assert not lights.sampled
+    bicycle = {"bicycle": body("tail", "head")}
+    (same,) = in_fog(bicycle, dense, left_hand=False).values()
+    assert same is bicycle["bicycle"]

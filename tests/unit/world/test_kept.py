@@ -140,3 +140,15 @@ def test_surprises_are_told_every_time(tmp_path, monkeypatch, caplog):
         caplog.clear()
         kept.place_around(world_in(tmp_path), EYE)
         assert "left out signals of 2 links: of a reason" in caplog.text
+
+
+def test_another_level_of_fog_or_wetness_builds_no_place_anew(tmp_path, built):
+    """Only what of the weather has a shape makes another place, such as a season."""
+    dry = world_in(tmp_path)
+    kept.place_around(dry, EYE)
+    for weather in ("{preset: fog}", "{preset: dense_fog}", "{preset: after_rain}"):
+        world = world_in(tmp_path, weather=weather)
+        assert world.key == dry.key and world.weather is not None
+        kept.place_around(world, EYE)
+    assert len(built) == 1
+    assert world_in(tmp_path, weather="{season: winter}").key != dry.key

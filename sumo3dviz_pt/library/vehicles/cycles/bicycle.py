@@ -189,7 +189,9 @@ def _bar(recipe: BicycleRecipe, fine: Fineness) -> Iterator[MaterialMesh]:
         bend = (x + 0.045, 0.18 * s, grip[2] + 0.004)
         inner = (grip[0] + 0.055, (grip[1] - 0.035) * s, grip[2] + 0.003)
         outer = (grip[0] - 0.050, (grip[1] + 0.030) * s, grip[2] - 0.004)
-        yield "rim", tube([ahead, bend, inner, outer], radius=0.0112, sides=fine.sides)
+        # The bar ends within its grip: two ends in one place would flicker.
+        end = (outer[0] + 0.01, outer[1] - 0.006 * s, outer[2] + 0.0007) if fine.small else outer
+        yield "rim", tube([ahead, bend, inner, end], radius=0.0112, sides=fine.sides)
         if fine.small:
             yield "rubber", tube([inner, outer], radius=0.0165, sides=fine.sides + 1)
             lever = [

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.bands import band_along
+from sumo3dviz_pt.library.mesh.planar import GRID, areal
 from sumo3dviz_pt.library.mesh.polyline import without_repeats
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.random import share_of
@@ -41,6 +42,9 @@ _RUBBER_WIDTH, _RUBBER_TONE = 0.17, 0.66
 
 _RUBBED = 0.45
 """Share of ways with rubber marks."""
+
+_TOUCH = 1e-4
+"""Details that share less area [m2] only touch."""
 
 _Tones = list[tuple[Floats, Floats]]
 """Quads, (n, 4, 3), and their brightness at both ends, (n, 2)."""
@@ -163,6 +167,21 @@ def _laid(tones: _Tones, cells: Cells, index: int) -> Graded:
     shapely.prepare(cells.polygons[index])
     cut = ~shapely.contains_properly(cells.polygons[index], left)
     left[cut] = shapely.intersection(left[cut], cells.polygons[index])
+    left = _first_laid(left)
     piece = graded_on(quads, np.tile([0.0, 1.0], (len(quads), 1)), wear, polygons=left)
     heights = cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
     return Graded(np.column_stack([piece.vertices[:, :2], heights]), piece.faces, piece.wear)
+
+
+def _first_laid(polygons: Polygons) -> Polygons:
+    """Return polygons without what earlier ones cover: two faces in one place would flicker."""
+    free = polygons.copy()
+    later, earlier = shapely.STRtree(polygons).query(polygons, predicate="intersects")
+    later, earlier = later[earlier < later], earlier[earlier < later]
+    # Neighbours of one detail only touch.
+    shared = shapely.area(shapely.intersection(polygons[later], polygons[earlier])) > _TOUCH
+    later, earlier = later[shared], earlier[shared]
+    for k in np.unique(later).tolist():
+        before = shapely.union_all(polygons[earlier[later == k]])
+        free[k] = areal(shapely.difference(areal(free[k]), before, grid_size=GRID))
+    return free

@@ -5,7 +5,8 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.library.buildings import palettes
-from sumo3dviz_pt.library.buildings.build import FOUNDATION
+from sumo3dviz_pt.library.buildings.build import FOUNDATION, raised, rectangle
+from sumo3dviz_pt.library.buildings.design import Walls
 from sumo3dviz_pt.library.buildings.details import blade_signs
 from sumo3dviz_pt.library.buildings.facade import (
     CLASSES,
@@ -148,6 +149,22 @@ def test_panes_look_outwards_and_lie_within_the_walls(style, level):
     out = np.array([PROUD + 0.02, PROUD + 0.02, 0.0])
     assert (panes >= low - out).all()
     assert (panes <= high + out).all()
+
+
+@pytest.mark.parametrize("level", [NEAR, MIDDLE, FAR])
+@pytest.mark.parametrize("row", ROWS)
+def test_no_two_faces_share_a_place_on_a_wall_to_a_neighbour(row, level):
+    """Which of two such faces is seen hangs on last bits: gables flickered below their cornices."""
+    plan, walls = rectangle(11.0, 14.0), Walls((0,), (1, 3))
+    for design in row.style.designs:
+        shell = raised(plan, design, height=17.0, level=level, seed=3, walls=walls)
+        quads = np.concatenate(list(shell.values()))
+        on_wall = (np.abs(quads[..., 1] - 7.0) < 1e-6).all(axis=1)
+        faces = shapely.make_valid(shapely.polygons(quads[on_wall][..., [0, 2]]))
+        faces = faces[shapely.area(faces) > 1e-6]
+        covered = shapely.area(shapely.unary_union(faces))
+        assert covered > 11.0 * 16.0
+        assert shapely.area(faces).sum() == pytest.approx(covered, rel=1e-6)
 
 
 def test_every_role_of_every_shell_has_a_colour():

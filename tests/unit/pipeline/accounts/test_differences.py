@@ -135,9 +135,24 @@ def test_commands_are_told_as_given_but_for_the_output(words):
     assert command_in(words) == "sumo3dviz-pt still 'a b.yaml' --time 4"
 
 
+@pytest.mark.parametrize(
+    "more",
+    [
+        ["--frames", "0:50", "--resume"],
+        ["--frames=0:50", "--overwrite"],
+        ["--shot", "2", "-q"],
+        ["--discard-frames", "--verbose"],
+    ],
+)
+def test_commands_are_told_without_what_no_picture_shows(more):
+    """Parts of a film, and the whole, have the same bytes."""
+    words = ["render", "a.yaml", *more, "--set", "output.half=false", "-o", "x.mp4"]
+    assert command_in(words) == "sumo3dviz-pt render a.yaml --set output.half=false"
+
+
 def test_other_options_stay():
-    words = ["render", "a.yaml", "--overwrite", "--set", "output.half=false", "-o", "x.mp4"]
-    told = "sumo3dviz-pt render a.yaml --overwrite --set output.half=false"
+    words = ["render", "a.yaml", "--final-exr", "--set", "output.half=false", "-o", "x.mp4"]
+    told = "sumo3dviz-pt render a.yaml --final-exr --set output.half=false"
     assert command_in(words) == told
 
 

@@ -14,6 +14,7 @@ import pytest
 from builders import write_scenario
 from pydantic import BaseModel
 
+from sumo3dviz_pt.job.lens import ExposureSettings, FocusOn, ShutterSettings
 from sumo3dviz_pt.job.overlays import ClockOverlay
 from sumo3dviz_pt.job.settings import (
     CinematicCamera,
@@ -110,6 +111,9 @@ SAMPLES: dict[Any, Any] = {
     dt.time: dt.time(17, 30),
     SunSettings: SunSettings(azimuth=200.0, elevation=30.0),
     LensSettings: LensSettings(fov=31.0),
+    ShutterSettings: ShutterSettings(angle=90.0),
+    ExposureSettings: ExposureSettings(ev=0.5),
+    FocusOn: FocusOn(vehicle="v0"),
     EdgeStyle: EdgeStyle(),
     OwnLook: OwnLook(colour="#123456"),
     OverlaySettings: OverlaySettings(clock=ClockOverlay()),

@@ -185,3 +185,35 @@ def test_last_bits_of_a_processor_do_not_count():
         told([mover("vehicle:a", (1.0, 2, 0), (1, 0, 0))])
         == told([mover("vehicle:a", (near, 2, 0), (1, 0, 0))])
     )  # fmt: skip
+
+
+def wide_open(other):
+    for frame in other["frames"]:
+        frame["camera"]["lens"] = {"aperture": 0.01, "focus": 12.0}
+
+
+def blurred(other):
+    other["shutter"] = {"open": 0.02, "rolling": 0.0}
+
+
+def metered(other):
+    other["metering"] = {"mode": "auto", "ev": 0.0, "metered": 0.5}
+
+
+def grainy(other):
+    other["optics"] = {"vignetting": 0.0, "grain": 0.3, "slope": 0.5, "eyes": [1, 1]}
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "allowed"),
+    [
+        (wide_open, "lenses of a pinhole and aperture 0.01, focus 12", Acts(camera=True)),
+        (blurred, "shutter is instant in one film", Acts(camera=True)),
+        (metered, "metering is None in one film", Acts(picture=True)),
+        (grainy, "vignetting and grain is None", Acts(picture=True)),
+    ],
+)
+def test_lens_shutter_and_exposure_are_compared(change, words, allowed):
+    found = faults(change)
+    assert len(found) == 1 and words in found[0]
+    assert not faults(change, allowed)

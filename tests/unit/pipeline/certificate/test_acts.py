@@ -21,6 +21,10 @@ from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of, matches
         ("ground.planting: auto -> none", ("tree:3", "shrub:9"), (), ("home:4", "vehicle:car.7")),
         ("objects.homes.scale: 1 -> 2", (), (), ("tree:3", "vehicle:x")),
         ("scenario.trajectories: a.xml -> b.xml", ("vehicle:x", "person:y"), (), ("tree:3",)),
+        ("weather.fog.visibility: 100.0 -> 200.0", (), ("home:4", "vehicle:x", "edge:3"), ()),
+        ("weather.wetness: 0.0 -> 1.0", (), ("home:4", "vehicle:x", "edge:3"), ()),
+        ("weather.snow.depth: 0.0 -> 0.03", ("tree:3", "edge:3"), ("vehicle:x", "home:4"), ()),
+        ("weather.season: summer -> winter", ("tree:3",), (), ("vehicle:x", "home:4")),
     ],
 )  # fmt: skip
 def test_keys_act_on_what_they_are_about(change, reshaped, repainted, left):
@@ -60,3 +64,12 @@ def test_most_keys_of_a_scene_file_have_a_rule():
     free = {key for key in Job.model_fields if acts_of([f"{key}.x: 1 -> 2"]).anything}
     assert free <= {"scenario", "seed", "quality", "textured", "output", "template", "objects",
                     "lights"}  # fmt: skip
+
+
+def test_exposure_is_development_and_a_shutter_shows_other_times():
+    exposure = acts_of(["cameras.a.exposure.mode: auto -> manual"])
+    assert exposure.picture and not exposure.moves and not exposure.may_look("vehicle:x")
+    shutter = acts_of(["cameras.a.shutter: None -> {'angle': 180.0}"])
+    assert shutter.moves and shutter.motion
+    lens = acts_of(["cameras.a.lens.f_number: 2.0 -> 8.0"])
+    assert lens.moves and not lens.motion

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.model.lamps import LENS_THAT_SHINES
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import compare, differing_things
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence, compared_frames
@@ -65,6 +66,28 @@ def test_shape_and_paint_must_be_the_same_elsewhere(layer, value):
     other = altered(frame(), layer, np.s_[5, 7], value)
     (fault,) = verdict(frame(), other, CAR_MAY_LOOK).faults
     assert "in 1 pixels" in fault and "edge:e" in fault
+
+
+def test_a_spoke_is_the_same_seen_from_its_back():
+    """Two films of `examples/crossing` met either side of a spoke: 7.555035 m and 7.5550356 m."""
+    one = altered(frame(), "normals", np.s_[5, 7], (-0.8296, -0.0917, -0.5513))
+    back = altered(frame(), "normals", np.s_[5, 7], (0.8447, 0.0933, 0.5269))
+    assert not verdict(one, back, CAR_MAY_LOOK).faults
+    across = altered(frame(), "normals", np.s_[5, 7], (0.5269, 0.0933, -0.8447))
+    assert verdict(one, across, CAR_MAY_LOOK).faults
+
+
+def test_a_lamp_that_shines_is_another_body_where_light_is_the_factor():
+    night = altered(frame(), "albedo", np.s_[2, 2], LENS_THAT_SHINES)
+    night = altered(night, "depth", np.s_[2, 2], 19.93)
+    night = altered(night, "normals", np.s_[2, 2], (-0.97, 0.25, 0.0))
+    night.things[1, 2] = CAR  # it stands out beyond the car's edge
+    night = altered(night, "albedo", np.s_[1, 2], LENS_THAT_SHINES)
+    assert not verdict(frame(), night, Acts(light=True)).faults
+    assert verdict(frame(), night, Acts(looks=("vehicle:car",))).faults
+    # What is painted otherwise is no lamp.
+    painted = altered(night, "albedo", np.s_[2, 2], 0.001)
+    assert verdict(frame(), painted, Acts(light=True)).faults
 
 
 def test_the_car_keeps_its_shape_if_only_its_looks_may_differ():

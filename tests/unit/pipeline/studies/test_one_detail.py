@@ -1,4 +1,4 @@
-"""Road users are drawn alike in all films of a study, whatever else stands there."""
+"""Things are drawn alike in all films of a study, whatever else stands there."""
 
 import numpy as np
 import pytest
@@ -20,12 +20,19 @@ factors:
 """
 
 
-@pytest.mark.parametrize(("said", "wanted"), [("", 6), ("common: {vehicles.full_models: 2}", 2)])
-def test_a_study_says_how_many_models_are_in_full_detail(tmp_path, said, wanted):
+@pytest.mark.parametrize(
+    ("said", "wanted"),
+    [
+        ("", (6, 200_000)),
+        ("common: {vehicles.full_models: 2, objects.triangles: 50000}", (2, 50_000)),
+    ],
+)
+def test_a_study_says_how_fine_things_are(tmp_path, said, wanted):
     write_scenario(tmp_path, vehicles=3, trees=True)
     (tmp_path / "study.yaml").write_text(STUDY + said, encoding="utf-8")
     for stimulus in plan_study(load_study(tmp_path / "study.yaml")).stimuli:
-        assert stimulus.job.vehicles.full_models == wanted
+        job = stimulus.job
+        assert (job.vehicles.full_models, job.objects.triangles) == wanted
 
 
 def test_what_stands_does_not_change_how_cars_are_drawn(tmp_path, monkeypatch):

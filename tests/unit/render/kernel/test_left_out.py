@@ -27,6 +27,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Sky, Slots
+from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
@@ -68,13 +69,16 @@ def heap(material: str):
     return static(material, body, material, np.tile((0.1, 0.4, 0.1), (len(body.faces), 1)))
 
 
-def operations(shown, *, movers=(), lamps=None, layers=("radiance",)) -> int:
+def operations(shown, *, movers=(), lamps=None, layers=("radiance",), weather=None) -> int:
     """Operations of the largest kernel of a frame: the one that follows paths."""
     import drjit as dr
 
     quality = RAW.model_copy(update={"spp": 1, "pass_spp": 1})
+    if weather is not None:
+        shown = replace(shown, weather=WeatherCourse((0.0,), (weather,)))
     with session_of(shown, size=(8, 6), quality=quality, layers=layers) as session:
         state = frame_of(view_at((0, -9, 3), pitch=-15), movers=movers, lamps=lamps)
+        state = replace(state, weather=weather)
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
             dr.kernel_history_clear()
             session.render(state)
@@ -95,6 +99,16 @@ def test_more_of_the_same_adds_nothing(empty: int) -> None:
     assert operations(unused) == empty
 
 
+def test_weather_that_leaves_nothing_adds_nothing(empty: int) -> None:
+    dry, wet, snowy = (
+        operations(scene(), weather=weather)
+        for weather in (Weather(), Weather(wetness=0.5), Weather(snow=Snow(depth=0.02)))
+    )
+    assert dry == empty
+    assert wet > empty + 100
+    assert snowy > wet + 100
+
+
 @pytest.mark.parametrize(
     ("what", "least"),
     [
@@ -105,6 +119,7 @@ def test_more_of_the_same_adds_nothing(empty: int) -> None:
         ("lamps", 400),
         ("sun", 100),
         ("ids", 1),
+        ("fog", 30),
     ],
 )
 def test_what_a_road_has_is_all_that_is_compiled(empty: int, what: str, least: int) -> None:
@@ -119,8 +134,26 @@ def test_what_a_road_has_is_all_that_is_compiled(empty: int, what: str, least: i
         "lamps": lambda: operations(scene(lamps=[LAMPS]), lamps={"lamps": np.full((1, 3), 1.0)}),
         "sun": lambda: operations(scene(sky=Sky(np.array([0.3, -0.4, 0.6])))),
         "ids": lambda: operations(scene(), layers=("radiance", "ids")),
+        "fog": lambda: operations(scene(), weather=Weather(fog=Fog(0.01))),
     }[what]()
     assert found >= empty + least
+
+
+def test_weather_without_anything_in_the_air_adds_nothing(empty: int) -> None:
+    """Wind and a season are no business of the kernel that follows paths."""
+    windy = Weather(wind=Wind(3.0, 0.0), season="winter")
+    assert operations(scene(), weather=windy) == empty
+
+
+def test_halos_are_for_lamps_that_paths_aim_at() -> None:
+    """By day lamps in fog are only seen."""
+    lit, fog = {"lamps": np.full((1, 3), 1.0)}, Weather(fog=Fog(0.01))
+    night, day = (scene(lamps=[replace(LAMPS, sampled=sampled)]) for sampled in (True, False))
+    added = [
+        operations(each, lamps=lit, weather=fog) - operations(each, lamps=lit)
+        for each in (night, day)
+    ]
+    assert added[0] > added[1] + 200
 
 
 def test_lamps_that_are_only_seen_are_not_aimed_at() -> None:

@@ -66,6 +66,14 @@ def triangles(scenery):
     return sum(len(part.part.mesh.faces) for part in scenery.static)
 
 
+def triangles_of(scenery):
+    """By family."""
+    counts: dict[str, int] = {}
+    for part in scenery.static:
+        counts[part.family] = counts.get(part.family, 0) + len(part.part.mesh.faces)
+    return counts
+
+
 def bounds(scenery, family):
     points = np.concatenate([part.part.mesh.vertices for part in of(scenery, family)])
     return points.min(axis=0), points.max(axis=0)
@@ -258,6 +266,21 @@ def test_the_budget_draws_the_levels_in():
     free = triangles(build(pois, viewpoints=eye))
     tight = triangles(build(pois, viewpoints=eye, budget=free // 3))
     assert tight < 1.25 * free / 3
+
+
+@pytest.mark.parametrize(("own", "alike"), [(None, False), (60_000, True)])
+def test_kinds_with_triangles_of_their_own_do_not_mind_other_kinds(own, alike):
+    """Films of a street with and without trees must show the same houses."""
+    homes = [poi("home", 40.0 * i, 30) for i in range(8)]
+    trees = [poi("tree", 5.0 * i, -30 - 6.0 * j) for i in range(12) for j in range(6)]
+    settings = ObjectsSettings(triangles=own)
+    eye = np.array([(30.0, 0.0, 1.5)])
+    with_trees, without = (
+        triangles_of(build([*homes, *some], settings=settings, viewpoints=eye, budget=50_000))
+        for some in (trees, [])
+    )
+    assert (with_trees["homes"] == without["homes"]) is alike
+    assert with_trees["trees"] > 10_000
 
 
 def test_objects_follow_the_road_up_and_a_given_ground():

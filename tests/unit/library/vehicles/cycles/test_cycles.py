@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from alike import assert_files_alike
+from coincident import shared_area
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
@@ -89,6 +90,10 @@ class TestEveryCycle:
             agree = (flat[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0
             assert agree.mean() > (0.85 if level == "far" else 0.93 if name in SEATED else 0.95)
             np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
+
+    def test_no_two_materials_have_faces_in_one_place(self, name):
+        shared = shared_area(files(name, "parts"))
+        assert max(shared.values(), default=0.0) < 1e-5, shared
 
     def test_closed_pieces_are_not_inside_out(self, name):
         for material in ("rubber", "trim"):

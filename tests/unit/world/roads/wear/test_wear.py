@@ -35,7 +35,7 @@ def built(name: str, *, near: bool = True) -> RoadParts:
 
 def layers(name: str):
     """Ids and meshes of everything thin that has wear."""
-    thin = ("road/wear", "road/tracks", "road/details", "markings")
+    thin = ("road/wear", "road/tracks", "road/details", "road/repairs", "markings")
     return [(p.id, p.part.mesh) for p in built(name).static if p.id.startswith(thin)]
 
 

@@ -1,0 +1,113 @@
+"""What lens and film do to light that has come in: it falls off to corners, and film has grain.
+
+Both act on radiance when it is developed, so that stored frames stay what was traced.
+
+References:
+    Natural vignetting is cos^4 of the angle from the axis (Kingslake, "Optical System Design",
+        1983, section 6).
+    Newson, Delon and Galerne, "A stochastic film grain model for resolution-independent
+        rendering", Computer Graphics Forum 36, 2017, doi:10.1111/cgf.13159: of grains that cover a
+        share u of the film, the variance is in proportion to u (1 - u).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.lens import Lens
+
+_COARSEST = 0.12
+"""Deviation of the coarsest grain in mid-grey [share of white]."""
+
+_GRAIN = 1.0 / 900.0
+"""Size of grains [picture heights]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """What happens to light in a camera.
+
+    Attributes:
+        vignetting: Share of the natural fall of light to the corners, [0, 1].
+        grain: Of film, [0, 1].
+        slope: Of rays through the middle of the picture's left edge.
+        eyes: Columns and rows of eyes' pictures in one.
+    """
+
+    vignetting: float = 0.0
+    grain: float = 0.0
+    slope: float = 1.0
+    eyes: tuple[int, int] = (1, 1)
+
+    @classmethod
+    def of(cls, lens: Lens, *, vignetting: float, grain: float) -> Optics | None:
+        """Return what a lens does to light; None where it does nothing."""
+        if not vignetting and not grain:
+            return None
+        eyes = {"side_by_side": (2, 1), "top_bottom": (1, 2)}.get(lens.stereo, (1, 1))
+        return cls(vignetting, grain, round(lens.edges(1.0)[0], 9), eyes)
+
+    @classmethod
+    def from_dict(cls, said: Mapping[str, Any] | None) -> Optics | None:
+        """Return what an account says; None where it says nothing."""
+        if said is None:
+            return None
+        columns, rows = said["eyes"]
+        vignetting, grain = float(said["vignetting"]), float(said["grain"])
+        return cls(vignetting, grain, float(said["slope"]), (int(columns), int(rows)))
+
+    def on(self, radiance: Image, *, exposure: float, seed: int) -> Image:
+        """Return radiance with all that happens to it.
+
+        Args:
+            radiance: Scene units, (h, w, 3).
+            exposure: At which it is developed [EV].
+            seed: Of the grain: the frame's own.
+        """
+        found = np.asarray(radiance, np.float32)
+        if self.vignetting:
+            found = found * self._fall(found.shape[1], found.shape[0])[..., None]
+        if self.grain:
+            found = grained(found * np.float32(2.0**exposure), self.grain, seed)
+            found = found * np.float32(2.0**-exposure)
+        return found
+
+    def _fall(self, width: int, height: int) -> Image:
+        """Return by what the light of each pixel is multiplied, (h, w)."""
+        columns, rows = self.eyes
+        eye_width, eye_height = width // columns, height // rows
+        x = (np.arange(eye_width) + 0.5) / eye_width * 2.0 - 1.0
+        y = ((np.arange(eye_height) + 0.5) * 2.0 - eye_height) / eye_width
+        square = self.slope**2 * (x[None] ** 2 + y[:, None] ** 2)
+        fall = 1.0 - self.vignetting * (1.0 - 1.0 / np.square(1.0 + square))
+        whole = np.ones((height, width), np.float32)
+        tiled = np.tile(fall, (rows, columns))
+        whole[: tiled.shape[0], : tiled.shape[1]] = tiled
+        return whole
+
+
+def grained(exposed: Image, amount: float, seed: int) -> Image:
+    """Return a picture with film's grain, the same for all channels.
+
+    Its mean stays, and black and white have none.
+
+    Args:
+        exposed: Linear light, 1 is white, (h, w, 3).
+        amount: 0 to 1.
+        seed: Of chance.
+    """
+    height, width = exposed.shape[:2]
+    noise = np.random.default_rng(seed).standard_normal((height, width), np.float32)
+    size = _GRAIN * height
+    if size > 0.5:
+        noise = gaussian_filter(noise, 0.5 * size)
+        noise /= max(float(noise.std()), 1e-6)
+    share = np.clip(exposed.mean(axis=-1), 0.0, 1.0)
+    spread = 2.0 * np.sqrt(share * (1.0 - share)) * np.float32(amount * _COARSEST)
+    return np.asarray(np.maximum(exposed * (1.0 + spread * noise)[..., None], 0.0), np.float32)

@@ -1,0 +1,1 @@
+"""What starts workers on machines: this one, a Dask cluster, Slurm."""

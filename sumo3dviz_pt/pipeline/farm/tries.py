@@ -1,0 +1,245 @@
+"""Who works at what: tries of tasks, as files that are made once and never changed.
+
+A try of a task is a file `tries/000012.003.json` (task 12, third try) that only one worker can
+make, because it is opened exclusively. Its time of change is the worker's sign of life. How
+the try ended is a second file, `tries/000012.003.end.json`, also made once. So nothing is ever
+taken from somebody: whoever goes on with a dead worker's task ends that try, and makes the next.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import sys
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+TRIES = "tries"
+"""Folder of the tries, in the farm's."""
+
+_END = ".end.json"
+
+
+class Outcome(StrEnum):
+    """How a try ended, in the words of its file."""
+
+    DONE = "done"
+    ASIDE = "aside"
+    """All is there but frames that are set aside."""
+    FAILED = "failed"
+    LOST = "lost"
+    """Its worker died."""
+    STOPPED = "stopped"
+    """Somebody asked for it; nothing is wrong."""
+    REFUSED = "refused"
+    """The command says that what it is asked for is wrong: no other try would go better."""
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """How a try ended.
+
+    Attributes:
+        outcome: In a word.
+        frame: The frame that it ended at; None where none is to blame.
+        stored: How many frames it stored.
+        said: The last that the command said.
+    """
+
+    outcome: Outcome
+    frame: int | None = None
+    stored: int = 0
+    said: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Try:
+    """A try of a task.
+
+    Attributes:
+        task: The task's number.
+        number: Of the try, from 1.
+        host: The machine that it runs on.
+        pid: The worker's process there.
+        began: When [s, since 1970].
+        beat: The worker's last sign of life [s, since 1970].
+        end: How it ended; None while nobody has said so.
+    """
+
+    task: int
+    number: int
+    host: str
+    pid: int
+    began: float
+    beat: float
+    end: End | None = None
+
+    def alive(self, *, now: float, lease: float) -> bool:
+        """Return whether its worker is at it.
+
+        Args:
+            now: The time [s, since 1970].
+            lease: Time without a sign of life after which a worker counts as dead [s].
+        """
+        if self.end is not None:
+            return False
+        if self.host == this_host() and not _runs(self.pid):
+            return False
+        return now - self.beat < lease
+
+
+@cache
+def this_host() -> str:
+    """Return a name of this machine; within a container, of that."""
+    try:
+        space = f" {Path('/proc/self/ns/pid').stat().st_ino}"
+    except OSError:
+        space = ""
+    return f"{socket.gethostname()}{space}"
+
+
+def take(folder: Path, task: int, number: int) -> Try | None:
+    """Begin a try of a task, unless another worker has.
+
+    Args:
+        folder: The farm's.
+        task: The task's number.
+        number: Of the try.
+
+    Returns:
+        The try, or None if it is another's.
+    """
+    path = _file(folder, task, number)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    now = time.time()
+    own = Try(task, number, this_host(), os.getpid(), now, now)
+    content = {"host": own.host, "pid": own.pid, "began": own.began}
+    return own if _made(path, content) else None
+
+
+def beat(folder: Path, own: Try) -> None:
+    """Give a sign of life."""
+    with suppress(OSError):  # a file system that is away for a moment; the next one will do
+        os.utime(_file(folder, own.task, own.number))
+
+
+def finish(folder: Path, one: Try, end: End) -> bool:
+    """Say how a try ended; return whether nobody had said so before."""
+    path = _file(folder, one.task, one.number)
+    return _made(path.with_name(path.stem + _END), asdict(end))
+
+
+def tries_in(folder: Path) -> dict[int, list[Try]]:
+    """Return the tries of each task that has any, in order."""
+    found: dict[int, list[Try]] = {}
+    place = folder / TRIES
+    names = sorted(path.name for path in place.glob("*.json"))
+    ended = {name for name in names if name.endswith(_END)}
+    for name in names:
+        if name in ended:
+            continue
+        stem = name.removesuffix(".json")
+        task, _, number = stem.partition(".")
+        if task.isdecimal() and number.isdecimal():
+            end = stem + _END
+            one = _read(place / name, int(task), int(number), place / end if end in ended else None)
+            found.setdefault(one.task, []).append(one)
+    return found
+
+
+def forget(folder: Path, task: int) -> None:
+    """Forget all tries of a task, so that it begins anew; their logs stay."""
+    for path in sorted((folder / TRIES).glob(f"{task:06d}.*.json"), reverse=True):
+        path.unlink(missing_ok=True)
+
+
+def log_file(folder: Path, one: Try) -> Path:
+    """Return where what the command says is kept."""
+    return folder / "logs" / f"{one.task:06d}.{one.number:03d}.txt"
+
+
+def _file(folder: Path, task: int, number: int) -> Path:
+    """Return the file of a try."""
+    return folder / TRIES / f"{task:06d}.{number:03d}.json"
+
+
+def _made(path: Path, content: Mapping[str, Any]) -> bool:
+    """Make a file that does not exist; return whether it did not."""
+    try:
+        with path.open("x", encoding="utf-8") as stream:
+            json.dump(content, stream)
+    except FileExistsError:
+        return False
+    return True
+
+
+def _read(path: Path, task: int, number: int, ended: Path | None) -> Try:
+    """Return a try by its files; one that is being written has no host yet."""
+    known = _json(path)
+    try:
+        changed = path.stat().st_mtime
+    except OSError:
+        changed = 0.0
+    end = None if ended is None else _end(_json(ended))
+    return Try(
+        task,
+        number,
+        str(known.get("host", "")),
+        int(known.get("pid", 0)),
+        float(known.get("began", changed)),
+        changed,
+        end,
+    )
+
+
+def _end(known: Mapping[str, Any]) -> End:
+    """Return an end by its file; one that is being written is told by the next look."""
+    try:
+        outcome = Outcome(known["outcome"])
+    except (KeyError, ValueError):
+        return End(Outcome.STOPPED)
+    frame = known.get("frame")
+    return End(
+        outcome,
+        None if frame is None else int(frame),
+        int(known.get("stored", 0)),
+        str(known.get("said", "")),
+    )
+
+
+def _json(path: Path) -> Mapping[str, Any]:
+    """Return what a file holds; nothing while it is being written."""
+    try:
+        found = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _runs(pid: int) -> bool:
+    """Return whether a process of this machine runs; where that cannot be asked, it does."""
+    if sys.platform == "win32":  # os.kill would end it
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # it belongs to somebody else
+        return True
+    return not _is_zombie(pid)
+
+
+def _is_zombie(pid: int) -> bool:
+    """Return whether a process has ended and only its parent has not asked for its exit code."""
+    try:
+        text = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return False
+    return text.rpartition(")")[2].split()[:1] == ["Z"]

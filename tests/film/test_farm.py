@@ -1,0 +1,265 @@
+"""Farms: a film in four chunks on this machine, on a Dask cluster and on Slurm, with mishaps.
+
+A worker is killed amid a frame, a frame fails twice, and another fails whatever is done; after
+all that the bytes are those of one plain command.
+"""
+
+from __future__ import annotations
+
+import filecmp
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, contextmanager
+
+import pytest
+from builders import write_scenario
+from one_slurm import slurm
+
+from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.pipeline.farm.plan import read_plan
+from sumo3dviz_pt.pipeline.farm.state import TaskState, read_state
+from sumo3dviz_pt.pipeline.farm.tries import Outcome
+
+pytestmark = pytest.mark.slow
+
+PROGRAM = [sys.executable, "-m", "sumo3dviz_pt.cli"]
+FILM = ["scene.yaml", "--camera", "post", "--from", "4", "--to", "6.4", "--fps", "10"]
+FILM += ["--spp", "100", "--size", "32x18", "--variant", "scalar"]
+"""24 frames; nothing is compiled, and each takes long enough to be killed in it."""
+
+FLAKY, POISON, KILLED = 2, 13, 3
+"""A frame that fails twice, one that always fails, and the task whose worker is killed."""
+
+PATIENCE = 240.0
+"""A farm takes less [s]."""
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A scene, and its film by a plain command."""
+    folder = tmp_path_factory.mktemp("farm")
+    write_scenario(folder, vehicles=2)
+    run(folder, "render", *FILM, "-o", "plain.mp4")
+    return folder
+
+
+def run(folder, *words, code=0, env=None):
+    """Run a command to its end; what it printed."""
+    done = subprocess.run(
+        [*PROGRAM, *words], cwd=folder, capture_output=True, text=True, check=False, env=env
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done.stdout
+
+
+def status(folder, name):
+    return json.loads(run(folder, "farm", "status", name, "--json"))
+
+
+def failures(state, frame):
+    """Tries that ended at a frame."""
+    return [
+        one
+        for tries in state.tries.values()
+        for one in tries
+        if one.end is not None and one.end.frame == frame and one.end.outcome is not Outcome.STOPPED
+    ]
+
+
+def mishaps(folder, name, process):
+    """Make things go wrong while a farm works; returns what status said meanwhile."""
+    stem = name.removesuffix(".mp4")
+    frames, farm = folder / f"{stem}.frames", folder / f"{stem}.farm"
+    until, killed, seen = time.monotonic() + PATIENCE, None, []
+    while not (farm / "plan.json").exists():
+        assert process.poll() is None and time.monotonic() < until
+        time.sleep(0.02)
+    plan = read_plan(farm)
+    for number in (FLAKY, POISON):  # where a folder lies, no frame can be stored
+        (frames / f"{number:06d}.exr").mkdir(parents=True)
+    while process.poll() is None:
+        assert time.monotonic() < until, (farm, read_state(plan).states)
+        state = read_state(plan)
+        if len(failures(state, FLAKY)) == 2 and (frames / f"{FLAKY:06d}.exr").is_dir():
+            (frames / f"{FLAKY:06d}.exr").rmdir()
+        amid = 0 < len(state.missing(KILLED)) < 6
+        if killed is None and amid and state.states[KILLED] is TaskState.RUNNING:
+            killed = state.last(KILLED).pid
+            os.kill(killed, signal.SIGKILL)
+            seen.append(status(folder, name))
+        time.sleep(0.05)
+    assert killed is not None
+    return seen
+
+
+def check_end(folder, name, process, seen):
+    """The poison frame is named; when it is mended, the film is that of a plain command."""
+    stem = name.removesuffix(".mp4")
+    assert process.returncode == 1
+    assert seen[0]["state"] in ("working", "waiting") and 0 < seen[0]["frames"]["done"] < 24
+    found = status(folder, name)
+    assert found["state"] == "failed" and found["frames"] == {"done": 23, "total": 24}
+    assert found["set_aside"] == {name: [POISON]}
+    assert found["tasks"] == {"done": 3, "incomplete": 1, "blocked": 1}
+    assert f"1 frame ({POISON})" in found["problems"][0]
+    assert not (folder / name).exists()
+    state = read_state(read_plan(folder / f"{stem}.farm"))
+    assert len(failures(state, FLAKY)) == 2 and len(failures(state, POISON)) == 3
+    assert Outcome.LOST in {one.end.outcome for one in state.tries[KILLED]}
+    (folder / f"{stem}.frames" / f"{POISON:06d}.exr").rmdir()
+
+
+def check_same(folder, name):
+    """Every frame and the film have the bytes of the plain command's."""
+    stem = name.removesuffix(".mp4")
+    found = status(folder, name)
+    assert found["state"] == "done" and found["frames"] == {"done": 24, "total": 24}
+    names = sorted(path.name for path in (folder / "plain.frames").iterdir())
+    assert names == sorted(path.name for path in (folder / f"{stem}.frames").iterdir())
+    _, *other = filecmp.cmpfiles(folder / "plain.frames", folder / f"{stem}.frames", names, False)
+    assert other == [[], []]
+    assert (folder / name).read_bytes() == (folder / "plain.mp4").read_bytes()
+
+
+def farm(folder, name, *words, env=None):
+    """Run a farm among mishaps, mend what is broken, and go on."""
+    words = ["farm", *FILM, "--task-frames", "6", "--lease", "20", *words, "-o", name]
+    with (folder / f"{name}.txt").open("wb") as log:
+        process = subprocess.Popen(
+            [*PROGRAM, *words], cwd=folder, env=env, stdout=log, stderr=subprocess.STDOUT
+        )
+        try:
+            seen = mishaps(folder, name, process)
+        finally:
+            process.terminate()
+            process.wait()
+    check_end(folder, name, process, seen)
+    run(folder, "farm", "resume", name, env=env)
+    check_same(folder, name)
+
+
+def test_a_farm_of_this_machine(place):
+    farm(place, "local.mp4", "--workers", "2")
+    said = (place / "local.mp4.txt").read_text("utf-8")
+    assert "about" in said and f"set aside after 3 tries: 1 frame ({POISON})" in said
+    assert main(["farm", "status", str(place / "nothing.mp4")]) == 2
+
+
+@contextmanager
+def dask_cluster(folder):
+    """A scheduler and two workers on loopback, each a process; gives the scheduler's file."""
+    known = folder / "scheduler.json"
+    common = ["--no-dashboard", "--scheduler-file", str(known)]
+    scheduler = ["distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    worker = ["distributed.cli.dask_worker", "--nworkers", "2", "--nthreads", "1"]
+    worker += ["--local-directory", str(folder / "dask")]
+    with ExitStack() as stack:
+        log = stack.enter_context((folder / "dask.txt").open("wb"))
+        for words in (scheduler, worker):
+            process = subprocess.Popen(
+                [sys.executable, "-m", *words, *common], stdout=log, stderr=log, cwd=folder
+            )
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+            while not known.exists():
+                assert process.poll() is None, (folder / "dask.txt").read_text("utf-8")
+                time.sleep(0.1)
+        yield known
+
+
+def test_a_farm_of_dask(place):
+    pytest.importorskip("distributed")
+    with dask_cluster(place) as scheduler:
+        farm(place, "dask.mp4", "--engine", "dask", "--scheduler", str(scheduler))
+
+
+def test_a_farm_of_slurm(place, tmp_path):
+    with slurm(tmp_path) as env:
+        words = ("--engine", "slurm", "--cpus-per-task", "1", "--time", "0:30:00")
+        farm(place, "slurm.mp4", *words, env=env)
+    scripts = place / "slurm.farm" / "slurm"
+    assert "--array=0-3" in (scripts / "frames.sbatch").read_text("utf-8")
+
+
+def test_without_slurm_the_scripts_are_written_and_the_command_is_named(place, monkeypatch):
+    env = {**os.environ, "PATH": os.path.dirname(sys.executable)}  # noqa: PTH120
+    said = run(place, "farm", *FILM, "--engine", "slurm", "-o", "later.mp4", env=env)
+    assert "Slurm is not here; where it is, run: sh " in said
+    assert status(place, "later.mp4")["state"] == "waiting"
+    script = (place / "later.farm" / "slurm" / "frames.sbatch").read_text("utf-8")
+    for line in ("--requeue", "--open-mode=append", "--cpus-per-task=16", "--signal=B:TERM@120"):
+        assert f"#SBATCH {line}\n" in script
+
+
+def test_a_stopped_farm_loses_no_frame_and_goes_on(place):
+    words = ["farm", *FILM, "--task-frames", "12", "-o", "stop.mp4"]
+    with (place / "stop.txt").open("wb") as log:
+        process = subprocess.Popen(
+            [*PROGRAM, *words], cwd=place, stdout=log, stderr=subprocess.STDOUT
+        )
+        frames = place / "stop.frames"
+        while len(list(frames.glob("*.exr"))) < 3 and process.poll() is None:
+            time.sleep(0.05)
+        run(place, "farm", "stop", "stop.mp4")
+        assert process.wait(60) == 130
+    found = status(place, "stop.mp4")
+    assert found["state"] == "stopped" and 3 <= found["frames"]["done"] < 12
+    assert not found["problems"] and not list(frames.glob("*.part"))
+    run(place, *words, code=2)  # nothing is overwritten unasked
+    run(place, "farm", "resume", "stop.mp4")
+    check_same(place, "stop.mp4")
+
+
+def test_a_frame_is_finished_when_the_process_is_asked_to_end(place):
+    words = ["render", *FILM, "-o", "term.mp4"]
+    process = subprocess.Popen(
+        [*PROGRAM, *words], cwd=place, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    frames = place / "term.frames"
+    while len(list(frames.glob("*.exr"))) < 2 and process.poll() is None:
+        time.sleep(0.02)
+    process.terminate()
+    said = process.communicate()[1].decode()
+    assert process.returncode == 130 and "--resume goes on" in said
+    assert not list(frames.glob("*.part"))
+    run(place, *words, "--resume")
+    assert (place / "term.mp4").read_bytes() == (place / "plain.mp4").read_bytes()
+
+
+def test_several_shots_are_several_films(place):
+    text = (place / "scene.yaml").read_text("utf-8")
+    text = text.replace(
+        "from: 4, to: 5}", "from: 4, to: 4.2}\n  - {camera: post, from: 5, to: 5.3}"
+    )
+    (place / "two.yaml").write_text(text, encoding="utf-8")
+    words = ["two.yaml", "--spp", "1", "--size", "32x18", "--variant", "scalar"]
+    run(place, "farm", *words, "-o", "farm_{shot}.mp4")
+    run(place, "render", *words, "-o", "own_{shot}.mp4")
+    for shot in ("1_post", "2_post"):
+        names = sorted(path.name for path in (place / f"own_{shot}.frames").iterdir())
+        pair = (place / f"own_{shot}.frames", place / f"farm_{shot}.frames")
+        assert filecmp.cmpfiles(*pair, names, False)[1:] == ([], [])
+        assert len(names) == {"1_post": 3, "2_post": 4}[shot]  # with film.json
+    assert "done" in run(place, "farm", "status", "farm_{shot}.mp4")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--engine", "slrm"], "did you mean 'slurm'"),
+        (["--time-budget", "3"], "on every machine a pilot would choose other samples"),
+        (["--task-minutes", "0"], "minutes"),
+        (["--scheduler", "a b", "--engine", "dask"], "one word"),
+        (["-o", "plain.mp4"], "plain.mp4 exists already"),
+    ],
+)
+def test_what_is_wrong_is_one_sentence(place, words, said, monkeypatch, capsys):
+    monkeypatch.chdir(place)
+    assert main(["farm", *FILM[:-6], "-o", "wrong.mp4", *words]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1 and said in told[0]
+    assert not (place / "wrong.farm").exists()
