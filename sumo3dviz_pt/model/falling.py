@@ -130,6 +130,7 @@ class Falling:
         snow: As water [mm/h].
         wind: Towards the east and the north, (2,) [m/s].
         drift: How far wind has carried since time 0, (2,) [m].
+        fog: Extinction of the air near the camera by fog [1/m].
         wetness: Of what lies under the sky, [0, 1].
         aperture: Diameter of the lens's entrance pupil [m].
         focus: Distance of what is sharp [m]; infinite is far away.
@@ -149,6 +150,7 @@ class Falling:
     snow: float = 0.0
     wind: tuple[float, float] = (0.0, 0.0)
     drift: tuple[float, float] = (0.0, 0.0)
+    fog: float = 0.0
     wetness: float = 0.0
     strength: float = 1.0
     aperture: float = 0.0

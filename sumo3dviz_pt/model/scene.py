@@ -396,6 +396,8 @@ class FrameState:
             return replace(self, view=view)
         here = view.world_from_camera.matrix
         seen = replace(falling, cameras=np.stack([here, here]))
+        if (view.rides_in, view.cutaway) != (self.view.rides_in, self.view.cutaway):
+            seen = replace(seen, cabin=None, windscreen=None)
         return replace(self, view=view, flying=lambda: seen)
 
     def falling(self) -> Falling | None:

@@ -47,7 +47,7 @@ def with_falling(
 def _laid(radiance: Image, seen: Layers, lens: Lens, falling: Falling, light: SkyLight) -> Image:
     """Return one eye's picture with all that falls and flies before it."""
     size, hit = seen.size, seen["hit"]
-    veil = Veil(seen["depth"] / np.maximum(hit, np.float32(1e-6)), hit)
+    veil = Veil(np.asarray(seen["depth"] / np.maximum(hit, np.float32(1e-6)), np.float32), hit)
     if len(falling.puffs.at):
         draw_puffs(veil, falling, light, lens=lens, size=size)
     if falling.rain > _SPLASHING:

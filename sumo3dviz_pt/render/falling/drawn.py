@@ -47,7 +47,7 @@ def strokes_of(
     eye = falling.cameras[:, :3, 3].mean(axis=0)
     away = np.linalg.norm(middle - eye, axis=1)
     width = drops.diameters / away * far.focal
-    faded = drops.shown * _near(away) * _far(drops, away, far)
+    faded = drops.shown * _near(away) * _far(drops, away, far) * np.exp(-falling.fog * away)
 
     # A thing out of focus is spread, and its cover with it.
     blur = falling.aperture * far.focal * np.abs(1.0 / away - 1.0 / falling.focus)

@@ -67,7 +67,7 @@ def through_pane(
     pane = falling.windscreen
     assert pane is not None
     hit = seen["hit"]
-    distance = seen["depth"] / np.maximum(hit, np.float32(1e-6))
+    distance = np.asarray(seen["depth"] / np.maximum(hit, np.float32(1e-6)), np.float32)
     found = _refracted(radiance, (distance, hit), falling, pane, lens)
     return _with_blades(found, (distance, hit), falling, pane, light, lens)
 
@@ -126,9 +126,9 @@ def _drops(seed: int, pane: Windscreen, time: float) -> _PaneDrops:
     phase = shares(keys_of(seed + _SALT, row, column), 1)[0]
     stay = time / _STAYS + phase
     free = ~np.isfinite(since)
-    turn = np.where(free, np.floor(stay), turn).astype(np.int64)
+    number = np.where(free, np.floor(stay), turn).astype(np.int64)
     since = np.where(free, (stay - np.floor(stay)) * _STAYS, since)
-    chance = shares(keys_of(seed + _SALT, row, column, turn, free.astype(np.int64)), 4)
+    chance = shares(keys_of(seed + _SALT, row, column, number, free.astype(np.int64)), 4)
     # Drops settle at any time, as many in each second.
     settled = -np.log1p(-chance[0]) / (pane.wet * _CELL**2)
     age = since - settled
@@ -256,7 +256,7 @@ def _sampled(small: Image, row: Floats, column: Floats) -> Image:
     row, column = (_folded(row / _COARSE, rows), _folded(column / _COARSE, columns))
     top = np.minimum(row.astype(np.intp), rows - 1)
     left = np.minimum(column.astype(np.intp), columns - 1)
-    return small[top, left]
+    return np.asarray(small[top, left])
 
 
 def _folded(place: Floats, count: int) -> Floats:

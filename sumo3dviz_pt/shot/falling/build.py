@@ -108,6 +108,7 @@ class Flying:
             snow=snow,
             wind=wind,
             drift=carried_by_wind(self.course, time),
+            fog=0.0 if weather.fog is None else weather.fog.extinction,
             wetness=weather.wetness,
             strength=self.strength,
             aperture=2.0 * lens.aperture if lens.aperture > 0.0 else PUPIL,
@@ -193,11 +194,11 @@ def _ends(camera: Camera | None, view: View, time: float, exposure: float) -> Fl
     # At the ends of its life a camera goes on as it does on the other side.
     if before is None and after is None:
         return np.stack([here, here])
-    if before is None:
+    if before is None and after is not None:
         before = here @ np.linalg.inv(after) @ here
-    if after is None:
+    if after is None and before is not None:
         after = here @ np.linalg.inv(before) @ here
-    return np.stack([before, after])
+    return np.array([before, after])
 
 
 def _placed(camera: Camera, time: float) -> Floats | None:
