@@ -254,7 +254,7 @@ def test_several_shots_are_several_films(place):
         (["--time-budget", "3"], "on every machine a pilot would choose other samples"),
         (["--task-minutes", "0"], "minutes"),
         (["--scheduler", "a b", "--engine", "dask"], "one word"),
-        (["-o", "plain.mp4"], "plain.mp4 exists already"),
+        (["-o", "plain.mp4"], "plain.json exists already"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(place, words, said, monkeypatch, capsys):
