@@ -48,7 +48,7 @@ from sumo3dviz_pt.world.roads_around import region_of, roads_around
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
-from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
+from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season, season_of
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -148,11 +148,6 @@ class World:
         return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
 
     @property
-    def season(self) -> str:
-        """What leaves and grass look like."""
-        return "summer" if self.job.weather is None else self.job.weather.season
-
-    @property
     def dark(self) -> bool:
         """Whether lamps are lit."""
         return is_dark(self.sky, self.job.lights)
@@ -220,7 +215,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
         *(signals, railway, street, islands),
     )
-    season = world.season
+    season = season_of(job)
     return BuiltPlace(
         in_season((part for part in parts if len(part.part.mesh.faces)), season),
         grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
@@ -269,7 +264,7 @@ def _land(
     )
     # What objects are placed by.
     around = given(height_at=ground.height_at)
-    around = replace(around, dark=world.dark, memory=world.memory, season=world.season)
+    around = replace(around, dark=world.dark, memory=world.memory, season=season_of(world.job))
     areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around), areas
 

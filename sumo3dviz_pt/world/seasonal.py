@@ -6,12 +6,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.plants.seasons import far_tints, grass_gain, grass_tints, hedge_tints
 from sumo3dviz_pt.model.scene import Bsdf, StaticPart
 
 _LEAF = "leaf"
 _BLADES = ("ground/blades/", "ground/weeds")
 _OWN = frozenset({"trees", "shrubs"})  # have their species' colours
+
+
+def season_of(job: Job) -> str:
+    """Return what leaves and grass look like in a scene file, a word of `SEASONS`."""
+    return "summer" if job.weather is None else job.weather.season
 
 
 def in_season(parts: Iterable[StaticPart], season: str) -> tuple[StaticPart, ...]:

@@ -263,3 +263,30 @@ def test_what_is_wrong_is_one_sentence(place, words, said, monkeypatch, capsys):
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 1 and said in told[0]
     assert not (place / "wrong.farm").exists()
+
+
+STUDY = """scene: scene.yaml
+clip: {camera: post, from: 2, to: 2.4}
+common: {quality: draft, output.size: [32, 18]}
+factors:
+  light: {levels: {clear: {sky: {preset: sky_blue}}, grey: {sky: {preset: sky_overcast}}}}
+certificate: {write: false}
+report: {write: false}
+"""
+
+
+def test_a_study_of_a_farm_is_that_of_one_command(place):
+    (place / "study.yaml").write_text(STUDY, encoding="utf-8")
+    words = ["study.yaml", "--variant", "scalar"]
+    run(place, "study", *words, "-o", "own")
+    run(place, "farm", *words, "--task-frames", "3", "-o", "farmed")
+    found = status(place, "farmed")
+    assert found["state"] == "done" and found["tasks"] == {"done": 7}
+    own = sorted(p.relative_to(place / "own") for p in (place / "own").rglob("*") if p.is_file())
+    names = [str(name) for name in own if not str(name).startswith("checksums")]
+    assert len(names) > 15
+    assert filecmp.cmpfiles(place / "own", place / "farmed", names, False)[1:] == ([], [])
+    assert not (place / "farmed" / "study.films").exists()
+    run(place, "study", *words, "--film", "nobody", "-o", "other", code=2)
+    run(place, "study", *words, "--frames", "0:1", "-o", "other", code=2)
+    assert not (place / "other").exists()

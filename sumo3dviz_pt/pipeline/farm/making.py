@@ -41,7 +41,7 @@ _USUAL, _SHORTEST = 1200.0, 120.0
 """Length of a task, and the least that it is cut to so that all workers have one [s]."""
 
 MEASURE = 10.0
-"""Certificate and report of a study, for each film [CPU-s]."""
+"""Certificate and report of a study, for each film [CPU-s]; assumed, not measured."""
 
 
 @dataclass(frozen=True, slots=True)
