@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -14,15 +14,11 @@ from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
-    Bsdf,
     FrameState,
     Haze,
-    LeftOut,
     Moment,
     Mover,
-    Prototype,
     SceneData,
     Slots,
     View,
@@ -42,10 +38,11 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
+from sumo3dviz_pt.shot.listed import absent_users, used_materials
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
-from sumo3dviz_pt.world.build import BuiltPlace, World
+from sumo3dviz_pt.world.build import World
 from sumo3dviz_pt.world.kept import place_around
 from sumo3dviz_pt.world.rails.build import Railway
 from sumo3dviz_pt.world.roads.owners import RoadOwners
@@ -301,7 +298,7 @@ class ShotBuilder:
         opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
-            materials=_materials(place, bodies.values(), fleet.materials),
+            materials=used_materials(place, bodies.values(), fleet.materials),
             static=place.static,
             prototypes=bodies,
             lamps=place.lamps,
@@ -311,7 +308,7 @@ class ShotBuilder:
             running=running_lights(
                 opened.values(), dark=dark, left_hand=left_hand, weather=weather
             ),
-            left_out=place.left_out + _absent(scenario, fleet, crowd),
+            left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
             tracks=wheel_tracks(weather, fleet, camera_path.positions),
         )
@@ -389,29 +386,3 @@ def _crowd(
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     return plan_crowd(bodies, frames, triangles=triangles, budget=budget, full=full)
-
-
-def _materials(
-    place: BuiltPlace, prototypes: Collection[Prototype], own: Mapping[str, Bsdf]
-) -> dict[str, Bsdf]:
-    """Only the materials in use."""
-    used = {part.part.material for part in place.static}
-    for prototype in prototypes:
-        used |= {part.material for part in (*prototype.parts, *prototype.far)}
-    if place.lamps or any(prototype.lamps for prototype in prototypes):
-        used.add("signal_lens")
-    known = {**place.materials, **own}
-    return {name: known[name] for name in sorted(used)}
-
-
-def _absent(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut, ...]:
-    """Say which road users the log or the view does not have."""
-    out = []
-    kinds = {trace.kind for trace in scenario.traffic.traces}
-    if "person" not in kinds:
-        out.append(LeftOut("persons", "the log has none in this time"))
-    slots = crowd.slots
-    unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.deforming})
-    if unused:
-        out.append(LeftOut(f"{len(unused)} bodies", "no road user in view of the shot has them"))
-    return tuple(out)

@@ -43,7 +43,7 @@ def strokes_of(
         size: Of the picture [px].
     """
     drops, starts, ends = _projected(drops, falling, lens=lens, size=size)
-    middle = 0.5 * (drops.opening + drops.closing)
+    middle = 0.5 * (drops.first + drops.last)
     eye = falling.cameras[:, :3, 3].mean(axis=0)
     away = np.linalg.norm(middle - eye, axis=1)
     width = drops.diameters / away * far.focal
@@ -68,7 +68,7 @@ def _projected(
     """Return the drops that are in the picture, and where they begin and end, (2, n) [px]."""
     opening, closing = (
         local(places, camera)
-        for places, camera in zip((drops.opening, drops.closing), falling.cameras, strict=True)
+        for places, camera in zip((drops.first, drops.last), falling.cameras, strict=True)
     )
     starts, before = lens.project(opening, size)
     ends, after = lens.project(closing, size)
@@ -79,7 +79,7 @@ def _projected(
     for axis, count in ((0, size[1]), (1, size[0])):
         good &= (high[axis] > -room) & (low[axis] < count + room)
     if falling.cabin is not None:
-        good &= ~inside(falling.cabin, 0.5 * (drops.opening + drops.closing))
+        good &= ~inside(falling.cabin, 0.5 * (drops.first + drops.last))
     kept = np.flatnonzero(good)
     return drops.only(kept), starts[:, kept], ends[:, kept]
 

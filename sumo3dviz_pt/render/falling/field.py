@@ -37,16 +37,16 @@ class Drops:
     """Drops or flakes before a camera.
 
     Attributes:
-        opening: Where each is when the shutter opens, in the world, (n, 3) [m].
-        closing: Where it is when the shutter closes, (n, 3) [m].
+        first: Where each is when the shutter opens, in the world, (n, 3) [m].
+        last: Where it is when the shutter closes, (n, 3) [m].
         diameters: (n,) [m].
         speeds: By which they fall, (n,) [m/s].
         shown: How much of each is drawn, by chance of its being, (n,) in [0, 1].
         flakes: Whether they are flakes of snow.
     """
 
-    opening: Floats
-    closing: Floats
+    first: Floats
+    last: Floats
     diameters: Floats
     speeds: Floats
     shown: Floats
@@ -55,8 +55,8 @@ class Drops:
     def only(self, which: Bools | Ints) -> Drops:
         """Return some of them."""
         return Drops(
-            self.opening[which],
-            self.closing[which],
+            self.first[which],
+            self.last[which],
             self.diameters[which],
             self.speeds[which],
             self.shown[which],
@@ -94,8 +94,8 @@ def joined(each: Sequence[Drops], *, flakes: bool) -> Drops:
     none = Drops(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
     some = (none, *each)
     return Drops(
-        np.concatenate([drops.opening for drops in some]),
-        np.concatenate([drops.closing for drops in some]),
+        np.concatenate([drops.first for drops in some]),
+        np.concatenate([drops.last for drops in some]),
         np.concatenate([drops.diameters for drops in some]),
         np.concatenate([drops.speeds for drops in some]),
         np.concatenate([drops.shown for drops in some]),

@@ -158,9 +158,8 @@ class Flying:
 
 def exposure_of(camera: Camera | None) -> float:
     """Return how long a camera sees what falls [s]."""
-    if camera is None or camera.shutter.closes <= camera.shutter.opens:
-        return EXPOSURE
-    return camera.shutter.closes - camera.shutter.opens
+    span = 0.0 if camera is None else camera.shutter.open_for
+    return span if span > 0.0 else EXPOSURE
 
 
 def carried_by_wind(course: WeatherCourse, time: float) -> tuple[float, float]:

@@ -180,5 +180,5 @@ def _shares(at: Floats, intensity: Floats, view: View, most: int) -> Floats:
     light = (intensity @ LUMINANCE) / (away**2 + 4.0)
     if len(light) <= most:
         return np.asarray((light > 0.0).astype(np.float64))
-    weakest = max(float(np.partition(light, -most - 1)[-most - 1]), 1e-30)
+    weakest = max(float(np.sort(light)[-most - 1]), 1e-30)
     return np.asarray(np.clip((light / weakest - 1.0) / _FADE, 0.0, 1.0))

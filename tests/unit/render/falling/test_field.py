@@ -23,7 +23,7 @@ def pyramid(away, near=0.5):
 
 def seen(drops, view, away, near=0.5):
     """Which drops lie in the picture between two distances along the axis."""
-    middle = 0.5 * (drops.opening + drops.closing)
+    middle = 0.5 * (drops.first + drops.last)
     local = (middle - view.position) @ view.world_from_camera.matrix[:3, :3]
     return LENS.sees(local, SIZE[1] / SIZE[0]) & (local[:, 0] > near) & (local[:, 0] < away)
 
@@ -51,7 +51,7 @@ def test_numbers_and_sizes_follow_the_distribution(matter, sizes):
 def test_each_falls_as_fast_as_its_size_says():
     falling = falling_at(exposure=0.01)
     drops = before(falling)
-    down = (drops.opening[:, 2] - drops.closing[:, 2]) / falling.exposure
+    down = (drops.first[:, 2] - drops.last[:, 2]) / falling.exposure
     known = drop_speed(1e3 * drops.diameters)
     off = down / known - 1.0
     assert np.abs(off[drops.diameters > 1e-3]).max() < 0.12
@@ -60,13 +60,13 @@ def test_each_falls_as_fast_as_its_size_says():
 
 def test_wind_carries_them():
     still, windy = (before(falling_at(wind=wind)) for wind in ((0.0, 0.0), (5.0, -2.0)))
-    moved = [(each.closing - each.opening).mean(axis=0) / 0.01 for each in (still, windy)]
+    moved = [(each.last - each.first).mean(axis=0) / 0.01 for each in (still, windy)]
     np.testing.assert_allclose(moved[1][:2] - moved[0][:2], (3.5, -1.4), atol=0.1)
 
 
 def marks(drops, which):
     """Drops as sorted rows of their places and sizes."""
-    rows = np.column_stack([0.5 * (drops.opening + drops.closing), drops.diameters])[which]
+    rows = np.column_stack([0.5 * (drops.first + drops.last), drops.diameters])[which]
     return rows[np.lexsort(rows.T)]
 
 
@@ -85,7 +85,7 @@ def test_a_frame_does_not_depend_on_others():
     alone = before(falling)
     before(falling_at(54.96))
     again = before(falling)
-    np.testing.assert_array_equal(alone.opening, again.opening)
+    np.testing.assert_array_equal(alone.first, again.first)
     np.testing.assert_array_equal(alone.diameters, again.diameters)
 
 
