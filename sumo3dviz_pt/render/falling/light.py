@@ -35,7 +35,8 @@ WHITE = 0.95
 _STEPS, _RAYS = 180, 40_000
 _SPREAD = 3  # steps over which glints are spread: drops are not quite round
 _LAMPLIT = 0.5  # drops lit by lamps are seen against the dark: there a strength counts by its root
-_CLOSEST = 0.25  # lamps are not points nearer than this [m]
+CLOSEST = 0.25
+"""Lamps are not points nearer than this [m]."""
 
 
 @cache
@@ -99,7 +100,15 @@ def even_light(up: Floats, light: SkyLight, ground: float, *, flakes: bool) -> F
     return np.asarray(CLEAR * (above * sky + (1.0 - above) * below))
 
 
-def lit(places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flakes: bool) -> Floats:
+def lit(
+    places: Floats,
+    falling: Falling,
+    light: SkyLight,
+    *,
+    eye: Floats,
+    flakes: bool,
+    closest: float = CLOSEST,
+) -> Floats:
     """Return the radiance of drops or flakes towards the eye, (n, 3).
 
     Args:
@@ -108,6 +117,7 @@ def lit(places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flake
         light: Of the sky.
         eye: (3,) [m].
         flakes: Whether they are flakes.
+        closest: Distance of lamps that counts at least [m].
     """
     to_eye = eye - places
     to_eye /= np.linalg.norm(to_eye, axis=1, keepdims=True)
@@ -117,9 +127,13 @@ def lit(places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flake
         radiance += _scattered(straight, flakes)[:, None] * np.array(light.sun)
     less = 1.0 if flakes else max(falling.strength, 1.0) ** -_LAMPLIT
     for number in range(len(falling.glows.at)):
-        radiance += less * _by_glow(places, to_eye, falling.glows, number, flakes=flakes)
+        radiance += less * _by_glow(
+            places, to_eye, falling.glows, number, flakes=flakes, closest=closest
+        )
     for number in range(len(falling.throws.frames)):
-        radiance += less * _by_throw(places, to_eye, falling.throws, number, flakes=flakes)
+        radiance += less * _by_throw(
+            places, to_eye, falling.throws, number, flakes=flakes, closest=closest
+        )
     return radiance
 
 
@@ -130,7 +144,9 @@ def _scattered(cosine: Floats, flakes: bool) -> Floats:
     return phase(cosine)
 
 
-def _by_glow(places: Floats, to_eye: Floats, glows: Glows, number: int, *, flakes: bool) -> Floats:
+def _by_glow(
+    places: Floats, to_eye: Floats, glows: Glows, number: int, *, flakes: bool, closest: float
+) -> Floats:
     """Return the radiance that a lamp gives to drops, (n, 3)."""
     way = places - glows.at[number]
     away = np.linalg.norm(way, axis=1)
@@ -138,12 +154,12 @@ def _by_glow(places: Floats, to_eye: Floats, glows: Glows, number: int, *, flake
     cosine = along(way, glows.axes[number])
     floor, sharpness = glows.lobes[number]
     share = np.maximum(cosine, 0.0) * (floor + (1.0 - floor) * np.exp(sharpness * (cosine - 1.0)))
-    share *= _scattered((way * to_eye).sum(axis=1), flakes) / (away**2 + _CLOSEST**2)
+    share *= _scattered((way * to_eye).sum(axis=1), flakes) / (away**2 + closest**2)
     return np.asarray(share[:, None] * glows.intensity[number])
 
 
 def _by_throw(
-    places: Floats, to_eye: Floats, throws: Throws, number: int, *, flakes: bool
+    places: Floats, to_eye: Floats, throws: Throws, number: int, *, flakes: bool, closest: float
 ) -> Floats:
     """Return the radiance that head lamps give to drops, (n, 3)."""
     frame = throws.frames[number]
@@ -162,6 +178,6 @@ def _by_throw(
         scattered = _scattered((way * to_eye[where]).sum(axis=1), flakes)
         rows = np.clip(np.rint(row[where]), 0, count - 1).astype(int)
         columns = np.clip(np.rint(column[where]), 0, count - 1).astype(int)
-        given = throws.pattern[rows, columns] / (away[where] ** 2 + _CLOSEST**2)
+        given = throws.pattern[rows, columns] / (away[where] ** 2 + closest**2)
         share[where] = given * scattered
     return np.asarray(share[:, None] * throws.intensity[number])

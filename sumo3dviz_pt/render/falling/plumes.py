@@ -29,6 +29,9 @@ _END = 2.5
 
 _FAINT = 1e-4
 
+_LIT_FROM = 1.5
+"""Lamps light a ball as if they were at least so far from its middle [m]."""
+
 
 def draw_puffs(
     veil: Veil, falling: Falling, light: SkyLight, *, lens: Lens, size: tuple[int, int]
@@ -53,7 +56,7 @@ def draw_puffs(
     good &= (places[1] > -room) & (places[1] < size[0] + room)
     # Whoever drives through spray is not shut in by it.
     depths = puffs.depths * np.clip(away / (2.0 * puffs.radii) - 0.5, 0.0, 1.0)
-    colours = lit(puffs.at, falling, light, eye=camera[:3, 3], flakes=True)
+    colours = lit(puffs.at, falling, light, eye=camera[:3, 3], flakes=True, closest=_LIT_FROM)
     for low, high in pairwise(_SPANS):
         which = np.flatnonzero(good & (away >= low) & (away < high))
         if len(which):

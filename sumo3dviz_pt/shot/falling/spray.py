@@ -30,7 +30,7 @@ NEAR = 90.0
 """Vehicles whose spray is drawn are at most so far away [m]."""
 
 _SLOWEST, _FULL = 7.0, 25.0  # speeds at which spray begins, and at which it is as dense as said
-_DENSE = 0.45  # optical depth of a young puff then
+_DENSE = 0.15  # optical depth of a young puff then
 _BORN = 0.12  # time in which a puff comes into being [s]
 _DRAG = 0.5  # time in which air stops what a wheel throws after it [s]
 _TAKEN = 0.45  # share of the vehicle's speed that spray has at first
@@ -96,7 +96,7 @@ def _plume(
             middle[:, 2] += height
             young = np.clip(age / _BORN, 0.0, 1.0)
             old = np.clip((LIFE - age) / (0.6 * LIFE), 0.0, 1.0)
-            depth = _DENSE * dense * heavy * speed**1.5 * first / radius * young * old**2
+            depth = _DENSE * dense * heavy * speed**2 * first / radius * young * old**2
             places.append(middle)
             radii.append(radius)
             depths.append(depth)
