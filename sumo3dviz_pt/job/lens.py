@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from sumo3dviz_pt.job.quantities import Quantity
 from sumo3dviz_pt.job.ranges import Finite, Positive, Whole
 from sumo3dviz_pt.job.values import Settings
-from sumo3dviz_pt.model.projections import Projection, Stereo, folds
+from sumo3dviz_pt.model.pictures import Projection, Stereo
 
 FOV = 50.0
 """Of a camera that says nothing of it [deg]."""
@@ -115,8 +115,12 @@ class LensSettings(Settings):
                 raise ValueError("distortion belongs to perspective lenses")
             if self.vignetting:
                 raise ValueError("vignetting belongs to perspective lenses")
-        elif folds(math.tan(math.radians(self.degrees(FOV) / 2.0)), self.distortion):
-            raise ValueError("this distortion folds the picture back; take smaller numbers")
+        elif any(self.distortion):
+            # Whoever only wants to know what the settings are need not have numpy.
+            from sumo3dviz_pt.model.projections import folds
+
+            if folds(math.tan(math.radians(self.degrees(FOV) / 2.0)), self.distortion):
+                raise ValueError("this distortion folds the picture back; take smaller numbers")
 
     @property
     def is_pinhole(self) -> bool:

@@ -14,14 +14,12 @@ References:
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.pictures import Projection as Projection
+from sumo3dviz_pt.model.pictures import Stereo as Stereo
 
-Projection = Literal["perspective", "orthographic", "fisheye", "equirectangular"]
-Stereo = Literal["none", "side_by_side", "top_bottom"]
 Distortion = tuple[float, float]
 
 _STEEPEST = 100.0

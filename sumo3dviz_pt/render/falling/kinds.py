@@ -156,7 +156,8 @@ def reach(
     )
     dense = sizes.above(low) - sizes.above(high)
     # A pyramid of a picture's width and height.
-    opening = 4.0 * lens.half_width**2 * size[1] / size[0] / 3.0
+    width = float(lens.length_of(1.0, np.ones(1))[0])
+    opening = width**2 * size[1] / size[0] / 3.0
 
     def drawn(cover: float) -> float:
         away = Reach(cover, focal, exposure).end(wide, speeds)

@@ -14,6 +14,7 @@ def report(*left_out):
         "network": {"file": "n", "lanes": 1, "signals": 0},
         "log": log,
         "sun": None,
+        "weather": {"text": "none", "moments": [], "left_out": []},
         "missing_files": [],
         "nobody": [],
         "shots": [{**shot, "left_out": list(each)} for each in left_out],
