@@ -66,7 +66,8 @@ def test_wear_is_within_its_range(name):
     for key, mesh in layers(name):
         factor, paint, yellow = mesh.wear.T
         assert np.isfinite(mesh.wear).all()
-        assert factor.min() > 0.25 and factor.max() < 1.2, key
+        # The darkest is the joint of a manhole (0.3) in the dirtiest track of a junction (0.6).
+        assert factor.min() > 0.3 * 0.6 and factor.max() < 1.2, key
         assert paint.min() >= 0.0 and paint.max() <= 1.0, key
         assert set(np.unique(yellow)) <= {0.0, 1.0}, key
 
