@@ -32,7 +32,7 @@ _NAMELESS = -(2**30)
 class Recorder:
     """Keeps what is on the road after every step of a simulation.
 
-    It asks and changes nothing, so the simulation runs as it would without it:
+    It asks and changes nothing, so the simulation runs as it would without it::
 
         libsumo.start(["sumo", "-c", "city.sumocfg"])
         with Recorder(libsumo, "out") as recorder:
