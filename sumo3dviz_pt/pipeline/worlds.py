@@ -6,8 +6,10 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.pipeline.accounts.provenance import (
@@ -62,9 +64,14 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
 
 
 def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]) -> str:
-    """Return a hash of all that a world is made from; files count by content."""
+    """Return a hash of all that a world is made from; files count by content.
+
+    Pictures count by their places, too: materials name them, and a place that was kept by an
+    installation that is gone would name pictures that are gone.
+    """
     content = {
-        "settings": with_files(job.model_dump(exclude=_APART), contents),
+        "settings": with_files(job.model_dump(exclude=_APART), _where_and_what),
+        "library": str(data_root("assets")),
         "files": [contents(path) for path in (files.network, *files.signals, *files.additional)],
         "cameras": cameras,
         "weather": _shaping(job),
@@ -72,6 +79,11 @@ def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]
         "package": package_hashes(),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _where_and_what(path: Path) -> list[str]:
+    """Return a file's place, and the hashes of its content."""
+    return [str(path.resolve()), *contents(path)]
 
 
 def _shaping(job: Job) -> Mapping[str, Any]:

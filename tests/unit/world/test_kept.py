@@ -2,14 +2,17 @@
 
 import os
 import pickle
+import shutil
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from builders import write_scenario
 
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.scene import LeftOut
+from sumo3dviz_pt.pipeline import worlds
 from sumo3dviz_pt.pipeline.production import read
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
@@ -90,6 +93,30 @@ def test_what_a_place_depends_on_makes_another_one(tmp_path, built):
     # What a place does not show makes no difference.
     kept.place_around(world_in(tmp_path, **{"quality": "draft", "output.fps": 10}), EYE)
     assert len(built) == 4
+
+
+def test_pictures_of_another_installation_are_not_named(tmp_path, built, monkeypatch):
+    """A place names pictures by their paths; those of an installation may be gone."""
+    kept.place_around(world_in(tmp_path), EYE)
+    there = tmp_path / "venv"
+    there.mkdir()
+    (there / "assets").symlink_to(catalog.data_root("assets"))
+    monkeypatch.setattr(worlds, "data_root", lambda name: there / name)
+    kept.place_around(world_in(tmp_path), EYE)
+    assert len(built) == 2
+
+
+def test_own_pictures_are_found_where_they_are_now(tmp_path, built):
+    picture = catalog.data_root("assets") / "surfaces" / "ground_grass" / "albedo.png"
+    named = {}
+    for name in ("one", "other"):
+        own = tmp_path / f"{name}.png"
+        shutil.copy(picture, own)
+        world = world_in(tmp_path, **{"ground.texture": str(own)})
+        named[own] = repr(kept.place_around(world, EYE).materials)
+        assert str(own) in named[own]
+        own.unlink()
+    assert len(built) == 2
 
 
 def test_worlds_without_a_key_and_small_places_are_not_kept(tmp_path, built, cache, monkeypatch):
