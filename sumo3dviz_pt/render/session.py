@@ -320,7 +320,11 @@ class Session:
         """Make what traces; it must find all layers that are wanted."""
         if self.by_kernel is not None:
             self.by_kernel.use(self.settings)
-        if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
+        ours = self.by_kernel is not None and self.settings.quality.tracer == "kernel"
+        if self.loaded.apart != ours:
+            self.loaded.drop()
+        self.loaded.apart = ours
+        if ours:
             self._tracer = self.by_kernel
         else:
             self._refuse_weather()

@@ -28,6 +28,7 @@ from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
+from sumo3dviz_pt.render.kernel.solids import Solids
 from sumo3dviz_pt.render.kernel.surface import Surfaces
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
@@ -90,7 +91,8 @@ class Kernel:
         self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
         self._rain_on()
         surfaces = Surfaces(self._tables, pixel, self._deposits)
-        self._place = Place(loaded.scene, surfaces, lights, air, halos)
+        solids = Solids(loaded.scene, loaded.standing)
+        self._place = Place(solids, surfaces, lights, air, halos)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
