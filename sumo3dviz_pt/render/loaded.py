@@ -194,6 +194,12 @@ class LoadedScene:
         """Return the merged mesh that shows a mover, or None."""
         return next((crowd for crowd in self._crowds if mover.name in crowd.shown), None)
 
+    @property
+    def _moves(self) -> bool:
+        """Whether anything of the shot ever moves or changes."""
+        pooled = self.pool is not None and bool(self.pool.entries)
+        return pooled or bool(self.running) or any(map(bool, self._crowds))
+
     def shapes(self) -> Iterator[Any]:
         """Go through Mitsuba's shapes of the scene, or both."""
         for scene in (self.scene, self.standing):
@@ -225,7 +231,7 @@ class LoadedScene:
             parts |= self._scalar.entries(frame)
         # Everything is moved to its place before there is a scene, whose trees are so built once.
         self._move(mi.traverse(_Parts(parts)), frame)
-        apart = self.apart and any(len(merged.mesh.faces) for merged in self._static)
+        apart = self.apart and self._moves and any(len(m.mesh.faces) for m in self._static)
         if not apart:
             parts |= standing
         self.scene = load({"type": "scene", **parts}, optimize=False)
