@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -48,10 +48,14 @@ class LoadedScene:
     """What the renderer holds of a scene.
 
     Attributes:
-        scene: Mitsuba's, once a frame was shown.
+        scene: Mitsuba's, once a frame was shown: of everything, or without what has a scene of
+            its own.
+        standing: Mitsuba's scene of what stands, where `apart`; else None.
+        apart: Whether what stands gets a scene of its own, when it is loaded next. Its tree is
+            then not built anew when something moves. Only our own kernel traces two scenes.
         frame: That frame; None before.
         origin: Its origin in the network's coordinates, (3,) [m]; None before.
-        parameters: Of Mitsuba's scene; None before.
+        parameters: Of Mitsuba's scene, or both; None before.
         aimed: Whether light paths aim at lamps.
         running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
@@ -70,6 +74,8 @@ class LoadedScene:
             jit: Whether the variant compiles.
         """
         self.scene: Any = None
+        self.standing: Any = None
+        self.apart = False
         self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None
@@ -92,7 +98,7 @@ class LoadedScene:
 
     def drop(self) -> None:
         """Let the scene go; the next frame loads it again."""
-        self.scene = self.parameters = None
+        self.scene = self.standing = self.parameters = None
 
     def close(self) -> None:
         """Give every object back."""
@@ -188,6 +194,17 @@ class LoadedScene:
         """Return the merged mesh that shows a mover, or None."""
         return next((crowd for crowd in self._crowds if mover.name in crowd.shown), None)
 
+    @property
+    def _moves(self) -> bool:
+        """Whether anything of the shot ever moves or changes."""
+        pooled = self.pool is not None and bool(self.pool.entries)
+        return pooled or bool(self.running) or any(map(bool, self._crowds))
+
+    def shapes(self) -> Iterator[Any]:
+        """Go through Mitsuba's shapes of the scene, or both."""
+        for scene in (self.scene, self.standing):
+            yield from () if scene is None else scene.shapes()
+
     def things(self, mesh: str) -> tuple[tuple[str, int], ...]:
         """Return what the faces of a mesh that stands belong to; see `Mesh.things`."""
         for number, merged in enumerate(self._static):
@@ -200,8 +217,10 @@ class LoadedScene:
         self.drop()
         self.origin = frame.origin
         parts = {name: load(it) if isinstance(it, dict) else it for name, it in fixed.items()}
-        for number, merged in enumerate(self._static):
-            parts[f"static_{number}"] = self._place(merged, number, frame.origin)
+        standing = {
+            f"static_{number}": self._place(merged, number, frame.origin)
+            for number, merged in enumerate(self._static)
+        }
         parts |= self._lamps.entries(frame.origin)
         if self.running:
             parts |= self.running.entries(self._lens())
@@ -212,8 +231,13 @@ class LoadedScene:
             parts |= self._scalar.entries(frame)
         # Everything is moved to its place before there is a scene, whose trees are so built once.
         self._move(mi.traverse(_Parts(parts)), frame)
+        apart = self.apart and self._moves and any(len(m.mesh.faces) for m in self._static)
+        if not apart:
+            parts |= standing
         self.scene = load({"type": "scene", **parts}, optimize=False)
-        self.parameters = mi.traverse(self.scene)
+        self.standing = load({"type": "scene", **standing}, optimize=False) if apart else None
+        scenes = [scene for scene in (self.scene, self.standing) if scene is not None]
+        self.parameters = Parameters([mi.traverse(scene) for scene in scenes])
         for sensor in self.scene.sensors():
             settle(sensor)
 
@@ -250,6 +274,48 @@ class LoadedScene:
     def _lens(self) -> Any:
         """Return the material of the lamps' glass."""
         return self._materials.get("signal_lens", convert.face_tint())
+
+
+class Parameters:
+    """Parameters of one or two scenes of Mitsuba's, whose objects have different names."""
+
+    def __init__(self, scenes: Sequence[Any]) -> None:
+        """Join them.
+
+        Args:
+            scenes: What `mi.traverse` found of each; those of what moves most come first.
+        """
+        self._scenes = scenes
+
+    def _of(self, key: str) -> Any:
+        """Return the parameters that have a name; the first ones if none has."""
+        return next((scene for scene in self._scenes if key in scene), self._scenes[0])
+
+    def __contains__(self, key: str) -> bool:
+        """Return whether any scene has a parameter of a name."""
+        return any(key in scene for scene in self._scenes)
+
+    def __getitem__(self, key: str) -> Any:
+        """Return a parameter."""
+        return self._of(key)[key]
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        """Change a parameter; the scene follows when it is updated."""
+        self._of(key)[key] = value
+
+    def set_dirty(self, key: str) -> None:
+        """Say that a parameter's values were written where they lie."""
+        self._of(key).set_dirty(key)
+
+    def keys(self) -> Iterator[str]:
+        """Go through all names."""
+        for scene in self._scenes:
+            yield from scene.keys()
+
+    def update(self) -> None:
+        """Let the scenes follow; where nothing changed, nothing is done."""
+        for scene in self._scenes:
+            scene.update()
 
 
 class _Parts:

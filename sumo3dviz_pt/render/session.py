@@ -87,7 +87,9 @@ class Samples:
 
     @property
     def apart(self) -> Layers:
-        """The layers, with the light of lamps that are seen directly as `excess`."""
+        """The layers; light of lamps that are seen directly is `excess`, where there may be any."""
+        if self.layers.keys().isdisjoint({"glow", "lamp"}):
+            return self.layers
         excess = guides.excess(self.layers)
         return self.layers | {"radiance": self.layers["radiance"] - excess, "excess": excess}
 
@@ -188,8 +190,10 @@ class Session:
             ) from error
         report(passes.tally, frame.time)
         kept, lost = passes.means()
-        glow = found.get("glow", np.float32(0.0))
-        means = {"capped": kept, "lost": lost + glow, "radiance": passes.mean() + glow}
+        mean, glow = passes.mean(), found.get("glow")
+        if glow is not None:
+            lost, mean = lost + glow, mean + glow
+        means = {"capped": kept, "lost": lost, "radiance": mean}
         return Samples(found | means, passes.tally, movers)
 
     def _traced(self, frame: FrameState, seed: int, after_pass: AfterPass | None) -> Traced:
@@ -320,14 +324,11 @@ class Session:
         """Make what traces; it must find all layers that are wanted."""
         if self.by_kernel is not None:
             self.by_kernel.use(self.settings)
-        if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
-            self._tracer = self.by_kernel
-        else:
-            self._refuse_weather()
-            hazy = self.data.haze is not None or self.data.weather is not None
-            self._tracer = ByPath(
-                self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock
-            )
+        ours = self.by_kernel if self.settings.quality.tracer == "kernel" else None
+        if self.loaded.apart != (ours is not None):
+            self.loaded.drop()
+        self.loaded.apart = ours is not None
+        self._tracer = self._by_path() if ours is None else ours
         found = guides.PICTURE | set(self._tracer.finds)
         for name in self.settings.layers:
             if name not in found:
@@ -335,6 +336,12 @@ class Session:
                     f"layer {name!r} cannot be traced with this scene, quality and variant"
                     f" ({self.backend.variant}){did_you_mean(name, found)}"
                 )
+
+    def _by_path(self) -> ByPath:
+        """Make what traces by Mitsuba's path tracer."""
+        self._refuse_weather()
+        hazy = self.data.haze is not None or self.data.weather is not None
+        return ByPath(self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock)
 
     def _refuse_weather(self) -> None:
         """Refuse weather where Mitsuba's path tracer is all that there is."""

@@ -5,21 +5,27 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import frame_file
 from sumo3dviz_pt.pipeline.films.stopping import whole_frame
-from sumo3dviz_pt.pipeline.films.traced import write_traced
+from sumo3dviz_pt.pipeline.films.traced import traced_by, write_traced
 from sumo3dviz_pt.pipeline.production import Production, opened
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.model.scene import FrameState
     from sumo3dviz_pt.pipeline.layers.write import LayerWriter
     from sumo3dviz_pt.render.session import Session
+
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,36 +92,68 @@ class Frames:
     def rendered(self, cpu: dict[str, float]) -> Generator[int, None, None]:
         """Render what is missing; yield each number when its frame is stored.
 
+        While a frame is traced, the one before it is written, and what the next one shows is
+        found. Whatever ends the work, each frame that was traced is stored.
+
         Args:
             cpu: CPU-seconds by phase, to which is added.
         """
         if not self.missing:
             return
-        kept = len(self.wanted) - len(self.missing)
-        layers = self.layers
-        with opened(self._shown()) as session:
-            started = time.monotonic()
-            announce(Doing.RENDER, kept, len(self.wanted))
-            for count, number in enumerate(self.missing, start=1):
-                with whole_frame():
-                    spent = self._render(session, number, layers)
+        started = time.monotonic()
+        # Leaving the pools waits for what they still write.
+        with opened(self._shown()) as session, _one_thread() as ahead, _one_thread() as files:
+            announce(Doing.RENDER, len(self.wanted) - len(self.missing), len(self.wanted))
+            traced = self._traced(session, ahead, files)
+            for count, (number, spent, stored) in enumerate(_one_late(traced), start=1):
+                stored.result()
                 for phase, seconds in spent.items():
                     cpu[phase] = cpu.get(phase, 0.0) + seconds
-                announce(Doing.RENDER, kept + count, len(self.wanted))
-                left = (time.monotonic() - started) / count * (len(self.missing) - count)
-                done = FrameDone(kept + count, len(self.wanted), left, kept=False, cpu=spent)
-                self._tell(done)
+                self._tell_rendered(count, time.monotonic() - started, spent)
                 yield number
 
-    def _render(
-        self, session: Session, number: int, layers: LayerWriter | None
-    ) -> dict[str, float]:
-        """Render and store one frame and its layers; CPU-seconds by phase."""
-        spent = _render_frame(self.production, session, self.folder, number, self.shared)
-        if layers is not None:
-            layers.write(session, number)
-            spent = dict(session.clock.seconds)
-        return spent
+    def _traced(
+        self, session: Session, ahead: Executor, files: Executor
+    ) -> Iterator[tuple[int, dict[str, float], Future[None]]]:
+        """Trace what is missing, and let each frame be stored beside the next one.
+
+        Args:
+            session: That traces.
+            ahead: Finds what the next frame shows.
+            files: Writes frames, in order.
+
+        Yields:
+            Each frame's number, CPU-seconds by phase, and what becomes true when it is stored.
+        """
+        production, layers = self.production, self.layers
+        times = [float(production.times[number]) for number in self.missing]
+        coming = ahead.submit(production.frame_at, times[0])
+        for number, after in zip(self.missing, [*times[1:], None], strict=True):
+            with whole_frame():
+                frame = coming.result()
+                # Layers ask the shot themselves, and a shot answers one at a time.
+                if after is not None and layers is None:
+                    coming = ahead.submit(production.frame_at, after)
+                write = _rendered_frame(production, session, number, frame, self.shared)
+                stored = files.submit(write, frame_file(self.folder, number))
+                if layers is not None:
+                    layers.write(session, number)
+                    coming = coming if after is None else ahead.submit(production.frame_at, after)
+                spent = dict(session.clock.seconds)
+            yield number, spent, stored
+
+    def _tell_rendered(self, count: int, seconds: float, spent: dict[str, float]) -> None:
+        """Say that some frames are rendered.
+
+        Args:
+            count: How many.
+            seconds: Wall time that they took [s].
+            spent: CPU-seconds of the last one, by phase.
+        """
+        done = len(self.wanted) - len(self.missing) + count
+        announce(Doing.RENDER, done, len(self.wanted))
+        left = seconds / count * (len(self.missing) - count)
+        self._tell(FrameDone(done, len(self.wanted), left, kept=False, cpu=spent))
 
     def passing(self, cpu: dict[str, float]) -> Generator[Path, None, None]:
         """Yield all files in order, each when those exist that help it; drop what none needs.
@@ -149,28 +187,49 @@ class Frames:
             self.on_frame(news)
 
 
-def _render_frame(
-    production: Production, session: Session, folder: Path, number: int, shared: Mapping[str, Any]
-) -> dict[str, float]:
-    """Render and store one frame; CPU-seconds by phase."""
-    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+def _one_thread() -> ThreadPoolExecutor:
+    """Return a thread that does one thing after the other."""
+    return ThreadPoolExecutor(max_workers=1)
 
-    at = float(production.times[number])
-    frame, path = production.frame_at(at), frame_file(folder, number)
-    half = production.job.output.half
+
+def _one_late(frames: Iterator[_T]) -> Iterator[_T]:
+    """Go through frames such that each comes when the next one was traced."""
+    last: list[_T] = []
+    for frame in frames:
+        yield from last
+        last = [frame]
+    yield from last
+
+
+def _rendered_frame(
+    production: Production,
+    session: Session,
+    number: int,
+    frame: FrameState,
+    shared: Mapping[str, Any],
+) -> Callable[[Path], None]:
+    """Render one frame; return what writes its file.
+
+    Args:
+        production: Whose frame it is.
+        session: That renders it.
+        number: Of the frame.
+        frame: What it shows.
+        shared: The account that all frames share.
+    """
     samples = session.samples(frame)
+    half, helped = production.job.output.half, "ids" in samples.layers
     account = {
         **shared,
         "frame": number,
-        "time": at,
+        "time": float(production.times[number]),
         "capped_share": round(samples.tally.capped_share, 6),
         "nonfinite": samples.tally.nonfinite,
-        "stored": "traced" if "ids" in samples.layers else "finished",
+        "stored": "traced" if helped else "finished",
     }
-    if "ids" in samples.layers:
-        write_traced(path, samples, frame, session=session, account=account, half=half)
-    else:
-        finished = {"radiance": session.finish(samples, frame)}
-        text = json.dumps(account, sort_keys=True)
-        write_exr(path, finished, half=half, attributes={PROVENANCE: text})
-    return dict(session.clock.seconds)
+    if helped:
+        traced, how = traced_by(session, samples, frame), session.finishing_of(frame)
+        return lambda path: write_traced(path, traced, how, account=account, half=half)
+    finished = {"radiance": session.finish(samples, frame)}
+    text = {PROVENANCE: json.dumps(account, sort_keys=True)}
+    return lambda path: write_exr(path, finished, half=half, attributes=text)

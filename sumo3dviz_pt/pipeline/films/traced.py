@@ -33,12 +33,25 @@ FALLING = "sumo3dviz_pt_falling"
 """Name of the attribute that says what falls and flies before it; only where something does."""
 
 
+def traced_by(session: Session, samples: Samples, frame: FrameState) -> TracedFrame:
+    """Return a frame as it was traced.
+
+    Args:
+        session: That traced it.
+        samples: What was traced, with the layers `ids` and `first_depth`.
+        frame: What it shows.
+    """
+    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+
+    white, spp = session.settings.white, session.settings.quality.spp
+    return TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
+
+
 def write_traced(
     path: Path,
-    samples: Samples,
-    frame: FrameState,
+    traced: TracedFrame,
+    how: Finishing,
     *,
-    session: Session,
     account: Mapping[str, Any],
     half: bool,
 ) -> None:
@@ -46,23 +59,18 @@ def write_traced(
 
     Args:
         path: Where to.
-        samples: What was traced, with the layers `ids` and `first_depth`.
-        frame: What it shows.
-        session: That traced it.
+        traced: The frame.
+        how: It is finished later.
         account: What it was made from.
         half: Whether colours are stored in half precision.
 
     Raises:
         OSError: If the file cannot be written.
     """
-    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
     from sumo3dviz_pt.image.accumulation.storage import packed
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 
-    white, spp = session.settings.white, session.settings.quality.spp
-    traced = TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
     layers, text = packed(traced)
-    how = session.finishing_of(frame)
     attributes = {
         PROVENANCE: json.dumps(account, sort_keys=True),
         TRACED: text,

@@ -53,7 +53,8 @@ class ByKernel:
         with self._clock.phase("render"):
             kernel = self.followed()
             passes = self._passes(kernel, order, after_pass)
-            found = guides.as_guides(merged(passes, lambda *them: np.mean(them, axis=0)))
+            whole = passes[0] if len(passes) == 1 else merged(passes, _mean)
+            found = guides.as_guides(whole)
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
             if self._apart:
                 found |= {"glow": self._glow(kernel, order)}
@@ -148,3 +149,8 @@ class ByKernel:
         frame = self._loaded.frame
         assert frame is not None, "show a frame first"
         return frame.view
+
+
+def _mean(*pictures: Image) -> Image:
+    """Return the mean of some pictures of one size."""
+    return np.asarray(np.mean(pictures, axis=0))

@@ -65,7 +65,7 @@ def met_through(
     down = mi.Float(row) + dr.opaque(mi.Float, at[1])
     point = mi.Point2f(across / mi.Float(columns), down / mi.Float(rows))
     ray = eye.ray(point, mi.Point2f(0.5))
-    found = place.scene.ray_intersect_preliminary(ray, True)
+    found = place.solids.nearest(ray, True)
     # Rays may begin a little before the eye.
     found.t += eye.lead(ray)
     channels = {name: _channels(name, place, found, ray) for name in WIDTHS if name in wanted}

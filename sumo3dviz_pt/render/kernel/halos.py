@@ -25,6 +25,7 @@ from sumo3dviz_pt.model.weather import ASYMMETRY
 from sumo3dviz_pt.render.kernel.air import Air, phase
 from sumo3dviz_pt.render.kernel.eye import Eye
 from sumo3dviz_pt.render.kernel.lights import Lights
+from sumo3dviz_pt.render.kernel.solids import Solids
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.sources import Sources, sources_of
 from sumo3dviz_pt.render.loaded import LoadedScene
@@ -108,11 +109,11 @@ class Halos:
         row = pixel // width
         return (row // TILE) * self._columns + (pixel - row * width) // TILE
 
-    def along(self, scene: Any, ray: Any, distance: Any, tile: Any, chance: Any) -> Any:
+    def along(self, solids: Solids, ray: Any, distance: Any, tile: Any, chance: Any) -> Any:
         """Return light that the air scatters into rays, a colour.
 
         Args:
-            scene: Mitsuba's.
+            solids: What may be in the way of light.
             ray: From the eye.
             distance: To what they meet; 0 where that is nothing [m].
             tile: Part of the picture.
@@ -139,7 +140,7 @@ class Halos:
         lit = (likely > 0.0) & ~dr.all(gain == 0.0)
         shadow = mi.Ray3f(point, d)
         shadow.maxt = dr.maximum(reach - size, 0.0)
-        lit &= ~scene.ray_test(shadow, lit)
+        lit &= ~solids.hide(shadow, lit)
         return dr.select(lit, gain, 0.0)
 
     def _pick(self, tile: Any, chance: Any) -> tuple[Any, Any]:

@@ -16,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
+from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart, merged
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
@@ -28,6 +28,7 @@ from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
+from sumo3dviz_pt.render.kernel.solids import Solids
 from sumo3dviz_pt.render.kernel.surface import Surfaces
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
@@ -90,7 +91,8 @@ class Kernel:
         self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
         self._rain_on()
         surfaces = Surfaces(self._tables, pixel, self._deposits)
-        self._place = Place(loaded.scene, surfaces, lights, air, halos)
+        solids = Solids(loaded.scene, loaded.standing)
+        self._place = Place(solids, surfaces, lights, air, halos)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -152,7 +154,8 @@ class Kernel:
             ray = _ray(eye, sampler, pixel, size=(width, height))
             emitted = emitted_along(self._place, ray)
             dr.schedule(emitted)
-            picture[some] = np.stack([_of_all(channel, spp) for channel in emitted], axis=-1)
+            mean = mi.Color3f(*(_of_all(channel, spp) for channel in emitted))
+            picture[some] = np.array(dr.ravel(mean)).reshape(-1, 3)
         return picture.reshape(height, width, 3)
 
     def met_through(
@@ -203,12 +206,29 @@ class Kernel:
             ray = _ray(eye, sampler, pixel, size=(width, height))
             tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
             of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
-            dr.schedule(of_all, of_first)
+            dr.eval(of_all, of_first)
             found = [_of_all(channel, spp) for channel in of_all]
             found += [_of_first(channel, spp) for channel in of_first]
-            channels = [channel.reshape(count, width) for channel in found]
-            parts.append(np.stack(channels, axis=-1))
-        return self._channels.layers(np.concatenate(parts))
+            parts.append(self._rows(found, (count, width)))
+        if len(parts) == 1:
+            return parts[0]
+        return merged(parts, lambda *rows: np.concatenate(rows))
+
+    def _rows(self, channels: list[Any], size: tuple[int, int]) -> Layers:
+        """Return some rows of a picture as layers.
+
+        Args:
+            channels: Arrays of Dr.Jit, which also puts those of a layer side by side.
+            size: Rows, and columns [px].
+        """
+        found = {name: channels[place] for name, place in self._channels.places.items()}
+        flat = {
+            name: some[0] if len(some) == 1 else dr.ravel(mi.Color3f(*some))
+            for name, some in found.items()
+        }
+        dr.schedule(flat)
+        shapes = {name: size if len(some) == 1 else (*size, 3) for name, some in found.items()}
+        return Layers({name: np.array(one).reshape(shapes[name]) for name, one in flat.items()})
 
 
 def deposits_of(loaded: LoadedScene, pixel: float) -> Deposits | None:
@@ -224,15 +244,15 @@ def deposits_of(loaded: LoadedScene, pixel: float) -> Deposits | None:
     return Deposits(course, Grounds(loaded.shelters(), loaded.tracks), pixel)
 
 
-def _of_all(channel: Any, spp: int) -> Image:
+def _of_all(channel: Any, spp: int) -> Any:
     """Return the mean of each pixel's samples, (pixels,)."""
-    return np.asarray(np.array(dr.block_sum(channel, spp)) / spp, np.float32)
+    return dr.block_sum(channel, spp) / dr.opaque(mi.Float, spp)
 
 
-def _of_first(channel: Any, spp: int) -> Image:
+def _of_first(channel: Any, spp: int) -> Any:
     """Return a channel of each pixel's first sample, (pixels,)."""
     pixel = dr.arange(mi.UInt32, len(channel) // spp)
-    return np.array(dr.gather(mi.Float, channel, pixel * dr.opaque(mi.UInt32, spp)))
+    return dr.gather(mi.Float, channel, pixel * dr.opaque(mi.UInt32, spp))
 
 
 def _seeded(sensor: Any, *, spp: int, lanes: int, seed: int) -> Any:

@@ -21,6 +21,7 @@ from sumo3dviz_pt.render.kernel.candidates import aimed
 from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
+from sumo3dviz_pt.render.kernel.solids import Solids
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
 
 _LIKELIEST = 0.95  # that a path goes on, by roulette
@@ -42,14 +43,14 @@ class Place:
     """What paths go through.
 
     Attributes:
-        scene: Mitsuba's.
+        solids: All that rays may meet.
         surfaces: Find what rays met.
         lights: The emitters.
         air: What is in the air, or None.
         halos: Lamps whose light it scatters, or None.
     """
 
-    scene: Any
+    solids: Solids
     surfaces: Surfaces
     lights: Lights
     air: Air | None = None
@@ -170,7 +171,7 @@ def followed(
     path, _ = dr.while_loop((path, sampler), lambda path, _: path.active, step, label="paths")
     seen = path.seen
     if place.halos is not None:
-        path.light += place.halos.along(place.scene, ray, seen.distance, tile, chance)
+        path.light += place.halos.along(place.solids, ray, seen.distance, tile, chance)
     emitted = [*seen.emitted] if place.lights.lamps else []
     of_all = [
         *_capped(path.light, bounds.cap),
@@ -185,7 +186,7 @@ def followed(
 
 def emitted_along(place: Place, ray: Any) -> Any:
     """Return the light of lamps that are the first surface on a ray, a colour."""
-    found = place.scene.ray_intersect_preliminary(ray, True)
+    found = place.solids.nearest(ray, True)
     surface = place.surfaces.met(found, ray, mi.Bool(True))
     before = dr.zeros(mi.Interaction3f)
     light = place.lights.glow(surface, before, surface.there)[0]
@@ -197,7 +198,7 @@ def emitted_along(place: Place, ray: Any) -> Any:
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     """Follow a path's next segment, and find where it goes on."""
     ray, primary = path.ray, path.depth == 0
-    found = place.scene.ray_intersect_preliminary(ray, primary, active=path.active)
+    found = place.solids.nearest(ray, primary, path.active)
     surface = place.surfaces.met(found, ray, path.active)
     clear = _veiled(path, surface, place.air)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
@@ -211,7 +212,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     gain = path.through * scattered.value * aim.light * share
     # NaN is neither equal to 0 nor different from it here; it must be found and counted.
     lit = on & (aim.pdf > 0.0) & ~dr.all(gain == 0.0)
-    lit &= ~place.scene.ray_test(_shadow_ray(si, aim), lit)
+    lit &= ~place.solids.hide(_shadow_ray(si, aim), lit)
     path.light = dr.select(lit, path.light + gain, path.light)
 
     first = surface.there & primary

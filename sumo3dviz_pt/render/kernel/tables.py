@@ -132,7 +132,7 @@ class Tables:
         """Write which meshes belong to each shape and instance, by Mitsuba's numbers of them."""
         loaded = self._loaded
         order = {place.mesh.name: k for k, place in enumerate(self._places)}
-        self._numbers = {shape.id(): _number(shape) for shape in loaded.scene.shapes()}
+        self._numbers = {shape.id(): _number(shape) for shape in loaded.shapes()}
         first = np.full(max(self._numbers.values(), default=0) + 1, NO_MESH, np.uint32)
         for name, number in self._numbers.items():
             if name in order:
