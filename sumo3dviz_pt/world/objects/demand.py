@@ -46,14 +46,15 @@ class Gone:
 
         Args:
             around: Roads, ground, cameras and the seed.
-            shrinks: How much level limits move, by kind; those of a kind that is not drawn stay.
+            shrinks: How much level limits move, by kind; those of a kind that is not drawn at all
+                would move as far as the nearest.
         """
         if not self.items:
             return self.said
         demand = _Demand.of(self.kind, self.items, around)
-        return replace(
-            self.said, triangles=round(demand.triangles(shrinks.get(self.kind.name, 1.0)))
-        )
+        others = min(shrinks.values(), default=_MOST_STRETCH)
+        shrink = shrinks.get(self.kind.name, others)
+        return replace(self.said, triangles=round(demand.triangles(shrink)))
 
 
 def shrunk_levels(

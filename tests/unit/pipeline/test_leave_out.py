@@ -110,6 +110,16 @@ def test_check_tells_what_leaving_out_saves(tmp_path):
     assert absent["fog"]["operations"] > 0
 
 
+def test_what_is_switched_off_would_take_about_what_it_takes(tmp_path):
+    scene = write_scenario(tmp_path, trees=True)
+    (with_them,), (without,) = (
+        check_scene(load_job(scene, changes), presets=["draft"])["shots"]
+        for changes in ({}, {"objects.trees": "null"})
+    )
+    (off,) = (item for item in without["left_out"] if item["what"] == "trees")
+    assert 0.5 < off["triangles"] / with_them["triangles"]["trees"] < 2.0
+
+
 def test_check_knows_what_weather_and_shutters_compile(tmp_path):
     scene = write_scenario(tmp_path)
     changes = {
