@@ -43,11 +43,10 @@ def peak(scene: Path, frames: int, target: Path) -> float:
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells a peak so")
 def test_memory_is_constant_in_a_films_length(tmp_path: Path) -> None:
-    """60 frames more, of two megabytes each as they are traced, would be a fifth more."""
-    scene = write_scenario(tmp_path, speed=3.0)
+    """60 frames more, of two megabytes each as they are traced, would be a quarter more."""
+    scene = write_scenario(tmp_path, speed=1.0)
     # Whatever is built for the first film lies in the cache for the second.
     short = peak(scene, SHORT, tmp_path / "short.mp4")
     long = peak(scene, LONG, tmp_path / "long.mp4")
-    print(f"{SHORT} frames: {short:.0f} MB, {LONG} frames: {long:.0f} MB")
-    assert long <= 1.04 * short
+    assert long <= 1.06 * short
     assert not list(tmp_path.glob("*.frames/*.exr"))

@@ -99,6 +99,7 @@ def test_shares_are_embrees_time_over_ours() -> None:
     assert row.share == 0.25
     assert rays.table([row])[2] == "| day | bounce | 2,000 | 4.0 | 0.500 | 2.000 | 25% |"
     assert math.isnan(replace(row, ours=0.0).share)
+    assert rays.table([replace(row, ours=-0.001)])[2].endswith("| -0.001 | - |")
 
 
 @pytest.mark.slow
