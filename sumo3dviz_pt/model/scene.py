@@ -160,11 +160,14 @@ class LeftOut:
         what: Such as `signals` or `120 trees`.
         why: Such as `the network has none`.
         surprising: Whether people are told of it unasked.
+        triangles: About how many it would take where it is; None where only building it
+            would tell.
     """
 
     what: str
     why: str
     surprising: bool = False
+    triangles: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

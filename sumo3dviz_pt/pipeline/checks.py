@@ -11,7 +11,7 @@ from typing import Any
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.ratios import in_short
-from sumo3dviz_pt.model.scene import SceneData
+from sumo3dviz_pt.model.scene import LeftOut, SceneData
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -20,7 +20,12 @@ from sumo3dviz_pt.pipeline.production import (
     life_of,
     prepare,
 )
-from sumo3dviz_pt.pipeline.progress.costs import cost_of, space_in_words, time_in_words
+from sumo3dviz_pt.pipeline.progress.costs import (
+    cost_of,
+    space_in_words,
+    time_in_words,
+    update_cost,
+)
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.sun_report import sun_report
@@ -28,6 +33,12 @@ from sumo3dviz_pt.pipeline.weather_report import weather_report
 
 TRIANGLE_BUDGET = 1_500_000
 """Unique triangles per shot that keep the update of a frame below half a CPU-second."""
+
+MOMENTS = "moments of an open shutter"
+"""What a camera without a shutter does without: nothing is moved more than once a frame."""
+
+_LEAST_TOLD = 0.005
+"""Savings below this are not told in words [CPU-s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +138,8 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
         "triangles": {**families, "road users": bodies + far, "total": total},
         "over_budget": total > TRIANGLE_BUDGET,
         "parts": _parts(data),
-        "left_out": [{"what": item.what, "why": item.why} for item in data.left_out],
+        "left_out": [_left_out(item) for item in data.left_out],
+        "not_compiled": _not_compiled(production, total),
         "forecast": {
             name: cost_of(
                 quality_preset(name, together=frames > 1),
@@ -139,6 +151,41 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
             for name in presets
         },
     }
+
+
+def _left_out(item: LeftOut) -> dict[str, Any]:
+    """Return what was left out, why, and what that saves; None where nobody knows."""
+    spared = item.triangles
+    return {
+        "what": item.what,
+        "why": item.why,
+        "triangles": spared,
+        "cpu_seconds_per_frame": None if spared is None else round(update_cost(spared), 4),
+    }
+
+
+def _not_compiled(production: Production, triangles: int) -> list[dict[str, Any]]:
+    """Return what a shot's kernel does without, and what that saves; None where nobody knows.
+
+    Args:
+        production: The shot.
+        triangles: Of it.
+    """
+    from sumo3dviz_pt.render.kernel.features import OPERATIONS, features_of
+    from sumo3dviz_pt.shot.exposing import shutter_of
+
+    there = features_of(production.shot.data)
+    absent: list[dict[str, Any]] = [
+        {"what": name, "operations": count, "cpu_seconds_per_frame": None}
+        for name, count in OPERATIONS.items()
+        if name not in there
+    ]
+    shutter = shutter_of(production.settings, 1.0 / float(production.job.output.fps))
+    if shutter.is_instant:
+        # Each further moment of an exposure moves everything again.
+        each = round(update_cost(triangles), 4)
+        absent.append({"what": MOMENTS, "operations": None, "cpu_seconds_per_frame": each})
+    return absent
 
 
 def _parts(data: SceneData) -> dict[str, int]:
@@ -172,7 +219,7 @@ def in_words(report: dict[str, Any]) -> str:
     lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
     shots = report["shots"]
     common = _common([shot["left_out"] for shot in shots])
-    lines += [f"left out of all shots  {item['what']}: {item['why']}" for item in common]
+    lines += [f"left out of all shots  {_saving(item)}" for item in common]
     for shot in shots:
         lines += _shot_lines(shot, told=common)
     return "\n".join(lines)
@@ -200,8 +247,32 @@ def _shot_lines(shot: dict[str, Any], *, told: Sequence[Any] = ()) -> list[str]:
     if shot["over_budget"]:
         lines.append(f"  note      more than {TRIANGLE_BUDGET:,} triangles make every frame slower")
     left_out = [item for item in shot["left_out"] if item not in told]
-    lines += [f"  left out  {item['what']}: {item['why']}" for item in left_out]
+    lines += [f"  left out  {_saving(item)}" for item in left_out]
+    lines += _compiled_lines(shot["not_compiled"])
     return lines + _cost_lines(shot)
+
+
+def _saving(item: dict[str, Any]) -> str:
+    """Return what was left out, why, and what that saves, if that is known."""
+    said = f"{item['what']}: {item['why']}"
+    if not item["triangles"]:
+        return said
+    seconds = item["cpu_seconds_per_frame"]
+    felt = f" and {seconds:.2f} CPU-s a frame" if seconds >= _LEAST_TOLD else ""
+    return f"{said}; saves about {item['triangles']:,} triangles{felt}"
+
+
+def _compiled_lines(absent: Sequence[dict[str, Any]]) -> list[str]:
+    """Return what the kernel does without, and what each of it would cost."""
+    if not absent:
+        return []
+    words = [
+        f"{item['what']} ({item['operations']:,} operations)"
+        if item["operations"] is not None
+        else f"{item['what']} (each {item['cpu_seconds_per_frame']:.2f} CPU-s a frame)"
+        for item in absent
+    ]
+    return [f"  not compiled  {', '.join(words)}"]
 
 
 _COST_HEAD = ("", "CPU-s a frame", "CPU-hours", "time here", "memory", "frames", "film")

@@ -45,5 +45,7 @@ def absent_users(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[Le
     slots = crowd.slots
     unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.deforming})
     if unused:
-        out.append(LeftOut(f"{len(unused)} bodies", "no road user in view of the shot has them"))
+        spared = sum(fleet.prototypes[name].triangles for name in unused)
+        why = "no road user in view of the shot has them"
+        out.append(LeftOut(f"{len(unused)} bodies", why, triangles=spared))
     return tuple(out)

@@ -13,6 +13,7 @@ import argparse
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -56,23 +57,23 @@ CASES = (
 )
 
 
-def arguments(case: Case) -> list[str]:
+def arguments(case: Case, work: Path = WORK) -> list[str]:
     """What follows `sumo3dviz-pt`."""
     choices = ["--camera", case.camera, "--time", f"{case.time:g}", "--size", case.size]
     if case.template:
         choices += ["--set", f"template={case.template}"]
-    folder = (WORK / case.name).as_posix()
+    folder = (work / case.name).as_posix()
     return ["converge", case.scene, *choices, "--top", str(case.top), "-o", folder]
 
 
-def publish(case: Case, target: Path) -> None:
+def publish(case: Case, target: Path, work: Path = WORK) -> None:
     """Copy tables and plots."""
     target.mkdir(parents=True, exist_ok=True)
     for name in KEPT:
-        shutil.copyfile(WORK / case.name / name, target / name)
+        shutil.copyfile(work / case.name / name, target / name)
 
 
-def overview(folder: Path) -> list[str]:
+def overview(folder: Path, cases: Sequence[Case] = CASES) -> list[str]:
     """A Markdown table of all measured cases: slopes, reference, bias, FLIP and flicker."""
     lines = [
         "| scene | reference [spp] | its halves' FLIP | slope, independent | slope, multijitter |"
@@ -80,7 +81,7 @@ def overview(folder: Path) -> list[str]:
         " flicker of `standard` |",
         "|---|" + "--:|" * 10,
     ]
-    for case in CASES:
+    for case in cases:
         rows = read_rows(folder / case.name / "convergence.csv")
         if not rows:
             continue

@@ -39,6 +39,7 @@ from sumo3dviz_pt.report.machine import machine
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.yuv import yuv709
 
+SCENE = Path("examples/ronda/scene.yaml")
 CAMERAS = {"overview": 493.0, "driver": 465.0}
 SIZE, WINDOW = (1280, 720), 4
 Row = tuple[str, float, float]
@@ -56,15 +57,16 @@ def timed(name: str, work: Callable[[], Any], *, runs: int = 3) -> Row:
     return name, float(np.median(cpu)), float(np.median(wall))
 
 
-def trace(camera: str, folder: Path) -> Path:
-    """Trace eleven frames; their folder."""
+def trace(
+    film: tuple[str, float], folder: Path, *, scene: Path = SCENE, size: tuple[int, int] = SIZE
+) -> Path:
+    """Trace eleven frames of a camera from a time on; their folder."""
     import sumo3dviz_pt as sv
 
-    start = CAMERAS[camera]
-    job = sv.load("examples/ronda/scene.yaml")
-    films = job.render(
+    camera, start = film
+    films = sv.load(scene).render(
         folder / f"{camera}.mp4", camera=camera, start=start, end=start + 11 / 25, fps=25,
-        frames=(0, 11), quality="preview", size=SIZE,
+        frames=(0, 11), quality="preview", size=size,
     )  # fmt: skip
     return Path(films[0])
 
@@ -88,7 +90,7 @@ def helping(centre: TracedFrame, others: list[TracedFrame]) -> Iterator[Row]:
     yield timed("8 neighbours", lambda: accumulated(centre, others))
     other = others[0]
     yield timed("  motion of one", lambda: motion_between(centre, other))
-    motion, bands = motion_between(centre, other), list(bands_of(SIZE, MARGIN))
+    motion, bands = motion_between(centre, other), list(bands_of(centre.layers.size, MARGIN))
 
     def seen() -> list[Any]:
         return [seen_by(other, centre, motion, band=band) for band in bands]
@@ -122,12 +124,12 @@ def encoding(radiance: np.ndarray) -> Iterator[Row]:
     """Time what makes a film of finished frames."""
     for name, glare in (("tone", 0.0), ("tone with glare", 0.05)):
         yield timed(name, lambda g=glare: develop_float(radiance, glare=g))
-    picture = develop_float(radiance)
+    picture, size = develop_float(radiance), (radiance.shape[1], radiance.shape[0])
     yield timed("planes", lambda: yuv709(picture, rng=np.random.default_rng(0)))
     with tempfile.TemporaryDirectory() as place:
         film = Path(place) / "film.mp4"
         name, cpu, wall = timed(
-            "encoder, 10 frames", lambda: encode([picture] * 10, film, size=SIZE, fps=25), runs=3
+            "encoder, 10 frames", lambda: encode([picture] * 10, film, size=size, fps=25), runs=3
         )
     yield name, cpu, wall
 
@@ -156,7 +158,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/_bench"))
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
-        folders = options.frames or [trace(camera, Path(place)) for camera in CAMERAS]
+        folders = options.frames or [trace(film, Path(place)) for film in CAMERAS.items()]
         found = [measured(folder) for folder in folders]
     names = [folder.parent.name if options.frames else folder.stem for folder in folders]
     print("| [CPU-s (wall s)] | " + " | ".join(names) + " |\n|---|" + "--:|" * len(names))

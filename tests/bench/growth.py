@@ -4,9 +4,9 @@ Run from the repository's root, on a quiet machine:
 
     python tests/bench/growth.py -o docs/_bench/growth.md
 
-CPU-seconds of all threads for a later frame, the median of those after the third, by phase. Pixels,
-samples and rays are those of the bundled motorway; road users, triangles and lamps stand on an
-even plane, where nothing else changes with them.
+CPU-seconds of all threads for a later frame, the median of those after the third, by phase. Pixels
+and samples are those of the bundled motorway, rays also those of the bundled crossing by night;
+road users, triangles and lamps stand on an even plane, where nothing else changes with them.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from bench.rays import RayRow, rays_of, table
 from builders import (
     ball,
     constant_sky,
@@ -38,19 +39,76 @@ from builders import (
 )
 
 from sumo3dviz_pt.job.settings import Quality
-from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import FrameState, Prototype, SceneData, Slots
 from sumo3dviz_pt.pipeline.production import Production, Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 
-SIZE = (640, 360)
-FRAMES = 6
+FPS, FRAMES = 25, 6
 PHASES = ("update", "render", "denoise")
-AT = 492.0
-
-
 TINT = {"type": "diffuse", "reflectance": {"type": "tint"}}
+
+
+@dataclass(frozen=True)
+class View:
+    """What a camera of a scene file sees at one time.
+
+    Attributes:
+        scene: The scene file.
+        camera: Its name.
+        time: SUMO's [s].
+        template: Instead of the scene file's; empty for its own.
+    """
+
+    scene: Path
+    camera: str
+    time: float
+    template: str = ""
+
+    def made(self, size: tuple[int, int], spp: int | None = None) -> Production:
+        """Prepare it with `preview`, or with other samples, each pass as many as fit."""
+        changes = {"template": self.template} if self.template else {}
+        request = Request(camera=self.camera, quality="preview", size=size)
+        times = self.time + np.arange(FRAMES) / FPS
+        made = prepare(load_job(self.scene, changes), request, times)
+        if spp is None:
+            return made
+        return replace(
+            made, quality=made.quality.model_copy(update={"spp": spp, "pass_spp": min(spp, 64)})
+        )
+
+
+HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is measured.
+
+    Attributes:
+        day: Whose pixels, samples and rays are measured; its largest body is the road users'.
+        night: Whose rays are measured.
+        empty: That is compared with a bare scene.
+        size: Of all pictures but those of the first row, width, height [px].
+        sizes: Whose costs are compared.
+        samples: Of a pixel.
+        users: Road users.
+        triangles: About how many.
+        lamps: How many.
+        frames: Of each, `FRAMES` at most; the first three do not count.
+    """
+
+    day: View = View(example("ronda"), "overview", 492.0)
+    night: View = View(example("crossing"), "corner", 458.0, "city_night")
+    empty: View = View(HERE / "scenes" / "empty_road.yaml", "overview", 492.0)
+    size: tuple[int, int] = (640, 360)
+    sizes: tuple[tuple[int, int], ...] = ((320, 180), (640, 360), (1280, 720), (1920, 1080))
+    samples: tuple[int, ...] = (1, 4, 16, 64)
+    users: tuple[int, ...] = (10, 60, 200, 600)
+    triangles: tuple[int, ...] = (10_000, 100_000, 1_000_000, 3_000_000)
+    lamps: tuple[int, ...] = (10, 100, 1000)
+    frames: int = FRAMES
 
 
 @dataclass(frozen=True)
@@ -67,51 +125,54 @@ class Row:
         return sum(self.seconds.values())
 
 
-def timed(session: Any, state: FrameState, frames: int = FRAMES) -> dict[str, float]:
-    """Return the CPU-seconds of a later frame by phase."""
-    costs = [session.render(state).cpu for _ in range(frames)]
+def timed(session: Any, frame: Callable[[int], FrameState], plan: Plan) -> dict[str, float]:
+    """Return the CPU-seconds of a later frame by phase.
+
+    Args:
+        session: That renders.
+        frame: The n-th frame's state; what moves must differ, or nothing is paid for it.
+        plan: How many frames there are.
+    """
+    costs = [session.render(frame(number)).cpu for number in range(plan.frames)]
     return {
         phase: float(np.median([cost.get(phase, 0.0) for cost in costs[3:]])) for phase in PHASES
     }
 
 
-def motorway(size: tuple[int, int], quality: Quality) -> Production:
-    """The bundled motorway from above."""
-    request = Request(camera="overview", quality="preview", size=size)
-    made = prepare(load_job(example("ronda")), request, np.array([AT]))
-    return replace(made, quality=quality)
-
-
-def of_pictures() -> list[Row]:
+def of_pictures(plan: Plan) -> list[Row]:
     """Measure growth with pixels and samples."""
-    rows, preview = [], quality_preset("preview")
-    for size in ((320, 180), (640, 360), (1280, 720), (1920, 1080)):
-        made = motorway(size, preview)
+
+    def cost(made: Production) -> dict[str, float]:
         with opened(made) as session:
-            seconds = timed(session, made.shot.frame_at(AT))
-        rows.append(Row("pixels", size[0] * size[1], seconds))
-    for spp in (1, 4, 16, 64):
-        made = motorway(SIZE, preview.model_copy(update={"spp": spp, "pass_spp": spp}))
-        with opened(made) as session:
-            rows.append(Row("samples", spp, timed(session, made.shot.frame_at(AT))))
-    return rows
+            return timed(session, lambda n: made.shot.frame_at(plan.day.time + n / FPS), plan)
+
+    rows = [Row("pixels", w * h, cost(plan.day.made((w, h)))) for w, h in plan.sizes]
+    made = [(spp, plan.day.made(plan.size, spp)) for spp in plan.samples]
+    return rows + [Row("samples", spp, cost(each)) for spp, each in made]
 
 
-def of_plane(what: str, amount: int, scene: SceneData, state: FrameState) -> Row:
-    """Measure a frame of a small scene."""
-    with session_of(scene, size=SIZE, quality=quality_preset("preview")) as session:
-        return Row(what, amount, timed(session, state))
+def of_plane(what: str, amount: int, scene: SceneData, state: FrameState, *, plan: Plan) -> Row:
+    """Measure a frame of a small scene, whose road users drive on by a metre a frame."""
+    step = Transform.from_pose((1.0, 0.0, 0.0))
+
+    def frame(number: int) -> FrameState:
+        movers = state.movers
+        for _ in range(number):
+            movers = tuple(replace(m, world_from_body=step @ m.world_from_body) for m in movers)
+        return replace(state, movers=movers)
+
+    with session_of(scene, size=plan.size, quality=quality_preset("preview")) as session:
+        return Row(what, amount, timed(session, frame, plan))
 
 
-def of_users() -> list[Row]:
+def of_users(plan: Plan) -> list[Row]:
     """Measure growth with road users, all in full detail and in view."""
-    made = motorway(SIZE, quality_preset("preview"))
-    body: Prototype = max(
-        (p for p in made.shot.data.prototypes.values() if p.parts), key=lambda p: p.triangles
-    )
+    data = plan.day.made(plan.size).shot.data
+    body: Prototype = max((p for p in data.prototypes.values() if p.parts),
+                          key=lambda p: p.triangles)  # fmt: skip
     rows = []
     view = view_at((-5.0, 0.0, 25.0), heading=90.0, pitch=-15.0)
-    for count in (10, 60, 200, 600):
+    for count in plan.users:
         side = int(np.ceil(np.sqrt(count)))
         movers = [
             mover(f"v{k}", (20.0 + 6 * (k // side), 4.0 * (k % side - side / 2), 0.0),
@@ -120,19 +181,20 @@ def of_users() -> list[Row]:
         ]  # fmt: skip
         scene = scene_of(
             [static("ground", plane(400.0), "grey")],
-            {**made.shot.data.materials, "grey": diffuse(0.3)},
+            {**data.materials, "grey": diffuse(0.3)},
             prototypes=[body],
             slots=Slots(near={body.name: count}),
         )
-        rows.append(of_plane("road users", count, scene, FrameState(0.0, view, tuple(movers))))
+        state = FrameState(0.0, view, tuple(movers))
+        rows.append(of_plane("road users", count, scene, state, plan=plan))
     return rows
 
 
-def of_triangles() -> list[Row]:
+def of_triangles(plan: Plan) -> list[Row]:
     """Measure growth with triangles that stand still."""
     rows = []
     view = view_at((-30.0, 0.0, 6.0), heading=90.0, pitch=-5.0)
-    for wanted in (10_000, 100_000, 1_000_000, 3_000_000):
+    for wanted in plan.triangles:
         columns = round(np.sqrt(wanted / 9))
         balls = [
             static(f"ball{k}", ball((5.0 * k, 6.0 * (k % 3 - 1), 2.0), 2.0,
@@ -146,15 +208,15 @@ def of_triangles() -> list[Row]:
         scene = scene_of(parts, materials, prototypes=[cube()], slots=one)
         # Something moves, so that whatever follows movements is paid for.
         moving = (mover("car", (0.0, 3.0, 0.0), (0.4, 0.1, 0.1)),)
-        rows.append(of_plane("triangles", count, scene, FrameState(0.0, view, moving)))
+        rows.append(of_plane("triangles", count, scene, FrameState(0.0, view, moving), plan=plan))
     return rows
 
 
-def of_lamps() -> list[Row]:
+def of_lamps(plan: Plan) -> list[Row]:
     """Measure growth with lamps in a dark scene."""
     rows = []
     view = view_at((-20.0, 0.0, 12.0), heading=90.0, pitch=-12.0)
-    for count in (10, 100, 1000):
+    for count in plan.lamps:
         side = int(np.ceil(np.sqrt(count)))
         places = [(8.0 * (k // side), 8.0 * (k % side - side / 2), 5.0) for k in range(count)]
         lamps = LampSet(
@@ -169,7 +231,7 @@ def of_lamps() -> list[Row]:
         scene = scene_of([static("ground", plane(400.0), "grey")],
                          {"grey": diffuse(0.3), "signal_lens": diffuse(0.03)},
                          lamps=[lamps], sky=constant_sky(0.001))  # fmt: skip
-        rows.append(of_plane("lamps", count, scene, FrameState(0.0, view, ())))
+        rows.append(of_plane("lamps", count, scene, FrameState(0.0, view, ()), plan=plan))
     return rows
 
 
@@ -185,41 +247,41 @@ def _looking_down(places: Sequence[tuple[float, float, float]], half: float = 0.
     return Mesh(vertices, np.array(faces), None, np.zeros((len(vertices), 2)))
 
 
-def of_nothing() -> tuple[float, float]:
+def of_nothing(plan: Plan) -> tuple[float, float]:
     """Return CPU-seconds of an empty road, and of a bare Mitsuba scene of the same meshes.
 
     The bare scene has one grey material, our sky as its only light, and Mitsuba's own `path`.
     """
+    made = plan.empty.made(plan.size)
+    state = made.shot.frame_at(plan.empty.time)
+    with opened(made) as session:
+        seconds = timed(session, lambda _: state, plan)
+        render = bare(session.loaded.scene, made.quality)
+        costs = []
+        for seed in range(plan.frames):
+            started = time.process_time()
+            render(seed)
+            costs.append(time.process_time() - started)
+    return sum(seconds.values()) - seconds["denoise"], float(np.median(costs[2:]))
+
+
+def bare(scene: Any, quality: Quality) -> Callable[[int], Any]:
+    """Return what renders a bare scene of a scene's meshes, by its seed."""
     import mitsuba as mi
 
-    scene = Path(__file__).parent / "scenes" / "empty_road.yaml"
-    request = Request(camera="overview", quality="preview", size=SIZE)
-    made = prepare(load_job(scene), request, np.array([AT]))
-    state = made.shot.frame_at(AT)
-    with opened(made) as session:
-        seconds = timed(session, state)
-        ours = sum(seconds.values()) - seconds["denoise"]
-        meshes = {
-            f"mesh{k}": {
-                "type": "ply",
-                "filename": _written(shape),
-                "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.3}},
-            }
-            for k, shape in enumerate(session.loaded.scene.shapes())
-            if shape.id() != "sun"
+    meshes = {
+        f"mesh{k}": {
+            "type": "ply",
+            "filename": _written(shape),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.3}},
         }
-        sky = session.loaded.scene.environment()
-        sensor = session.loaded.scene.sensors()[0]
-        path = {"type": "path", "max_depth": made.quality.max_depth, "rr_depth": 2}
-        bare = mi.load_dict(
-            {"type": "scene", "integrator": path, "sensor": sensor, "sky": sky, **meshes}
-        )
-        costs = []
-        for seed in range(FRAMES):
-            started = time.process_time()
-            np.array(mi.render(bare, spp=made.quality.spp, seed=seed))
-            costs.append(time.process_time() - started)
-    return ours, float(np.median(costs[2:]))
+        for k, shape in enumerate(scene.shapes())
+        if shape.is_mesh() and shape.id() != "sun"
+    }
+    path = {"type": "path", "max_depth": quality.max_depth, "rr_depth": quality.rr_depth}
+    parts = {"integrator": path, "sensor": scene.sensors()[0], "sky": scene.environment()}
+    made = mi.load_dict({"type": "scene", **parts, **meshes})
+    return lambda seed: np.array(mi.render(made, spp=quality.spp, seed=seed))
 
 
 def _written(shape: Any) -> str:
@@ -229,69 +291,17 @@ def _written(shape: Any) -> str:
     return str(target)
 
 
-def of_rays() -> list[tuple[str, float]]:
-    """Return how many million rays a CPU-second Embree traces on the motorway, by kind."""
-    made = motorway(SIZE, quality_preset("preview"))
-    state = made.shot.frame_at(AT)
-    with opened(made) as session:
-        session.show(state)
-        return list(_raw(session))
+def of_rays(plan: Plan) -> list[RayRow]:
+    """Return the rays of a day and of a night by kind, with what Embree alone needs for them."""
+    rows = []
+    for name, view in (("day", plan.day), ("night", plan.night)):
+        made = view.made(plan.size)
+        with opened(made) as session:
+            rows += rays_of(name, session, made.shot.frame_at(view.time))
+    return rows
 
 
-def _raw(session: Any) -> list[tuple[str, float]]:
-    """Trace rays of each kind by themselves."""
-    import drjit as dr
-    import mitsuba as mi
-
-    scene = session.loaded.scene
-    width, height = SIZE
-    index = dr.arange(mi.UInt32, 4 * width * height)
-    chance = mi.PCG32(len(index), 7)
-    pixel = index // 4
-    place = mi.Point2f(
-        (mi.Float(pixel % width) + chance.next_float32()) / width,
-        (mi.Float(pixel // width) + chance.next_float32()) / height,
-    )
-    ray = scene.sensors()[0].sample_ray(0.0, 0.5, place, mi.Point2f(0.5))[0]
-    dr.eval(ray)
-    first = scene.ray_intersect(ray)
-    dr.eval(first)
-    lanes = dr.compress(first.is_valid())
-    normal, point = dr.gather(mi.Normal3f, first.n, lanes), dr.gather(mi.Point3f, first.p, lanes)
-    start = point + 1e-2 * normal
-    sun = session.sky.sun
-    towards = mi.Vector3f(*(float(v) for v in (sun.direction if sun is not None else (0, 0, 1))))
-    lots = mi.PCG32(len(lanes), 11)
-    pair = mi.Point2f(lots.next_float32(), lots.next_float32())
-    up = mi.warp.square_to_cosine_hemisphere(pair)
-    shadow = mi.Ray3f(start, towards)
-    bounce = mi.Ray3f(start, mi.Frame3f(mi.Vector3f(normal)).to_world(up))
-    dr.eval(shadow, bounce)
-    nearest, any_hit = scene.ray_intersect_preliminary, scene.ray_test
-    return [
-        ("primary", _pace(lambda: nearest(ray, True).t, len(index))),
-        ("shadow, to the sun", _pace(lambda: any_hit(shadow), len(lanes))),
-        ("bounce, nearest hit", _pace(lambda: nearest(bounce).t, len(lanes))),
-        ("bounce, any hit", _pace(lambda: any_hit(bounce), len(lanes))),
-    ]
-
-
-def _pace(trace: Callable[[], Any], rays: int) -> float:
-    """Return million rays a CPU-second, the median of five."""
-    import drjit as dr
-
-    seconds = []
-    for _ in range(6):
-        started = time.process_time()
-        dr.eval(trace())
-        dr.sync_thread()
-        seconds.append(time.process_time() - started)
-    return rays / float(np.median(seconds[1:])) / 1e6
-
-
-def page(
-    rows: Sequence[Row], rays: Sequence[tuple[str, float]], nothing: tuple[float, float]
-) -> str:
+def page(rows: Sequence[Row], rays: Sequence[RayRow], nothing: tuple[float, float]) -> str:
     """Return the tables as Markdown."""
     lines = ["| grows | amount | a frame | " + " | ".join(PHASES) + " | growth |",
              "|---|--:|--:|" + "--:|" * len(PHASES) + "--:|"]  # fmt: skip
@@ -303,14 +313,20 @@ def page(
         phases = " | ".join(f"{row.seconds[phase]:.2f}" for phase in PHASES)
         lines.append(f"| {row.what} | {row.amount:,} | {row.total:.2f} | {phases} | {rise} |")
         before = row
-    lines += ["", "| rays | million a CPU-second |", "|---|--:|"]
-    lines += [f"| {name} | {pace:.1f} |" for name, pace in rays]
-    ours, bare = nothing
+    ours, bare_one = nothing
+    lines += ["", *table(rays), ""]
     lines += [
-        "",
-        f"An empty road: {ours:.2f} CPU-seconds, {ours / bare:.2f} x a bare scene's {bare:.2f}.",
+        f"An empty road costs {ours:.2f} CPU-seconds, {ours / bare_one:.2f} times the"
+        f" {bare_one:.2f} of a bare Mitsuba scene of the same meshes."
     ]
     return "\n".join(lines) + "\n"
+
+
+def measured(plan: Plan) -> str:
+    """Measure everything; return the tables."""
+    rays = of_rays(plan)
+    makers = (of_pictures, of_users, of_triangles, of_lamps)
+    return page([row for make in makers for row in make(plan)], rays, of_nothing(plan))
 
 
 def main() -> None:
@@ -318,9 +334,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
-    rays = of_rays()
-    rows = [row for make in (of_pictures, of_users, of_triangles, of_lamps) for row in make()]
-    options.output.write_text(page(rows, rays, of_nothing()), encoding="utf-8")
+    options.output.write_text(measured(Plan()), encoding="utf-8")
 
 
 if __name__ == "__main__":

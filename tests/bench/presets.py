@@ -20,12 +20,19 @@ import json
 import subprocess
 import sys
 import time
+from collections import deque
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.image.accumulation.frames import TracedFrame
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.films.traced import helped
+from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
+from sumo3dviz_pt.render.passes.finish import Finishing
 from sumo3dviz_pt.report.convergence.table import median, read_rows
 from sumo3dviz_pt.report.machine import machine, peak_memory
 
@@ -38,22 +45,39 @@ PHASES = ("update", "render", "finish")
 CURVE = "ronda"
 
 
-def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Film:
+    """What is filmed.
+
+    Attributes:
+        scene: The scene file.
+        camera: Its name.
+        start: SUMO's time of the first frame [s].
+    """
+
+    scene: Path
+    camera: str
+    start: float
+
+
+def motorway() -> Film:
+    """The bundled motorway from above."""
+    return Film(example("ronda"), "overview", 492.0)
+
+
+def run(preset: str, size: tuple[int, int], film: Film | None = None) -> dict[str, Any]:
     """Render a few frames with one preset."""
     import drjit as dr
 
-    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
-    from sumo3dviz_pt.pipeline.films.traced import helped
-    from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
-    from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
-
+    film = film or motorway()
     started = time.process_time()
-    request = Request(camera="overview", quality=preset, size=size)
+    request = Request(camera=film.camera, quality=preset, size=size)
     window = quality_preset(preset, together=True).accumulate
     count = max(WARM + COUNTED, 2 * window + COUNTED)
-    times = frame_times(492.0, 492.0 + count / 25, 25)
-    production = prepare(load_job(example("ronda")), request, times, together=True)
-    clocks, traced, compiled = [], [], 0
+    times = frame_times(film.start, film.start + count / 25, 25)
+    production = prepare(load_job(film.scene), request, times, together=True)
+    shelf = Window(window)
+    clocks, compiled = [], 0
     with opened(production) as session:
         loaded = time.process_time() - started
         dr.set_flag(dr.JitFlag.KernelHistory, True)
@@ -62,19 +86,14 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
             samples = session.samples(state)
             clocks.append(dict(session.clock.seconds))
             white, spp = session.settings.white, production.quality.spp
-            traced.append(TracedFrame(samples.apart, state.view, white, spp, samples.movers))
+            traced = TracedFrame(samples.apart, state.view, white, spp, samples.movers)
             misses = sum(not entry.get("cache_hit", True) for entry in dr.kernel_history())
             compiled += misses if number >= WARM else 0
-        finish = []
-        for number in range(window, len(traced) - window):
-            began = time.process_time()
-            around = traced[number - window : number + window + 1]
-            others = [frame for frame in around if frame is not traced[number]]
-            helped(traced[number], others, session.finishing)
-            finish.append(time.process_time() - began)
+            shelf.add(traced, session.finishing_of(state))
+        dr.set_flag(dr.JitFlag.KernelHistory, False)
     phases = {key: float(np.median([clock.get(key, 0.0) for clock in clocks[WARM:]]))
               for key in ("update", "render")}  # fmt: skip
-    phases["finish"] = float(np.median(finish))
+    phases["finish"] = float(np.median(shelf.costs))
     return {
         "preset": preset,
         "size": list(size),
@@ -88,6 +107,35 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
         "compiled": compiled,
         "memory_mb": peak_memory(),
     }
+
+
+class Window:
+    """Finishes frames as a film does: each as soon as those after it that help it are traced.
+
+    Memory holds a window, as a film's does, so that the peak that is measured is a film's.
+
+    Args:
+        width: How many frames before and after help.
+
+    Attributes:
+        costs: CPU-seconds of each frame that was finished.
+    """
+
+    def __init__(self, width: int) -> None:
+        self._width = width
+        self._held: deque[tuple[TracedFrame, Finishing]] = deque(maxlen=2 * width + 1)
+        self.costs: list[float] = []
+
+    def add(self, frame: TracedFrame, how: Finishing) -> None:
+        """Take the next frame, and finish the one in the middle if its window is full."""
+        self._held.append((frame, how))
+        if len(self._held) < 2 * self._width + 1:
+            return
+        began = time.process_time()
+        centre, its_own = self._held[self._width]
+        others = [one for one, _ in self._held if one is not centre]
+        helped(centre, others, its_own)
+        self.costs.append(time.process_time() - began)
 
 
 def bare_scene() -> float:

@@ -19,12 +19,14 @@ import os
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-sys.path.pop(0)  # in this folder, `viewer` is this file
+if Path(sys.path[0]).resolve() == Path(__file__).resolve().parent:
+    sys.path.pop(0)  # in this folder, `viewer` is this file
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from viewer.browser import Browser, Page
@@ -35,7 +37,24 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.report.machine import machine
 from sumo3dviz_pt.shot.cameras.aiming import aim_of
 
-SCENE, CAMERA, TIME = "ronda", "overview", 490.0
+MOTORWAY = example("ronda")
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What is shown.
+
+    Attributes:
+        scene: The scene file.
+        camera: Its name.
+        time: SUMO's [s].
+    """
+
+    scene: Path = MOTORWAY
+    camera: str = "overview"
+    time: float = 490.0
+
+
 STRIDE = 1.0
 """Of strafing to and fro [s]; the road stays in the picture."""
 
@@ -70,16 +89,16 @@ window.spies = {keys: [], latencies: [], shown: []};
 """Watches the page from outside: orders as they go out, pictures as they are on display."""
 
 
-def in_picture(size: tuple[int, int]) -> int:
+def in_picture(used: Watched, size: tuple[int, int]) -> int:
     """Road users whose front lies inside the picture."""
-    job = load_job(example(SCENE))
-    camera = job.cameras[CAMERA]
-    _, _, trajectories = read(job, begin=TIME, end=TIME)
+    job = load_job(used.scene)
+    camera = job.cameras[used.camera]
+    _, _, trajectories = read(job, begin=used.time, end=used.time)
     points = [
-        piece.sample(np.array([TIME])).positions[0]
+        piece.sample(np.array([used.time])).positions[0]
         for trajectory in trajectories
         for piece in trajectory.pieces
-        if piece.begin <= TIME <= piece.end
+        if piece.begin <= used.time <= piece.end
     ]
     place = np.asarray(camera.position, dtype=float)
     ahead, left, up = ((np.array(points) - place) @ aim_of(camera).placed(place).matrix[:3, :3]).T
@@ -88,13 +107,13 @@ def in_picture(size: tuple[int, int]) -> int:
     return int(np.sum((ahead > 0.0) & across & along))
 
 
-def home(page: Page) -> None:
+def home(page: Page, used: Watched) -> None:
     """Stand at the scene's camera at the chosen time, traffic at rest, and see well."""
     page.focus("#picture")
-    page.press(f"Digit{list(load_job(example(SCENE)).cameras).index(CAMERA) + 1}")
-    page.choose("#time", TIME)
+    page.press(f"Digit{list(load_job(used.scene).cameras).index(used.camera) + 1}")
+    page.choose("#time", used.time)
     page.focus("#picture")
-    page.wait_for(f"Math.abs(viewer.frame.time - {TIME}) < 0.51 && viewer.frame.spp > 4")
+    page.wait_for(f"Math.abs(viewer.frame.time - {used.time}) < 0.51 && viewer.frame.spp > 4")
 
 
 def pictures(page: Page, since: float) -> np.ndarray:
@@ -103,9 +122,9 @@ def pictures(page: Page, since: float) -> np.ndarray:
     return shown[shown[:, 0] >= since]
 
 
-def moving(page: Page, *, seconds: float) -> dict[str, float]:
+def moving(page: Page, used: Watched, *, seconds: float) -> dict[str, float]:
     """Strafe to and fro without a pause."""
-    home(page)
+    home(page, used)
     page.hold("KeyD", seconds=STRIDE / 2.0)
     since, end = page.evaluate("performance.now()"), time.monotonic() + seconds
     for key in itertools.cycle(("KeyA", "KeyD")):
@@ -127,18 +146,18 @@ def rates(shown: np.ndarray) -> dict[str, float]:
     }
 
 
-def still(page: Page, *, seconds: float) -> dict[str, float]:
+def still(page: Page, used: Watched, *, seconds: float) -> dict[str, float]:
     """Touch the camera once, then leave it alone."""
-    home(page)
+    home(page, used)
     page.hold("KeyD", seconds=0.2)
     since = page.evaluate("performance.now()")
     time.sleep(seconds)
     return rates(pictures(page, since))
 
 
-def playing(page: Page, *, seconds: float) -> dict[str, float]:
+def playing(page: Page, used: Watched, *, seconds: float) -> dict[str, float]:
     """Let the traffic run."""
-    home(page)
+    home(page, used)
     page.press("Space")
     page.wait_for("viewer.frame.playing")
     since = page.evaluate("performance.now()")
@@ -147,9 +166,9 @@ def playing(page: Page, *, seconds: float) -> dict[str, float]:
     return rates(pictures(page, since))
 
 
-def latencies(page: Page, *, count: int) -> np.ndarray:
+def latencies(page: Page, used: Watched, *, count: int) -> np.ndarray:
     """From a key to its picture, (n,) [ms]; half of them begin from a picture at rest."""
-    home(page)
+    home(page, used)
     page.evaluate("spies.keys.length = spies.latencies.length = 0")
     pauses = np.random.default_rng(6).uniform(0.25, 1.6, count)
     for number, pause in enumerate(pauses):
@@ -161,11 +180,11 @@ def latencies(page: Page, *, count: int) -> np.ndarray:
     return measured
 
 
-def memory(page: Page, program: Program, *, seconds: float) -> np.ndarray:
+def memory(page: Page, program: Program, used: Watched, *, seconds: float) -> np.ndarray:
     """Resident memory once a second in a mixed use, (n, 2) [s, MiB]."""
     readings = []
     start = time.monotonic()
-    acts = activities(page)
+    acts = activities(page, used)
     while (now := time.monotonic() - start) < seconds:
         readings.append((now, program.memory))
         next(acts)
@@ -174,7 +193,7 @@ def memory(page: Page, program: Program, *, seconds: float) -> np.ndarray:
     return np.array(readings)
 
 
-def activities(page: Page) -> Iterator[None]:
+def activities(page: Page, used: Watched) -> Iterator[None]:
     """Strafe, rest and play in turns, a second each step."""
     while True:
         for key in ("KeyD", "KeyA") * 5:
@@ -184,7 +203,7 @@ def activities(page: Page) -> Iterator[None]:
         page.press("Space")
         yield from itertools.repeat(None, 9)
         page.press("Space")
-        home(page)
+        home(page, used)
         yield
 
 
@@ -208,32 +227,32 @@ def described(what: str, seen: dict[str, float]) -> list[tuple[str, str]]:
     ]
 
 
-def measure(options: argparse.Namespace) -> list[tuple[str, str]]:
+def measure(options: argparse.Namespace, used: Watched) -> list[tuple[str, str]]:
     """All figures."""
     width, height = options.size
     before = os.getloadavg()[1]
     more = [] if options.begin is None else ["--from", str(options.begin), "--to", str(options.end)]
     began = time.monotonic()
-    with Program(example(SCENE), "--size", f"{width}x{height}", *more) as program, Browser() as web:
+    with Program(used.scene, "--size", f"{width}x{height}", *more) as program, Browser() as web:
         page = web.open(program.address, before=SPIES)
         page.wait_for("!!window.viewer && !!viewer.frame", seconds=600.0)
         waited = time.monotonic() - began
         rows: list[tuple[str, str]] = [
-            ("scene, camera, time", f"`{SCENE}`, `{CAMERA}`, {TIME:g} s"),
-            ("road users in the picture", str(in_picture(options.size))),
+            ("scene, camera, time", f"`{named(used.scene)}`, `{used.camera}`, {used.time:g} s"),
+            ("road users in the picture", str(in_picture(used, options.size))),
             ("size", f"{width}x{height}"),
             ("from the command to the first picture", f"{waited:.0f} s"),
         ]
-        rows += described("moving", moving(page, seconds=options.seconds))
-        at_rest = still(page, seconds=options.seconds)
+        rows += described("moving", moving(page, used, seconds=options.seconds))
+        at_rest = still(page, used, seconds=options.seconds)
         rows += described("still", at_rest)
         rows.append((f"samples a pixel after {options.seconds:g} s", f"{at_rest['spp_last']:.0f}"))
-        rows += described("playing", playing(page, seconds=options.seconds))
-        waits = latencies(page, count=options.keys)
+        rows += described("playing", playing(page, used, seconds=options.seconds))
+        waits = latencies(page, used, count=options.keys)
         for name, value in (("median", np.median(waits)), ("90 % below", np.quantile(waits, 0.9))):
             rows.append((f"key to picture, {len(waits)} keys, {name}", f"{value:.0f} ms"))
         if options.minutes:
-            rows += kept(memory(page, program, seconds=60.0 * options.minutes))
+            rows += kept(memory(page, program, used, seconds=60.0 * options.minutes))
         errors = page.errors
     assert not errors, errors
     system: dict[str, Any] = machine()
@@ -262,8 +281,22 @@ def size_of(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
+def named(scene: Path) -> str:
+    """Name of a scene: its file's, or its folder's if that says nothing."""
+    return scene.stem if scene.stem != "scene" else scene.parent.name
+
+
 def main() -> None:
     """Measure, print, write."""
+    options = options_of(sys.argv[1:])
+    lines = table(measure(options, Watched()))
+    print("\n".join(lines))
+    if options.output:
+        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def options_of(words: list[str]) -> argparse.Namespace:
+    """What the command line asks for."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--size", type=size_of, default=(480, 270), help="WxH [480x270]")
     parser.add_argument("--from", dest="begin", type=float, help="first time [s]")
@@ -272,11 +305,7 @@ def main() -> None:
     parser.add_argument("--keys", type=int, default=60, help="keys to wait for [60]")
     parser.add_argument("--minutes", type=float, default=0.0, help="to watch memory [0]")
     parser.add_argument("-o", "--output", type=Path, help="write the table here")
-    options = parser.parse_args()
-    lines = table(measure(options))
-    print("\n".join(lines))
-    if options.output:
-        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return parser.parse_args(words)
 
 
 if __name__ == "__main__":

@@ -163,9 +163,14 @@ def stages_of(
     denoiser = megapixels * _DENOISER[quality.denoise]
     return Stages(
         Work(_SERIAL_START * start, (1.0 - _SERIAL_START) * start),
-        Work(_UPDATE * megatriangles, pixels),
+        Work(update_cost(triangles), pixels),
         Work(help_cost(quality, size=size, frames=frames), denoiser),
     )
+
+
+def update_cost(triangles: int) -> float:
+    """Return what triangles cost whenever everything is moved to its place [CPU-s]."""
+    return _UPDATE * triangles / 1e6
 
 
 def help_cost(quality: Quality, *, size: tuple[int, int], frames: int) -> float:

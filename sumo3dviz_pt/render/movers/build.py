@@ -120,6 +120,9 @@ class InstancePool:
                 self.body_of_slot[key] = body
                 self._index[key] = table_index(self._entries[key])
                 number += 1
+        self._keys = tuple(self._index)
+        # Nothing equals these, so every slot is moved at first.
+        self._held = np.full((number, 4, 4), np.nan, np.float32)
 
     @property
     def entries(self) -> Mapping[str, Any]:
@@ -130,27 +133,56 @@ class InstancePool:
         """Move every slot to its road user of this frame, or out of sight."""
         if not self._index:
             return
+        taken = self._taken(frame.instanced)
+        self.shown = {key: mover.name for key, mover in taken.items()}
+        places = self._places(taken, frame.origin)
+        self._move(parameters, places)
+        colours = {key: np.asarray(mover.colour) for key, mover in taken.items()}
+        grey = np.full(3, 0.5)
+        self.placed = {
+            key: (place, colours.get(key, grey))
+            for key, place in zip(self._keys, places, strict=True)
+        }
+        table = colour_table({self._index[key]: colour for key, colour in colours.items()})
+        for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
+            if name.endswith(".table"):
+                convert.overwrite(parameters, name, table)
+
+    def _taken(self, movers: Sequence[Mover]) -> dict[str, Mover]:
+        """Return what each slot shows that is not free, by its name.
+
+        Raises:
+            RenderError: If there are more road users than slots.
+        """
         free = {name: iter(keys) for name, keys in self._slots.items()}
-        self.placed, self.shown = {}, {}
-        parked = np.eye(4)
-        parked[2, 3] = self._floor - frame.origin[2]
-        colours: dict[int, Floats] = {}
-        for mover in frame.instanced:
+        taken = {}
+        for mover in movers:
             key = next(free[mover.prototype], None) if mover.prototype in free else None
             if key is None:
                 raise RenderError(f"no slot is free for {mover.id} ({mover.prototype})")
-            matrix = convert.relative(mover.world_from_body, frame.origin)
-            parameters[f"{key}.to_world"] = convert.transform(matrix)
-            colours[self._index[key]] = np.asarray(mover.colour)
-            self.placed[key] = (matrix, np.asarray(mover.colour))
-            self.shown[key] = mover.name
-        for keys in free.values():
-            for key in keys:
-                parameters[f"{key}.to_world"] = convert.transform(parked)
-                self.placed[key] = (parked, np.full(3, 0.5))
-        for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
-            if name.endswith(".table"):
-                convert.overwrite(parameters, name, colour_table(colours))
+            taken[key] = mover
+        return taken
+
+    def _places(self, taken: Mapping[str, Mover], origin: Floats) -> Floats:
+        """Return the placement of every slot relative to the renderer's origin, (slots, 4, 4)."""
+        places = np.tile(np.eye(4), (len(self._keys), 1, 1))
+        places[:, 2, 3] = self._floor - origin[2]
+        rows = [row for row, key in enumerate(self._keys) if key in taken]
+        if rows:
+            matrices = [taken[self._keys[row]].world_from_body.matrix for row in rows]
+            places[rows] = matrices
+            places[rows, :3, 3] -= origin
+        return places
+
+    def _move(self, parameters: Any, places: Floats) -> None:
+        """Tell Mitsuba of slots whose placement is another than before.
+
+        Each costs more than all that we do for it; what stands, or is free, costs nothing.
+        """
+        wanted = places.astype(np.float32)
+        for row in np.flatnonzero((wanted != self._held).any(axis=(1, 2))).tolist():
+            parameters[f"{self._keys[row]}.to_world"] = mi.Transform4f(wanted[row])
+        self._held = wanted
 
 
 class ScalarMovers:

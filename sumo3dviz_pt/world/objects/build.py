@@ -17,6 +17,14 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.objects.choice import chosen
+from sumo3dviz_pt.world.objects.demand import (
+    Gone,
+    Item,
+    ObjectGroup,
+    level_distances,
+    places_of,
+    shrunk_levels,
+)
 from sumo3dviz_pt.world.objects.extents import check_extents
 from sumo3dviz_pt.world.objects.fitting import fitted
 from sumo3dviz_pt.world.objects.hedges import hedge_parts
@@ -35,14 +43,13 @@ from sumo3dviz_pt.world.objects.kinds import (
     Kind,
     check_settings,
 )
-from sumo3dviz_pt.world.objects.levels import Staging, levels_of
+from sumo3dviz_pt.world.objects.levels import Staging
 from sumo3dviz_pt.world.objects.outlined import line_parts
-from sumo3dviz_pt.world.objects.plants import CROWN, PlantSpot, plant_parts
+from sumo3dviz_pt.world.objects.plants import PlantSpot, plant_parts
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.placement.things import thing_of
-from sumo3dviz_pt.world.plants.build import BEHIND
 
 _LOG = logging.getLogger(__name__)
 
@@ -52,22 +59,8 @@ FARTHEST = 4000.0
 BUDGET = 700_000
 """Triangles of all static objects of a shot, at most (about)."""
 
-_MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
 _SHADOW = 40.0  # radius within which an object and its shadow lie [m]
-_REAR = 0.4  # by how much each row before a plant makes it count as farther away
-_UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
 _LEVELS = {"they stand on a carriageway": logging.WARNING}
-
-Item = Poi | Polygon
-
-
-@dataclass(frozen=True, slots=True)
-class _ObjectGroup:
-    """The objects of a kind that are drawn, and the settings of that kind."""
-
-    kind: Kind
-    settings: ObjectSettings
-    items: list[Item]
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,23 +104,25 @@ def build_scenery(
         InputError: If a line or outline is longer than anything that is built.
     """
     # Choose what there is of each kind.
-    left_out: list[LeftOut] = []
-    groups: list[_ObjectGroup] = []
+    gone: list[Gone] = []
+    groups: list[ObjectGroup] = []
     taken = _building_areas(polygons, settings)
     for kind in KINDS:
         own: ObjectSettings | None = getattr(settings, kind.name)
         items = chosen(kind, own, pois, polygons)
         if own is None or not items:
             why = "switched off in the scene file" if items else "the scenario has none"
-            left_out.append(LeftOut(kind.name, why))
+            gone.append(Gone(LeftOut(kind.name, why), kind, items))
             continue
         check_settings(kind, own)
         check_extents(kind, items)
-        kept, gone = _sorted_out(kind, items, around=around, taken=taken)
-        left_out += gone
-        groups.append(_ObjectGroup(kind, own, kept))
+        kept, unseen = _sorted_out(kind, items, around=around, taken=taken)
+        gone += unseen
+        groups.append(ObjectGroup(kind, own, kept))
     # Build the parts of each kind; what shines by night is kept apart.
-    staging = Staging(around, _shrunk_levels(groups, around, budget, each=settings.triangles))
+    shrinks = shrunk_levels(groups, around, budget, each=settings.triangles)
+    left_out = [each.weighed(around, shrinks) for each in gone]
+    staging = Staging(around, shrinks)
     static: list[StaticPart] = []
     shining: list[Part] = []
     for group in groups:
@@ -165,37 +160,6 @@ def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
     return found
 
 
-def _level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) -> Floats:
-    """Distances that choose levels of detail, (n,) [m].
-
-    Plants beside or behind the camera show only shadows and reflections, and those in the
-    rear of a belt only their tops, so they count as far ones.
-    """
-    places = _places(items)
-    distances = around.distances(places)
-    if kind.name not in PLANTS:
-        return distances
-    rows = [_row(item) for item in items]
-    distances = distances * (1.0 + _REAR * np.array(rows))
-    unseen = ~around.pictured(places, radius=CROWN)
-    return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
-
-
-def _row(item: Item) -> float:
-    """How far in the rear of a belt a plant stands; users' own ones stand in no belt."""
-    behind = item.params.get(BEHIND, "") if isinstance(item, Poi) else ""
-    return float(behind) if behind.isdecimal() and len(behind) < 3 else 0.0
-
-
-def _places(items: Sequence[Item]) -> Floats:
-    """One place per object, (n, 2) [m]."""
-    places = [
-        np.array(item.position) if isinstance(item, Poi) else item.shape[:, :2].mean(axis=0)
-        for item in items
-    ]
-    return np.array(places, dtype=np.float64).reshape(-1, 2)
-
-
 def _building_areas(polygons: Sequence[Polygon], settings: ObjectsSettings) -> shapely.STRtree:
     """Footprints of drawn building polygons; single houses are not drawn again in them."""
     kind = next(kind for kind in KINDS if kind.name == "buildings")
@@ -208,7 +172,7 @@ def _building_areas(polygons: Sequence[Polygon], settings: ObjectsSettings) -> s
 
 def _sorted_out(
     kind: Kind, items: Sequence[Item], *, around: Surroundings, taken: shapely.STRtree
-) -> tuple[list[Item], list[LeftOut]]:
+) -> tuple[list[Item], list[Gone]]:
     """Objects without those that stand on a road, in a camera's way or out of sight.
 
     Args:
@@ -220,7 +184,7 @@ def _sorted_out(
     if kind.form == "line":
         return list(items), []
     # Find what speaks against each object.
-    places = _places(items)
+    places = places_of(items)
     inside = np.zeros(len(items), dtype=np.bool_)
     if kind.form == "point":
         inside[taken.query(shapely.points(places), predicate="intersects")[0]] = True
@@ -239,14 +203,14 @@ def _sorted_out(
     )
     # The first reason counts.
     keep = np.ones(len(items), dtype=np.bool_)
-    left_out: list[LeftOut] = []
+    left_out: list[Gone] = []
     for why, gone in reasons:
-        count = int((keep & gone).sum())
+        these = [item for item, is_gone in zip(items, keep & gone, strict=True) if is_gone]
         keep &= ~gone
-        if count:
-            left_out.append(LeftOut(f"{count} {kind.name}", why))
-    for item in left_out:
-        _LOG.log(_LEVELS.get(item.why, logging.INFO), "left out %s: %s", item.what, item.why)
+        if these:
+            left_out.append(Gone(LeftOut(f"{len(these)} {kind.name}", why), kind, these))
+    for said in (each.said for each in left_out):
+        _LOG.log(_LEVELS.get(said.why, logging.INFO), "left out %s: %s", said.what, said.why)
     return [item for item, kept in zip(items, keep, strict=True) if kept], left_out
 
 
@@ -262,58 +226,6 @@ def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     return bool(((above > space.bottom) & (above < space.top + KEEP_CLEAR)).any())
 
 
-def _shrunk_levels(
-    groups: Sequence[_ObjectGroup], around: Surroundings, budget: int, *, each: int | None
-) -> dict[str, float]:
-    """By how much level limits move, by kind: out where triangles leave room, else in.
-
-    All kinds share a budget, unless `each` has its own: then none hangs on what else stands.
-    """
-    measured = [_Demand.of(group, around) for group in groups]
-    if each is None:
-        common = _shrink(measured, budget)
-        return {demand.kind.name: common for demand in measured}
-    return {demand.kind.name: _shrink([demand], each) for demand in measured}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Demand:
-    """What the objects of a kind ask for.
-
-    Attributes:
-        kind: Of all of them.
-        distances: That count for their levels of detail, (n,) [m].
-        pieces: How many of the kind's unit each of them is, (n,).
-    """
-
-    kind: Kind
-    distances: Floats
-    pieces: Floats
-
-    @classmethod
-    def of(cls, group: _ObjectGroup, around: Surroundings) -> _Demand:
-        """Measure the objects of a kind."""
-        kind, items = group.kind, group.items
-        pieces = np.ones(len(items))
-        if kind.form != "point":  # walls and fences by their length
-            steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
-            pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
-        return cls(kind, _level_distances(kind, items, around), pieces)
-
-    def triangles(self, shrink: float) -> float:
-        """Return about how many triangles they take, where level limits are multiplied."""
-        levels = levels_of(self.kind, self.distances, shrink=shrink)
-        return float((np.array(self.kind.cost)[levels] * self.pieces).sum())
-
-
-def _shrink(demands: Sequence[_Demand], budget: int) -> float:
-    """The factor of level limits by which some kinds keep a budget."""
-    shrink = _MOST_STRETCH
-    while shrink > 0.05 and sum(demand.triangles(shrink) for demand in demands) > budget:
-        shrink *= 0.85
-    return shrink
-
-
 def _point_parts(
     kind: Kind, settings: ObjectSettings, items: Sequence[Poi], staging: Staging
 ) -> list[Part]:
@@ -322,9 +234,9 @@ def _point_parts(
     if not items:
         return []
     # Decide where each stands, which way it looks, how large and how detailed it is.
-    places = _places(items)
+    places = places_of(items)
     names = [f"{kind.name}:{item.id}" for item in items]
-    levels = staging.levels(kind, _level_distances(kind, items, around))
+    levels = staging.levels(kind, level_distances(kind, items, around))
     heights = around.height_at(places)
     yaws = _yaws(kind, items, places, around)
     sizes = _sizes(names, settings, around.seed)

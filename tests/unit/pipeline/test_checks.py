@@ -1,12 +1,19 @@
 """What `check` says is said once."""
 
-from sumo3dviz_pt.pipeline.checks import in_words
+from sumo3dviz_pt.pipeline.checks import MOMENTS, in_words
 
-FENCES = {"what": "fences", "why": "the scenario has none"}
-GRASS = {"what": "grass", "why": "no camera comes near"}
+UNKNOWN = {"triangles": None, "cpu_seconds_per_frame": None}
+FENCES = {"what": "fences", "why": "the scenario has none", **UNKNOWN}
+GRASS = {"what": "grass", "why": "no camera comes near", **UNKNOWN}
+TREES = {
+    "what": "90 trees",
+    "why": "no camera sees them",
+    "triangles": 120_000,
+    "cpu_seconds_per_frame": 0.0504,
+}
 
 
-def report(*left_out):
+def report(*left_out, absent=()):
     shot = {"camera": "a", "from": 0.0, "to": 1.0, "frames": 25, "fps": 25, "size": [4, 4]}
     shot |= {"triangles": {"total": 1}, "parts": {}, "over_budget": False, "forecast": {}}
     log = {"begin": 0.0, "end": 9.0, "step": 1.0, "road_users": {}}
@@ -17,7 +24,9 @@ def report(*left_out):
         "weather": {"text": "none", "moments": [], "left_out": []},
         "missing_files": [],
         "nobody": [],
-        "shots": [{**shot, "left_out": list(each)} for each in left_out],
+        "shots": [
+            {**shot, "left_out": list(each), "not_compiled": list(absent)} for each in left_out
+        ],
     }
 
 
@@ -31,3 +40,21 @@ def test_what_all_shots_leave_out_is_said_once():
 
 def test_a_single_shot_names_its_own():
     assert "  left out  fences: the scenario has none" in in_words(report([FENCES]))
+
+
+def test_what_is_saved_is_said_where_it_is_known():
+    said = in_words(report([TREES, {**TREES, "what": "1 tree", "triangles": 90,
+                                    "cpu_seconds_per_frame": 0.0}, FENCES]))  # fmt: skip
+    trees = "90 trees: no camera sees them; saves about 120,000 triangles and 0.05 CPU-s a frame"
+    assert f"  left out  {trees}\n" in said
+    assert "1 tree: no camera sees them; saves about 90 triangles\n" in said
+    assert "  left out  fences: the scenario has none\n" in said
+
+
+def test_what_is_not_compiled_is_listed_with_what_it_would_cost():
+    fog = {"what": "fog", "operations": 1180, "cpu_seconds_per_frame": None}
+    moments = {"what": MOMENTS, "operations": None, "cpu_seconds_per_frame": 0.3}
+    said = in_words(report([], absent=[fog, moments])).splitlines()
+    line = "  not compiled  fog (1,180 operations), moments of an open shutter (each 0.30 CPU-s"
+    assert any(each == f"{line} a frame)" for each in said)
+    assert not any("not compiled" in each for each in in_words(report([])).splitlines())

@@ -90,6 +90,48 @@ def test_check_tells_what_is_there_and_what_it_costs(tmp_path):
     assert "1 persons, 6 vehicles" in words and "left out" in words and "draft" in words
 
 
+def test_check_tells_what_leaving_out_saves(tmp_path):
+    """Ten trees behind the camera are not built, and what this shot lacks is not compiled."""
+    scene = write_scenario(tmp_path, trees=True)
+    behind = "".join(f'<poi id="b{k}" type="tree" x="{60 + 4 * k}" y="-150"/>' for k in range(10))
+    trees = tmp_path / "trees.add.xml"
+    trees.write_text(trees.read_text("utf-8").replace("</additional>", f"{behind}</additional>"),
+                     encoding="utf-8")  # fmt: skip
+    (shot,) = check_scene(load_job(scene), presets=["draft"])["shots"]
+    unseen = next(item for item in shot["left_out"] if item["what"] == "10 trees")
+    standing = shot["triangles"]["trees"]
+    assert 0 < unseen["triangles"] < 10 * standing
+    assert unseen["cpu_seconds_per_frame"] == pytest.approx(0.42e-6 * unseen["triangles"], abs=1e-4)
+    unknown = next(item for item in shot["left_out"] if item["what"] == "persons")
+    assert unknown["triangles"] is None and unknown["cpu_seconds_per_frame"] is None
+    absent = {item["what"]: item for item in shot["not_compiled"]}
+    assert {"beams", "fog", "snow", "wetness", "moments of an open shutter"} <= set(absent)
+    assert not {"instances", "leaves"} & set(absent)
+    assert absent["fog"]["operations"] > 0
+
+
+def test_what_is_switched_off_would_take_about_what_it_takes(tmp_path):
+    scene = write_scenario(tmp_path, trees=True)
+    (with_them,), (without,) = (
+        check_scene(load_job(scene, changes), presets=["draft"])["shots"]
+        for changes in ({}, {"objects.trees": "null"})
+    )
+    (off,) = (item for item in without["left_out"] if item["what"] == "trees")
+    assert 0.5 < off["triangles"] / with_them["triangles"]["trees"] < 2.0
+
+
+def test_check_knows_what_weather_and_shutters_compile(tmp_path):
+    scene = write_scenario(tmp_path)
+    changes = {
+        "weather": "{fog: {visibility: 200}, wetness: 0.5}",
+        "cameras.post.shutter": "{angle: 180}",
+    }
+    (shot,) = check_scene(load_job(scene, changes), presets=["draft"])["shots"]
+    absent = {item["what"] for item in shot["not_compiled"]}
+    assert "snow" in absent
+    assert not {"fog", "wetness", "moments of an open shutter"} & absent
+
+
 def test_check_without_shots_takes_all_cameras(tmp_path):
     scene = write_scenario(tmp_path)
     job = load_job(scene, {"shots": "[]"})

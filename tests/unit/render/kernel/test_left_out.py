@@ -25,12 +25,14 @@ from builders import (
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.lamps import Beam, LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import Sky, Slots
 from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
+from sumo3dviz_pt.render.kernel.features import OPERATIONS, features_of
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
+STEEL = principled((0.6, 0.6, 0.6), roughness=0.4, metallic=1.0)
 LAMPS = LampSet(
     "lamps",
     "signals",
@@ -60,6 +62,7 @@ def road(surface: str = "road") -> list:
 def scene(*more, surface: str = "road", **settings):
     asphalt = surface_bsdf(catalog.find("surfaces", "asphalt"))
     materials = {**MATERIALS, "road": ROAD, "asphalt": asphalt, "matt_tint": diffuse(0.5)}
+    materials |= {"steel": STEEL, "pane": {"type": "thindielectric"}}
     return scene_of([*road(surface), *more], materials, **settings)
 
 
@@ -109,32 +112,71 @@ def test_weather_that_leaves_nothing_adds_nothing(empty: int) -> None:
     assert snowy > wet + 100
 
 
+LIT = {"lamps": np.full((1, 3), 1.0)}
+HEADS = tuple(VehicleLamp("head", (0.0, y, 0.6), (0.2, 0.2), 0.0) for y in (-0.6, 0.6))
+BEAM = Beam(np.ones((4, 4), np.float32), np.radians(30.0), (900.0, 900.0, 800.0))
+
+
+def with_instances():
+    return {
+        "shown": scene(prototypes=[cube("cube")], slots=Slots(near={"cube": 1})),
+        "movers": [mover("a", (0, 0, 0), (0.5, 0.1, 0.1))],
+    }
+
+
+def with_beams(beam: Beam | None = BEAM):
+    """Far road users, so that nothing is instanced."""
+    car = replace(cube("cube"), lamps=HEADS)
+    shown = scene(prototypes=[car], slots=Slots(far={"cube": 1}))
+    lights = RunningLights({"head": (1.0, 1.0, 1.0)}, beam, sampled=True)
+    return {"shown": replace(shown, running=lights)}
+
+
+ADDED = {
+    "textures": lambda: {"shown": scene(surface="asphalt")},
+    "leaves": lambda: {"shown": scene(heap("leaf"))},
+    "coats": lambda: {"shown": scene(heap("paint"))},
+    "metal": lambda: {"shown": scene(heap("steel"))},
+    "foreign materials": lambda: {"shown": scene(heap("pane"))},
+    "instances": with_instances,
+    "lamps": lambda: {"shown": scene(lamps=[LAMPS]), "lamps": LIT},
+    "beams": with_beams,
+    "fog": lambda: {"shown": scene(), "weather": Weather(fog=Fog(0.01))},
+    "wetness": lambda: {"shown": scene(), "weather": Weather(wetness=0.5)},
+    "snow": lambda: {"shown": scene(), "weather": Weather(snow=Snow(depth=0.02))},
+}
+"""An empty road to which one thing was added, by that thing."""
+
+
+@pytest.mark.parametrize("what", sorted(OPERATIONS))
+def test_what_a_road_has_is_all_that_is_compiled(empty: int, what: str) -> None:
+    """`check` tells what leaving a thing out saves: these operations, more or less."""
+    added = ADDED[what]()
+    # What carries beams shines, too.
+    base = operations(**with_beams(None)) if what == "beams" else empty
+    assert operations(**added) - base == pytest.approx(OPERATIONS[what], rel=0.2)
+
+
+@pytest.mark.parametrize("what", sorted(OPERATIONS))
+def test_what_a_kernel_has_is_known_before_it_is_compiled(what: str) -> None:
+    added = ADDED[what]()
+    weather = added.get("weather")
+    course = None if weather is None else WeatherCourse((0.0,), (weather,))
+    also = {"beams": {"lamps"}, "snow": {"snow"}}.get(what, set())
+    assert features_of(scene()) == set()
+    assert features_of(replace(added["shown"], weather=course)) == {what, *also}
+
+
 @pytest.mark.parametrize(
     ("what", "least"),
-    [
-        ("texture", 300),
-        ("leaves", 20),
-        ("coats", 60),
-        ("instances", 60),
-        ("lamps", 400),
-        ("sun", 100),
-        ("ids", 1),
-        ("fog", 30),
-    ],
+    [("sun", 100), ("ids", 1)],
 )
-def test_what_a_road_has_is_all_that_is_compiled(empty: int, what: str, least: int) -> None:
+def test_sun_and_numbers_are_compiled_where_they_are_wanted(
+    empty: int, what: str, least: int
+) -> None:
     found = {
-        "texture": lambda: operations(scene(surface="asphalt")),
-        "leaves": lambda: operations(scene(heap("leaf"))),
-        "coats": lambda: operations(scene(heap("paint"))),
-        "instances": lambda: operations(
-            scene(prototypes=[cube("cube")], slots=Slots(near={"cube": 1})),
-            movers=[mover("a", (0, 0, 0), (0.5, 0.1, 0.1))],
-        ),
-        "lamps": lambda: operations(scene(lamps=[LAMPS]), lamps={"lamps": np.full((1, 3), 1.0)}),
         "sun": lambda: operations(scene(sky=Sky(np.array([0.3, -0.4, 0.6])))),
         "ids": lambda: operations(scene(), layers=("radiance", "ids")),
-        "fog": lambda: operations(scene(), weather=Weather(fog=Fog(0.01))),
     }[what]()
     assert found >= empty + least
 
