@@ -96,8 +96,9 @@ class Ours:
 class Theirs:
     """Renders by Cycles, in a process of its own."""
 
-    def __init__(self, python: Path, folder: Path, size: tuple[int, int]) -> None:
+    def __init__(self, python: Path, folder: Path, made: Production) -> None:
         script = Path(__file__).parent / "blender" / "script.py"
+        self._white, size = 2.0**-made.exposure, made.job.output.size
         self._out = folder / "cycles.exr"
         self._run = subprocess.Popen(
             [str(python), str(script), str(folder), *map(str, size)],
@@ -122,7 +123,7 @@ class Theirs:
         order = {"spp": spp, "seed": seed, "out": str(self._out), **choices}
         print(json.dumps(order), file=self._run.stdin, flush=True)
         cost = self._answer()["cpu"]
-        return cost, np.asarray(read_exr(self._out)[0])[..., :3]
+        return cost, self._white * np.asarray(read_exr(self._out)[0])[..., :3]
 
     def close(self) -> None:
         """End the process."""
@@ -179,11 +180,11 @@ def both(made: Production, python: Path, folder: Path) -> Iterator[tuple[Ours, T
     with opened(made) as session:
         ours = Ours(made, session)
         export = exported(session)
-        export.said |= {"limit": session.limit, "bounces": made.quality.max_depth - 2}
+        export.said |= {"limit": made.quality.cap, "bounces": made.quality.max_depth - 2}
         export.write(folder)
         for left in export.different:
             print("not told to Cycles:", left, flush=True)
-        theirs = Theirs(python, folder, made.job.output.size)
+        theirs = Theirs(python, folder, made)
         try:
             yield ours, theirs
         finally:
@@ -286,8 +287,8 @@ def page(cases: dict[str, dict[str, Any]]) -> str:
             "",
             "First picture (1 sample, compiling or building trees, CPU-s): "
             + ", ".join(f"{who} {cost:.1f}" for who, cost in about["first"].items())
-            + f". A frame with everyone moved: our update of the scene {about['moving'][KERNEL]:.2f}"
-            f" (in the figures above), Cycles {about['moving'][CYCLES]:+.2f} (not in them).",
+            + f". A frame with everyone moved: our update {about['moving'][KERNEL]:.2f} (in the"
+            f" figures above), Cycles {about['moving'][CYCLES]:+.2f} (not in them).",
             "",
         ]
     return "\n".join([*lines, "Not the same, or only because both were made simpler:", "",

@@ -164,7 +164,10 @@ def rounded(values: Floats, digits: int = 3) -> Floats:
 
 
 def exported(session: Session) -> Export:
-    """Return the frame that a session shows."""
+    """Return the frame that a session shows, its light in whites.
+
+    Cycles ends samples by chance that bring less than 0.01, so white must be about 1.
+    """
     loaded, export = session.loaded, Export()
     assert loaded.frame is not None and loaded.origin is not None, "show a frame first"
     lamps = []
@@ -240,7 +243,8 @@ def _lamp(export: Export, session: Session, name: str) -> Iterator[dict[str, Any
     parameters = session.loaded.parameters
     vertices, faces, _ = _geometry(parameters, name)
     kept = solid(vertices, faces)
-    radiance = rounded(_numbers(parameters, f"{name}.emitter.radiance", 3))
+    radiance = _numbers(parameters, f"{name}.emitter.radiance", 3) / session.settings.white
+    radiance = rounded(radiance)
     lobes = rounded(_numbers(parameters, f"{name}.emitter.lobes", 2))
     # Mitsuba's v runs up, ours down.
     v = -_numbers(parameters, f"{name}.vertex_texcoords", 2)[faces[:, 0], 1]
@@ -253,18 +257,23 @@ def _lamp(export: Export, session: Session, name: str) -> Iterator[dict[str, Any
     if dark.any():
         _add_glass(export, name, vertices, faces[dark], glass[dark])
     lit = np.flatnonzero(kept & ~dark)
-    # Colours of lamps that paths aim at are no attribute: the light tree could not read it.
+    # Cycles' light tree knows where objects are, and how bright materials are whose colour is a
+    # constant: lamps that paths aim at are objects of their own, with a material for each kind.
     told = rows[lit] if sampled else rows[lit] * [0.0, 0.0, 0.0, 1.0, 1.0]
     kinds, which = np.unique(told, axis=0, return_inverse=True)
-    for number, kind in enumerate(kinds):
-        key, own = f"lamp_{name}_{number}", lit[which.ravel() == number]
-        export.arrays |= {f"{key}_vertices": vertices, f"{key}_faces": faces[own]}
+    objects = lamp[lit] if sampled else which.ravel()
+    for number in np.unique(objects):
+        key, own = f"lamp_{name}_{number}", lit[objects == number]
+        kind = int(which.ravel()[objects == number][0])
+        export.arrays |= {f"{key}_vertices": vertices[faces[own]].reshape(-1, 3)}
+        export.arrays |= {f"{key}_faces": np.arange(3 * len(own), dtype=np.int32).reshape(-1, 3)}
         if not sampled:
             export.arrays[f"{key}_colour"] = rows[own, :3]
-        floor, sharpness = float(kind[3]), float(kind[4])
+        radiance_of, (floor, sharpness) = kinds[kind][:3].tolist(), kinds[kind][3:].tolist()
         yield {
             "key": key,
-            "radiance": kind[:3].tolist(),
+            "material": f"lamp_{name}_{kind}",
+            "radiance": radiance_of,
             "floor": floor,
             "sharpness": sharpness,
             # Of all its light, against a lamp that shines alike everywhere.
@@ -308,7 +317,7 @@ def _beams(export: Export, session: Session) -> list[dict[str, Any]]:
     return [
         {
             "matrix": np.asarray(matrix, float).tolist(),
-            "intensity": np.asarray(intensity, float).tolist(),
+            "intensity": (np.asarray(intensity, float) / session.settings.white).tolist(),
             "half_angle": float(beams.beam.half_angle),
         }
         for matrix, intensity in beams.placed.values()
@@ -318,10 +327,11 @@ def _beams(export: Export, session: Session) -> list[dict[str, Any]]:
 
 def _add_sky(export: Export, session: Session) -> None:
     """Add the sky's map, and the sun or moon."""
-    export.arrays["sky"] = blender_panorama(session.sky.radiance)
+    white = session.settings.white
+    export.arrays["sky"] = blender_panorama(session.sky.radiance / white)
     sun = session.sky.sun
     export.said["sun"] = sun and {
         "direction": np.asarray(sun.direction, float).tolist(),
-        "irradiance": np.asarray(sun.irradiance, float).tolist(),
+        "irradiance": (np.asarray(sun.irradiance, float) / white).tolist(),
         "angle": 2.0 * float(SUN_RADIUS),
     }

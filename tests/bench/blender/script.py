@@ -190,7 +190,10 @@ class Builder:
             links.new(self.attribute(nodes, "colour").outputs["Color"], socket)
 
     def lamp(self, said: dict[str, Any]) -> Any:
-        material, nodes, links, out = fresh(said["key"])
+        known = bpy.data.materials.get(said["material"])
+        if known is not None:
+            return known
+        material, nodes, links, out = fresh(said["material"])
         # The colour stays a constant and tells all of the lamp's light, as the light tree reads
         # nothing else; how it is spread is told by the strength, which it takes for 1.
         shader = nodes.new("ShaderNodeEmission")
@@ -224,14 +227,15 @@ class Builder:
             "pattern", pattern.shape[1], pattern.shape[0], float_buffer=True
         )
         image.colorspace_settings.name = "Non-Color"
-        # Blender's rows run from below to above. The light tree knows a spot's energy only.
-        mean = float(pattern.mean())
-        grey = np.repeat(pattern[::-1, :, None] / mean, 4, axis=2)
+        # Blender's rows run from below to above. The light tree knows a spot's energy
+        # only, and noise is least where emitters are picked by the root of the second moment.
+        usual = float(np.sqrt((pattern**2).mean()))
+        grey = np.repeat(pattern[::-1, :, None] / usual, 4, axis=2)
         image.pixels.foreach_set(np.ascontiguousarray(grey, np.float32).ravel())
         for number, said in enumerate(self.said["beams"]):
             light = bpy.data.lights.new(f"beam{number}", "SPOT")
             colour = np.array(said["intensity"])
-            light.energy = 4.0 * np.pi * float(colour.max()) * mean
+            light.energy = 4.0 * np.pi * float(colour.max()) * usual
             light.color = colour / colour.max()
             light.spot_size, light.spot_blend = 2.0 * said["half_angle"], 0.0
             light.shadow_soft_size = 0.0
