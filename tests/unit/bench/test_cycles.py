@@ -1,5 +1,7 @@
 """What the comparison with Cycles exports, and how it reads costs off curves."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from bench.blender.equal_error import CYCLES, Row, at_equal_error, cost_at, row_of
@@ -13,6 +15,7 @@ from bench.blender.export import (
     solid,
     without_textures,
 )
+from bench.cycles import KERNEL, page
 from builders import diffuse, plane, scene_of, static, view_at
 
 from sumo3dviz_pt.model.geometry import Mesh
@@ -125,3 +128,23 @@ def test_the_table_says_what_equal_error_costs() -> None:
     lines = at_equal_error(rows)
     assert lines[2] == "| 4 samples: FLIP 0.2000 | 3.00 | 4.00 | 1.33 |"
     assert lines[3] == "| 4 samples: relative MSE 0.0200 | 3.00 | 2.00 | 0.67 |"
+
+
+def test_the_page_says_how_and_with_what_it_was_measured() -> None:
+    known = {"cpu": "a processor", "threads": 2, "mitsuba": "3", "drjit": "1", "git": "abc"}
+    rows = [
+        Row(CYCLES, 4, False, 3, 2.0, 0.2, 0.02),
+        Row(KERNEL, 1, False, 3, 1.0, 0.4, 0.04),
+        Row(KERNEL, 4, False, 3, 3.0, 0.1, 0.01),
+    ]
+    both = {KERNEL: 1.05, CYCLES: 1.0}
+    about = {
+        "machine": known, "blender": "4.5", "size": [640, 360], "reference": 512,
+        "first": both, "means": both, "references_flip": 0.05, "moving": both,
+        "rows": [asdict(row) for row in rows],
+    }  # fmt: skip
+    said = page({"night": about})
+    assert "camera `corner`, 458 s, 640x360. a processor, 2 threads" in said
+    assert "(+5.0%), FLIP between them 0.050" in said
+    assert "| our kernel | 4 | 3 | 3.00 | 0.1000 | 0.0100 |" in said
+    assert "Cycles +1.00 (not in them)" in said
