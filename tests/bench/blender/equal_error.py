@@ -63,10 +63,31 @@ def cost_at(errors: Floats, costs: Floats, wanted: float) -> float:
     return float(np.exp(np.interp(np.log(wanted), x, y, left=np.nan, right=np.nan)))
 
 
-def curve(rows: Sequence[Row], renderer: str, error: str) -> tuple[Floats, Floats]:
-    """Return errors and costs of a renderer's pictures that nothing cleaned."""
+def _own(rows: Sequence[Row], renderer: str, what: str) -> Floats:
+    """Return a number of each of a renderer's pictures that nothing cleaned, (n,)."""
     own = [asdict(row) for row in rows if row.renderer == renderer and not row.denoised]
-    return np.array([row[error] for row in own]), np.array([row["cpu"] for row in own])
+    return np.array([row[what] for row in own], float)
+
+
+def per_sample(rows: Sequence[Row], renderer: str) -> float:
+    """Return the CPU-seconds of a further sample of all pixels; NaN for a single picture."""
+    spp, cpu = _own(rows, renderer, "spp"), _own(rows, renderer, "cpu")
+    first, last = spp.argmin(), spp.argmax()
+    return float((cpu[last] - cpu[first]) / (spp[last] - spp[first])) if last != first else np.nan
+
+
+def ratios(rows: Sequence[Row], row: Row, renderer: str, error: str) -> tuple[float, float, float]:
+    """Return what a renderer takes to the error of another's picture.
+
+    Returns:
+        CPU-seconds, against those of the other, and the same without what a frame costs besides
+        its samples; NaN where the renderer has no such error.
+    """
+    errors, wanted = _own(rows, renderer, error), getattr(row, error)
+    whole = cost_at(errors, _own(rows, renderer, "cpu"), wanted)
+    samples = cost_at(errors, _own(rows, renderer, "spp"), wanted)
+    own, other = per_sample(rows, renderer), per_sample(rows, row.renderer)
+    return whole, whole / row.cpu, samples * own / (row.spp * other)
 
 
 def measured(rows: Sequence[Row]) -> list[str]:
@@ -86,22 +107,21 @@ def at_equal_error(rows: Sequence[Row]) -> list[str]:
     """Return what each renderer takes to the errors that Cycles has, as a Markdown table."""
     names = list(dict.fromkeys(row.renderer for row in rows))
     others = [name for name in names if name != CYCLES]
+    heads = [f"{name} [CPU-s] | against {CYCLES} | by samples alone" for name in others]
     lines = [
-        f"| error of {CYCLES} at | " + " | ".join(f"{n} [CPU-s]" for n in (CYCLES, *others)) + " | "
-        + " | ".join(f"{n} / {CYCLES}" for n in others) + " |",
-        "|---|" + "--:|" * (len(others) * 2 + 1),
-    ]  # fmt: skip
+        f"| error of {CYCLES} at | {CYCLES} [CPU-s] | {' | '.join(heads)} |",
+        "|---|" + "--:|" * (len(others) * 3 + 1),
+    ]
     for row in rows:
         if row.renderer != CYCLES or row.denoised:
             continue
-        for error in ("flip", "relmse"):
-            wanted = getattr(row, error)
-            costs = [cost_at(*curve(rows, name, error), wanted) for name in others]
-            shown = " | ".join(_or_dash(cost) for cost in (row.cpu, *costs))
-            ratios = " | ".join(_or_dash(cost / row.cpu) for cost in costs)
-            name = "FLIP" if error == "flip" else "relative MSE"
-            lines.append(f"| {row.spp} samples: {name} {wanted:.4f} | {shown} | {ratios} |")
-    return lines
+        for error, name in (("flip", "FLIP"), ("relmse", "relative MSE")):
+            found = [number for other in others for number in ratios(rows, row, other, error)]
+            cells = " | ".join(_or_dash(number) for number in (row.cpu, *found))
+            samples = f"{row.spp} sample{'s' if row.spp > 1 else ''}"
+            lines.append(f"| {samples}: {name} {getattr(row, error):.4f} | {cells} |")
+    costs = ", ".join(f"{name} {per_sample(rows, name):.3f}" for name in names)
+    return [*lines, "", f"A further sample of all pixels [CPU-s]: {costs}."]
 
 
 def _or_dash(value: float) -> str:

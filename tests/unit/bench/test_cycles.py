@@ -121,13 +121,17 @@ def test_costs_lie_on_a_straight_line_between_logarithms() -> None:
 def test_the_table_says_what_equal_error_costs() -> None:
     rows = [
         row_of((CYCLES, 4), [(4.0, 0.2, 0.02), (2.0, 0.2, 0.02), (3.0, 0.2, 0.02)]),
+        Row(CYCLES, 8, False, 1, 5.0, 0.1, 0.001),
         Row("ours", 4, False, 1, 1.0, 0.4, 0.04),
         Row("ours", 16, False, 1, 4.0, 0.2, 0.01),
         Row("ours", 16, True, 1, 9.0, 0.2, 0.02),
     ]
     lines = at_equal_error(rows)
-    assert lines[2] == "| 4 samples: FLIP 0.2000 | 3.00 | 4.00 | 1.33 |"
-    assert lines[3] == "| 4 samples: relative MSE 0.0200 | 3.00 | 2.00 | 0.67 |"
+    # A further sample costs 0.25 here and 0.5 there: 16 of ours cost twice as much as 4.
+    assert lines[2] == "| 4 samples: FLIP 0.2000 | 3.00 | 4.00 | 1.33 | 2.00 |"
+    assert lines[3] == "| 4 samples: relative MSE 0.0200 | 3.00 | 2.00 | 0.67 | 1.00 |"
+    assert lines[4] == "| 8 samples: FLIP 0.1000 | 5.00 | - | - | - |"
+    assert lines[-1] == "A further sample of all pixels [CPU-s]: Cycles 0.500, ours 0.250."
 
 
 def test_the_page_says_how_and_with_what_it_was_measured() -> None:
