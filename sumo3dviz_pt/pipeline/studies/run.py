@@ -53,7 +53,7 @@ class StudyOrder:
         resume: Whether films and frames that fit are kept, and all others replaced.
         overwrite: Whether films and frames that exist are replaced.
         discard_frames: Whether frames go as soon as nothing needs them; those that a certificate
-            compares stay.
+            or a report measures stay.
         variant: The renderer's.
         command: The command line; empty from Python.
     """
@@ -91,16 +91,17 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
     Raises:
         ConfigError: If a choice of some level does not exist, a film cannot be encoded, a ride's
             road user is not there, films would be overwritten, or the variant has no layers for
-            a certificate.
+            a certificate or a report.
         InputError: If there is no log.
     """
     if order.folder.exists() and not order.folder.is_dir():
         raise ConfigError(f"{order.folder} is a file; give a folder", key="output")
-    if order.variant == "scalar" and plan.file.settings.certificate.write:
+    if order.variant == "scalar" and plan.measured:
         raise ConfigError(
-            "the variant scalar traces no layers, which certificates compare: take llvm, or say"
-            " certificate: {write: false} in the study file",
-            key="certificate",
+            "the variant scalar traces no layers, which certificates and reports measure: take"
+            " llvm, or say certificate: {write: false} and report: {write: false} in the study"
+            " file",
+            key="certificate" if plan.file.settings.certificate.write else "report",
         )
     rides = set()
     for stimulus in plan.stimuli:
@@ -264,12 +265,12 @@ def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
 
 
 def _discard_frames(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> None:
-    """Remove the frames of films, but those that a certificate compares: it may be made again."""
-    settings = plan.file.settings.certificate
+    """Remove the frames of films, but those that are measured: that may be done again."""
+    compared = plan.file.settings.certificate.frames
     for stimulus in plan.stimuli:
         frames = frames_folder(film_path(folder, plan, stimulus))
         count = films[stimulus.name].frames
-        kept = compared_frames(count, settings.frames) if settings.write else []
+        kept = compared_frames(count, compared) if plan.measured else []
         numbers = frame_numbers(frames)
         if kept:
             for number in {*numbers} - {*kept}:

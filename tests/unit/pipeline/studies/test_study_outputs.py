@@ -222,15 +222,28 @@ def test_wrong_commands_are_one_sentence_and_exit_2(place, capsys, monkeypatch, 
     assert words in said and said.count("\n") == 1
 
 
-def test_a_variant_without_layers_is_refused_if_there_is_to_be_a_certificate(place):
-    plan = planned(place, STUDY.replace("certificate: {write: false}\n", ""))
+CERTIFIED = STUDY.replace("certificate: {write: false}\n", "")
+REPORTED = STUDY.replace("report: {write: false}\n", "")
+
+
+@pytest.mark.parametrize("text", [CERTIFIED, REPORTED], ids=["certificate", "report"])
+def test_a_variant_without_layers_is_refused_if_films_are_measured(place, text):
+    plan = planned(place, text)
     with pytest.raises(ConfigError, match="variant scalar traces no layers"):
         check_study(plan, order(place / "out"))
 
 
-def test_a_study_asks_for_the_layers_that_are_compared(place):
-    plan = planned(place, STUDY.replace("certificate: {write: false}\n", ""))
-    wanted = {"instance", "depth", "normals", "albedo"}
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        (CERTIFIED, {"instance", "depth", "normals", "albedo"}),
+        (REPORTED, {"instance"}),
+        (REPORTED + "common: {output.layers: [flow]}\n", {"flow", "instance"}),
+        (STUDY, set()),
+    ],
+    ids=["certificate", "report", "report and flow", "neither"],
+)
+def test_a_study_asks_for_the_layers_that_are_measured(place, text, wanted):
+    plan = planned(place, text)
     assert all(wanted == {*each.job.output.layers} for each in plan.stimuli)
-    assert not any(each.job.output.layers for each in planned(place).stimuli)
     assert not any("layers" in change for pair in plan.pairs for change in pair.changed)
