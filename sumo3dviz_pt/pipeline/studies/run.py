@@ -35,6 +35,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     FilmRecord,
     film_path,
     finished_films,
+    read_film_account,
     record_of,
     write_part,
     write_record,
@@ -247,7 +248,7 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
     if plan.file.settings.report.write:
         measured += report_study(folder, plan)
     if order.discard_frames:
-        _discard_frames(folder, plan, films)
+        _discard_frames(folder, plan)
     files = write_outputs(folder, plan, films, also=[record, copy, *measured])
     return FinishedStudy(tuple(files), certificate)
 
@@ -264,14 +265,16 @@ def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
     finish_study(plan, order)
 
 
-def _discard_frames(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> None:
+def _discard_frames(folder: Path, plan: StudyPlan) -> None:
     """Remove the frames of films, but those that are measured: that may be done again."""
     compared = plan.file.settings.certificate.frames
     for stimulus in plan.stimuli:
-        frames = frames_folder(film_path(folder, plan, stimulus))
-        count = films[stimulus.name].frames
-        kept = compared_frames(count, compared) if plan.measured else []
+        film = film_path(folder, plan, stimulus)
+        frames = frames_folder(film)
         numbers = frame_numbers(frames)
+        # Pictures that overlays put before and after a film are no frames of it.
+        count = len(read_film_account(film)["frames"])
+        kept = compared_frames(count, compared) if plan.measured else []
         if kept:
             for number in {*numbers} - {*kept}:
                 frame_file(frames, number).unlink()

@@ -6,6 +6,7 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.study import ActSettings
 from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of, key_of, matches
@@ -143,3 +144,12 @@ def test_one_wind_in_both_levels_leaves_plants_their_shape(tmp_path):
 def test_defaults_that_are_said_are_no_change(tmp_path):
     said = "{weather: {wetness: 0.5, season: summer, course: []}}"
     assert changed_by(tmp_path, "{}", said) == ["weather.wetness: null -> 0.5"]
+
+
+def test_the_example_of_weather_changes_water_and_no_shape():
+    plan = plan_study(load_study(data_root("examples") / "crossing" / "study_weather.yaml"))
+    pairs = [pair for pair in plan.pairs if pair.factor == "weather"]
+    keys = {tuple(key_of(change) for change in pair.changed) for pair in pairs}
+    assert keys == {("weather.preset", "weather.puddles", "weather.rain.rate")} and len(pairs) == 2
+    acts = acts_of(pairs[0].changed)
+    assert acts.light and not any(acts.may_reshape(name) for name in (*WET, "tree:3"))
