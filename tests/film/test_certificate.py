@@ -210,7 +210,7 @@ def test_a_violation_is_named(made, place, tmp_path, name):
 # The same wind by dry weather and in rain, so that leaves have one shape.
 WEATHER = (
     STUDY[: STUDY.index("factors:")].replace(
-        "  quality:", "  weather.wind: {speed: 4 m/s}\n  quality:"
+        "  quality:", "  weather.wind: {speed: 4 m/s, from: 270}\n  quality:"
     )
     + "factors: {weather: {levels: {dry: {}, rain: {weather.preset: rain}}}}\n"
     + "certificate: {frames: 3}\n"
