@@ -51,12 +51,12 @@ _LAYERS: Mapping[LayerName, tuple[float, float]] = MappingProxyType(
         "normals": (0.07, 1.6),
         "albedo": (0.07, 1.75),
         "instance": (0.07, 0.15),
-        "semantic": (0.07, 0.1),
+        "semantic": (0.07, 0.05),
         "boxes2d": (0.07, 0.0),
         "boxes3d": (0.07, 0.0),
         "lamps": (0.0, 0.0),
-        "flow": (0.45, 1.0),
-        "ids": (3.4, 1.0),
+        "flow": (0.45, 0.6),
+        "ids": (3.4, 0.75),
     }
 )
 
