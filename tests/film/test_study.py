@@ -217,3 +217,23 @@ def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, plac
     study(place, "overlaid", "--resume", "--discard-frames", name="overlaid.yaml")
     again = digests(folder)
     assert {name for name in found | again if found.get(name) != again.get(name)} == set()
+
+
+def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_again(place):
+    """No layer was traced for it, and the shares were missing without a word."""
+    text = MEASURED + "certificate: {write: false}\n"
+    (place / "reported.yaml").write_text(text, encoding="utf-8")
+    study(place, "reported", "--discard-frames", name="reported.yaml")
+    folder = place / "reported"
+    rows = list(csv.DictReader((folder / "report" / "shares.csv").read_text("utf-8").splitlines()))
+    for name in ("clear", "grey"):
+        for frame in range(15):
+            of_frame = [r for r in rows if (r["stimulus"], r["frame"]) == (name, str(frame))]
+            classes = [float(row["share"]) for row in of_frame if row["kind"] == "class"]
+            assert len(classes) > 2 and sum(classes) == pytest.approx(1.0, abs=1e-5)
+    kept = sorted(path.name for path in (folder / "materials" / "clear.frames").glob("*.exr"))
+    assert kept == [f"{number:06d}.exr" for number in (0, 4, 7, 10, 14)]
+    once = digests(folder)
+    study(place, "reported", "--resume", "--discard-frames", name="reported.yaml")
+    again = digests(folder)
+    assert {name for name in once | again if once.get(name) != again.get(name)} == set()
