@@ -289,7 +289,9 @@ class CertificateSettings(Settings):
 class ReportSettings(Settings):
     """What films show, in numbers: light, motion, clutter, traffic."""
 
-    write: bool = Field(True, description="whether there is one")
+    write: bool = Field(
+        True, description="whether there is one; it needs the layer `instance` beside the films"
+    )
     white: Positive = Field(
         100.0,
         le=100_000,
@@ -298,7 +300,8 @@ class ReportSettings(Settings):
     )
     things: Patterns = Field(
         ("vehicle:*", "person:*"),
-        description="names of things whose share of the picture is told, such as sign:*",
+        description="names of things whose visible share is told, such as sign:*: of the"
+        " picture's pixels, those that show it",
     )
 
 

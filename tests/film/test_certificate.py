@@ -91,9 +91,9 @@ VIOLATIONS = {
 }  # fmt: skip
 
 
-def plan_in(folder: Path, text: str = STUDY):
-    (folder / "study.yaml").write_text(text, encoding="utf-8")
-    return plan_study(load_study(folder / "study.yaml"))
+def plan_in(folder: Path, text: str = STUDY, name: str = "study.yaml"):
+    (folder / name).write_text(text, encoding="utf-8")
+    return plan_study(load_study(folder / name))
 
 
 @pytest.fixture(scope="module")
@@ -113,10 +113,12 @@ def made(place):
     return place / "out"
 
 
-def spoil(place: Path, out: Path, violation: Violation) -> None:
-    """Render the second film of the pair anew, with one thing wrong."""
-    plan = plan_study(load_study(place / "study.yaml"), violation.values)
-    stimulus = next(each for each in plan.stimuli if each.name == PAIR[1])
+def spoil(
+    study: Path, out: Path, values: dict[str, object] | None = None, pair: tuple[str, str] = PAIR
+) -> None:
+    """Render the second film of a pair anew, with other values of the scene file."""
+    plan = plan_study(load_study(study), values)
+    stimulus = next(each for each in plan.stimuli if each.name == pair[1])
     film = film_path(out, plan, stimulus)
     shutil.rmtree(film.with_suffix(".frames"))
     render_film(stimulus.job, Request(), FilmOrder(film, overwrite=True))
@@ -125,7 +127,7 @@ def spoil(place: Path, out: Path, violation: Violation) -> None:
 def edited(place: Path, folder: Path, edit: tuple[str, str, str]) -> Path:
     """A copy of the simulation with something else in one of its files."""
     name, found, instead = edit
-    shutil.copytree(place, folder, ignore=shutil.ignore_patterns("out"))
+    shutil.copytree(place, folder, ignore=shutil.ignore_patterns("out*"))
     path = folder / name
     opened = gzip.open if path.suffix == ".gz" else open
     with opened(path, "rt", encoding="utf-8") as stream:
@@ -137,9 +139,9 @@ def edited(place: Path, folder: Path, edit: tuple[str, str, str]) -> Path:
     return folder
 
 
-def verdict_on_pair(out: Path, plan):
+def verdict_on_pair(out: Path, plan, pair: tuple[str, str] = PAIR):
     certificate = certify(out, plan)
-    return next(each for each in certificate.pairs if (each.one, each.other) == PAIR)
+    return next(each for each in certificate.pairs if (each.one, each.other) == pair)
 
 
 def test_the_eight_clean_films_pass(made):
@@ -192,7 +194,7 @@ def test_a_violation_is_named(made, place, tmp_path, name):
     violation, out, plan = VIOLATIONS[name], tmp_path / "out", plan_in(place)
     shutil.copytree(made, out)
     source = edited(place, tmp_path / "edited", violation.edit) if violation.edit else place
-    spoil(source, out, violation)
+    spoil(source / "study.yaml", out, violation.values)
     verdict = verdict_on_pair(out, plan)
     assert not verdict.passed
     assert any(re.search(violation.said, fault) for fault in verdict.faults), verdict.faults
@@ -202,4 +204,53 @@ def test_a_violation_is_named(made, place, tmp_path, name):
     shutil.copy(made / "materials" / f"{PAIR[1]}.json", out / "materials" / f"{PAIR[1]}.json")
     silent = verdict_on_pair(out, plan)
     assert silent.faults, f"wrong {silent.wrong}, light {silent.light}, codes {silent.codes}"
+    assert all("where the factor does not act" in fault for fault in silent.faults)
+
+
+# The same wind by dry weather and in rain, so that leaves have one shape.
+WEATHER = (
+    STUDY[: STUDY.index("factors:")].replace(
+        "  quality:", "  weather.wind: {speed: 4 m/s, from: 270}\n  quality:"
+    )
+    + "factors: {weather: {levels: {dry: {}, rain: {weather.preset: rain}}}}\n"
+    + "certificate: {frames: 3}\n"
+)
+WET = ("dry", "rain")
+
+
+@pytest.fixture(scope="module")
+def rained(place):
+    """A study of the weather, by the command."""
+    plan_in(place, WEATHER, "weather.yaml")
+    assert main(["study", str(place / "weather.yaml"), "-o", str(place / "out_weather")]) == 0
+    return place / "out_weather"
+
+
+def test_a_clean_pair_of_weathers_passes(rained):
+    said = json.loads((rained / "certificate.json").read_text("utf-8"))
+    (pair,) = said["pairs"]
+    assert pair["passed"] and pair["wrong"] == 0 and pair["differing"] > 0.5
+    assert "the colour of *" in pair["acts"] and "shape" not in pair["acts"]
+    films = {row["stimulus"]: row for row in table(rained, "films")}
+    assert float(films["dry"]["scene_mean"]) > 2 * float(films["rain"]["scene_mean"]) > 0
+
+
+@pytest.mark.parametrize(
+    ("found", "edit"),
+    [
+        ("trees.add.xml: other content", VIOLATIONS["tree"].edit),
+        (r"only one film shows .*vehicle:line_10N\.4", VIOLATIONS["vehicle"].edit),
+    ],
+    ids=["tree", "vehicle"],
+)
+def test_a_spoilt_pair_of_weathers_is_named(rained, place, tmp_path, found, edit):
+    """In rain all may look otherwise, and nothing may be missing."""
+    plan, out = plan_in(place, WEATHER, "weather.yaml"), tmp_path / "out"
+    shutil.copytree(rained, out)
+    spoil(edited(place, tmp_path / "edited", edit) / "weather.yaml", out, pair=WET)
+    verdict = verdict_on_pair(out, plan, WET)
+    assert any(re.search(found, fault) for fault in verdict.faults), verdict.faults
+    shutil.copy(rained / "materials" / "rain.json", out / "materials" / "rain.json")
+    silent = verdict_on_pair(out, plan, WET)
+    assert silent.faults and silent.wrong > 0
     assert all("where the factor does not act" in fault for fault in silent.faults)

@@ -5,7 +5,12 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import os
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 
 import pytest
@@ -33,6 +38,19 @@ certificate: {write: false}
 report: {write: false}
 tools: {url: "https://example.org/s"}
 """
+
+MEASURED = STUDY.replace("certificate: {write: false}\nreport: {write: false}\n", "").replace(
+    "to: 2.2}\ncommon: {", "to: 2.6}\ncommon: {output.fps: 25, "
+)
+"""With certificate and report, and films in which there is time to be broken off."""
+
+OVERLAID = MEASURED.replace(
+    "[32, 18]",
+    """[32, 18], overlays: {
+  text: [{text: Look, size: 0.5}], before: [{show: fixation, seconds: 0.4}]}""",
+)
+
+CLI = [sys.executable, "-m", "sumo3dviz_pt.cli"]
 
 
 def plan_in(folder, text=STUDY):
@@ -121,3 +139,101 @@ def test_films_are_not_overwritten_without_an_order(made, place):
     plan = plan_in(place)
     with pytest.raises(ConfigError, match="--resume keeps what fits, --overwrite replaces all"):
         check_study(plan, StudyOrder(made, variant="scalar"))
+
+
+@pytest.fixture(scope="module")
+def whole(place):
+    """A study with certificate and report, in one go."""
+    (place / "measured.yaml").write_text(MEASURED, encoding="utf-8")
+    study(place, "whole")
+    return place / "whole"
+
+
+def study(place, output, *more, name="measured.yaml"):
+    """Make a study by a command of its own."""
+    words = [*CLI, "study", name, "-o", str(output), "-q", *more]
+    done = subprocess.run(words, cwd=place, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a process there is asked to end in another way")
+def test_a_study_that_was_broken_off_and_gone_on_with_has_the_same_bytes(whole, place):
+    broken = place / "broken"
+    command = [*CLI, "study", "measured.yaml", "-o", "broken", "-q"]
+    with subprocess.Popen(command, cwd=place, stderr=subprocess.DEVNULL) as process:
+        frames = broken / "materials" / "clear.frames"  # of the second film
+        while not list(frames.glob("*.exr")):
+            assert process.poll() is None, "it ended before it could be broken off"
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait() == 130
+    assert (broken / "materials" / "grey.mp4").is_file()
+    assert not (broken / "materials" / "clear.mp4").exists()
+    wanted = len(list((whole / "materials" / "clear.frames").glob("*.exr")))
+    assert len(list(frames.glob("*.exr"))) < wanted == 15
+    study(place, "broken", "--resume")
+    found, once = digests(broken), digests(whole)
+    assert {name for name in found | once if found.get(name) != once.get(name)} == set()
+    assert {"certificate.json", "report.json", "materials/clear.json"} <= set(found)
+
+
+def test_a_level_that_changes_leaves_the_other_films_as_they_lie(whole, place, tmp_path):
+    folder = tmp_path / "out"
+    shutil.copytree(whole, folder)
+
+    def stamps(level):
+        own = [path for path in (folder / "materials").rglob("*") if path.is_file()]
+        names = [path.relative_to(folder).as_posix() for path in own]
+        of_level = [n for n in names if n.startswith(f"materials/{level}.")]
+        return {n: ((folder / n).stat().st_mtime_ns, digests(folder)[n]) for n in of_level}
+
+    clear, grey = stamps("clear"), stamps("grey")
+    changed = MEASURED.replace("sky_overcast", "sky_overcast, rotation: 90")
+    (place / "changed.yaml").write_text(changed, encoding="utf-8")
+    study(place, folder, "--resume", name="changed.yaml")
+    assert len(clear) > 45 and stamps("clear") == clear
+    film = "materials/grey.mp4"
+    assert stamps("grey")[film][1] != grey[film][1]
+    record = json.loads((folder / "study.json").read_text("utf-8"))
+    assert "sky.rotation: 0.0 -> 90.0" in record["pairs"][0]["changed"]
+
+
+def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, place):
+    """What is drawn over films, and the pictures before them, are in no measurement."""
+    (place / "overlaid.yaml").write_text(OVERLAID, encoding="utf-8")
+    study(place, "overlaid", "--discard-frames", name="overlaid.yaml")
+    folder = place / "overlaid"
+    found, plain = digests(folder), digests(whole)
+    for level in ("clear", "grey"):
+        film = f"materials/{level}.mp4"
+        assert found[f"materials/{level}.plain.mp4"] == plain[film] != found[film]
+    for name in ("certificate.json", "report.json", "report/films.csv", "report/frames.csv"):
+        assert found[name] == plain[name], name
+    for made, seconds in ((whole, "0.6"), (folder, "1.0")):
+        (table,) = (made / "data").glob("*description-stimuli*")
+        rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
+        assert {row["duration"] for row in rows} == {seconds}
+    # What is measured can be measured again: of a film's own frames, not of pictures before it.
+    study(place, "overlaid", "--resume", "--discard-frames", name="overlaid.yaml")
+    again = digests(folder)
+    assert {name for name in found | again if found.get(name) != again.get(name)} == set()
+
+
+def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_again(place):
+    """No layer was traced for it, and the shares were missing without a word."""
+    text = MEASURED + "certificate: {write: false}\n"
+    (place / "reported.yaml").write_text(text, encoding="utf-8")
+    study(place, "reported", "--discard-frames", name="reported.yaml")
+    folder = place / "reported"
+    rows = list(csv.DictReader((folder / "report" / "shares.csv").read_text("utf-8").splitlines()))
+    for name in ("clear", "grey"):
+        for frame in range(15):
+            of_frame = [r for r in rows if (r["stimulus"], r["frame"]) == (name, str(frame))]
+            classes = [float(row["share"]) for row in of_frame if row["kind"] == "class"]
+            assert len(classes) > 2 and sum(classes) == pytest.approx(1.0, abs=1e-5)
+    kept = sorted(path.name for path in (folder / "materials" / "clear.frames").glob("*.exr"))
+    assert kept == [f"{number:06d}.exr" for number in (0, 4, 7, 10, 14)]
+    once = digests(folder)
+    study(place, "reported", "--resume", "--discard-frames", name="reported.yaml")
+    again = digests(folder)
+    assert {name for name in once | again if once.get(name) != again.get(name)} == set()

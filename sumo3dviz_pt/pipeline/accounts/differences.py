@@ -7,6 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
+from sumo3dviz_pt.job.weather import WeatherSettings
+from sumo3dviz_pt.pipeline.accounts.provenance import with_files
+
 Account = Mapping[str, Any]
 
 _SECTIONS: Mapping[str, str] = MappingProxyType(
@@ -50,7 +53,9 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
     """
     said = []
     for section, words in _SECTIONS.items():
-        old, new = (dict(_leaves(account.get(section) or {})) for account in (one, other))
+        old, new = (
+            dict(_leaves(_content(account, section, stored=stored))) for account in (one, other)
+        )
         for key in sorted(old.keys() | new.keys()):
             left_out = stored and section == "scene" and key.startswith(_NOT_STORED)
             if old.get(key) != new.get(key) and not left_out:
@@ -59,6 +64,20 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
     said += [_changed(key, one, other) for key in plain if one.get(key) != other.get(key)]
     said += [words for key, words in _DIGESTS.items() if one.get(key) != other.get(key)]
     return said + list(_frames(one.get("frames"), other.get("frames")))
+
+
+def _content(account: Account, section: str, *, stored: bool) -> Account:
+    """Return what an account says in a section.
+
+    A scene without weather has the weather of one that leaves every key of it at its default, so
+    that what a preset adds is told, and no season that both have. Stored frames are told apart by
+    what stands in their scenes.
+    """
+    content: Account = account.get(section) or {}
+    if section != "scene" or stored:
+        return content
+    plain = with_files(WeatherSettings().model_dump(by_alias=True), str)
+    return {**content, "weather": {**plain, **(content.get("weather") or {})}}
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

@@ -121,10 +121,10 @@ _RULES: tuple[tuple[str, Acts], ...] = (
     (r"template", Acts()),  # what it holds stands under the keys themselves
     (r"output\.(exposure|tone|glare)", Acts(picture=True)),
     (r"overlays\b.*|output\.(codec|half|layers|sound)\b.*", Acts()),  # not in what is compared
-    (r"weather\.(preset|fog|rain|wetness|puddles)\b.*", _AIR),
+    (r"weather\.(preset|fog|rain|wetness|puddles|windscreen)\b.*", _AIR),
     (r"weather\.wind\b.*", Acts(things=_PLANTS, light=True)),
     (r"weather\.season", Acts(things=(*_PLANTS, *_GROUND), looks=_GROUND)),
-    (r"weather\b.*", _SNOW),
+    (r"weather\b.*", _SNOW),  # a course may bring any of them at other times
     (r"vehicles\.by_id\.(?P<id>.+)\.colour", Acts(looks=("vehicle:{id}", "person:{id}"))),
     (r"vehicles\.by_id\.(?P<id>.+?)(\.model)?", Acts(things=("vehicle:{id}", "person:{id}"))),
     (r"vehicles\.colours\b.*", Acts(looks=_USERS)),

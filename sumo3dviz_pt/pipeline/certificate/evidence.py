@@ -23,7 +23,10 @@ from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside
 from sumo3dviz_pt.pipeline.overlays.files import plain_twin
 
-LAYERS: tuple[LayerName, ...] = ("instance", "depth", "normals", "albedo")
+COUNTED: LayerName = "instance"
+"""The layer that says which thing each pixel shows."""
+
+LAYERS: tuple[LayerName, ...] = (COUNTED, "depth", "normals", "albedo")
 """The layers that are compared, as a scene file asks for them."""
 
 SKY = "sky"
@@ -66,7 +69,7 @@ def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evi
     from sumo3dviz_pt.video.picture import film_picture
 
     seen = read_frame(beside(frames_folder(film)), number)
-    things = np.asarray(seen.layers["instance"], dtype=np.int64)
+    things = np.asarray(seen.layers[COUNTED], dtype=np.int64)
     height, width = things.shape
     time = float(number / Fraction(str(account["frame_rate"])))
     names = {int(key): thing.name for key, thing in seen.things.items()} | {0: SKY}
@@ -74,7 +77,7 @@ def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evi
         things,
         names,
         {SKY: SKY, **{thing.name: thing.label for thing in seen.things.values()}},
-        {name: seen.layers[name] for name in LAYERS if name != "instance"},
+        {name: seen.layers[name] for name in LAYERS if name != COUNTED},
         _radiance(film, number, float(str(account["exposure"]))),
         film_picture(without_overlays(film), time, size=(width, height)),
     )

@@ -1,4 +1,10 @@
-"""Which share of the picture shows what, by the layer `instance`."""
+"""Which share of the picture shows what, by the layer `instance`.
+
+A visible share is the number of pixels whose central ray meets a thing first, over all pixels of
+the frame. So it tells how large a thing is seen: what hides behind others, or lies beyond the edge
+of the picture, does not count, and it is not the share of the thing that is visible. A thing that
+is thinner than a pixel counts by the rays that meet it. Rain, fog and overlays hide nothing.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt.pipeline.certificate.acts import matches
+from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside
 
@@ -15,7 +22,7 @@ Row = dict[str, str | int | float]
 
 
 def share_rows(film: Path, number: int, named: Sequence[str]) -> Iterator[Row]:
-    """Yield the share of the pixels of each class and of named things in a frame.
+    """Yield the visible share of each class and of named things in a frame.
 
     Args:
         film: The film.
@@ -28,7 +35,7 @@ def share_rows(film: Path, number: int, named: Sequence[str]) -> Iterator[Row]:
     from sumo3dviz_pt.pipeline.layers.read import read_frame
 
     seen = read_frame(beside(frames_folder(film)), number)
-    numbers, counts = np.unique(seen.layers["instance"], return_counts=True)
+    numbers, counts = np.unique(seen.layers[COUNTED], return_counts=True)
     things: dict[str, int] = {}
     classes: dict[str, int] = {}
     for key, pixels in zip(numbers.tolist(), counts.tolist(), strict=True):

@@ -7,10 +7,12 @@ docs/internals/forecasts.md; machines differ by a factor of two.
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from types import MappingProxyType
 
 from sumo3dviz_pt.installation.processors import threads
-from sumo3dviz_pt.job.settings import Quality
+from sumo3dviz_pt.job.settings import LayerName, Quality
 
 _START = 16.0
 """Reading, building, loading and compiling [CPU-s]; 10 less where a kept place is found."""
@@ -38,6 +40,25 @@ _EXR, _EXR_TRACED, _FILM = 3.8, 9.0, 0.15
 
 _MEMORY, _MEMORY_PER_MEGAPIXEL, _MEMORY_PER_MEGATRIANGLE = 1750.0, 1100.0, 300.0
 """Memory at its peak: always, and for each million pixels and triangles [MB]."""
+
+_RAYS = 0.15
+"""One ray through the centre of each pixel, for all layers, for each million pixels [CPU-s]."""
+
+_LAYERS: Mapping[LayerName, tuple[float, float]] = MappingProxyType(
+    {
+        # layer     finding and writing it [CPU-s/Mpx], its file [bytes/px]
+        "depth": (0.07, 3.0),
+        "normals": (0.07, 1.6),
+        "albedo": (0.07, 1.75),
+        "instance": (0.07, 0.15),
+        "semantic": (0.07, 0.05),
+        "boxes2d": (0.07, 0.0),
+        "boxes3d": (0.07, 0.0),
+        "lamps": (0.0, 0.0),
+        "flow": (0.45, 0.6),
+        "ids": (3.4, 0.75),
+    }
+)
 
 TYPICAL_TRIANGLES = 1_400_000
 """Triangles of a shot of which no more is known."""
@@ -100,6 +121,35 @@ def cost_of(
         memory_mb=memory_forecast(megapixels, triangles),
         frames_mb=frames * megapixels * (_EXR_TRACED if together else _EXR) * (2 - half),
         film_mb=frames * megapixels * _FILM,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class LayersCost:
+    """What the layers of one frame cost.
+
+    Attributes:
+        cpu_seconds: One thread's work.
+        megabytes: On disk.
+    """
+
+    cpu_seconds: float
+    megabytes: float
+
+
+def layers_cost(layers: Sequence[LayerName], *, size: tuple[int, int]) -> LayersCost:
+    """Forecast what the layers of one frame cost.
+
+    Args:
+        layers: That are asked for; none costs nothing.
+        size: Width, height [px].
+    """
+    megapixels = size[0] * size[1] / 1e6
+    rays = _RAYS if layers else 0.0
+    own = [_LAYERS[layer] for layer in layers]
+    return LayersCost(
+        megapixels * (rays + sum(seconds for seconds, _ in own)),
+        megapixels * sum(stored for _, stored in own),
     )
 
 

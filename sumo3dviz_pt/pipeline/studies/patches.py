@@ -8,10 +8,10 @@ from typing import Any
 
 from sumo3dviz_pt.experiments.trials import Profile
 from sumo3dviz_pt.job.errors import located
-from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.job.study import Patch
+from sumo3dviz_pt.job.settings import Job, LayerName
+from sumo3dviz_pt.job.study import Patch, StudySettings
 from sumo3dviz_pt.job.yaml12 import KeyPath
-from sumo3dviz_pt.pipeline.certificate.evidence import LAYERS
+from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED, LAYERS
 from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
 
@@ -66,7 +66,7 @@ def job_of(study: StudyFile, profile: Profile | None, overrides: Patch | None = 
     content = study.scene.patched(clip, settings.common, *patches, overrides or {})
     job = make_job(content, folder=study.scene.folder, source=study.scene.source)
     job = _with_one_detail(job)
-    return _with_layers(job) if settings.certificate.write else job
+    return _with_layers(job, measured_layers(settings))
 
 
 def _with_one_detail(job: Job) -> Job:
@@ -83,9 +83,19 @@ def _with_one_detail(job: Job) -> Job:
     return job.model_copy(update={"vehicles": vehicles, "objects": objects})
 
 
-def _with_layers(job: Job) -> Job:
-    """Return a scene whose films have the layers that a certificate compares."""
-    layers = tuple(dict.fromkeys((*job.output.layers, *LAYERS)))
+def measured_layers(settings: StudySettings) -> tuple[LayerName, ...]:
+    """Return the layers that a study's own measurements need of every film.
+
+    A certificate compares several; a report counts the pixels that show each thing.
+    """
+    if settings.certificate.write:
+        return LAYERS
+    return (COUNTED,) if settings.report.write else ()
+
+
+def _with_layers(job: Job, measured: Sequence[LayerName]) -> Job:
+    """Return a scene whose films have the layers that are measured, too."""
+    layers = tuple(dict.fromkeys((*job.output.layers, *measured)))
     return job.model_copy(update={"output": job.output.model_copy(update={"layers": layers})})
 
 

@@ -35,6 +35,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     FilmRecord,
     film_path,
     finished_films,
+    read_film_account,
     record_of,
     write_part,
     write_record,
@@ -53,7 +54,7 @@ class StudyOrder:
         resume: Whether films and frames that fit are kept, and all others replaced.
         overwrite: Whether films and frames that exist are replaced.
         discard_frames: Whether frames go as soon as nothing needs them; those that a certificate
-            compares stay.
+            or a report measures stay.
         variant: The renderer's.
         command: The command line; empty from Python.
     """
@@ -91,16 +92,17 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
     Raises:
         ConfigError: If a choice of some level does not exist, a film cannot be encoded, a ride's
             road user is not there, films would be overwritten, or the variant has no layers for
-            a certificate.
+            a certificate or a report.
         InputError: If there is no log.
     """
     if order.folder.exists() and not order.folder.is_dir():
         raise ConfigError(f"{order.folder} is a file; give a folder", key="output")
-    if order.variant == "scalar" and plan.file.settings.certificate.write:
+    if order.variant == "scalar" and plan.measured:
         raise ConfigError(
-            "the variant scalar traces no layers, which certificates compare: take llvm, or say"
-            " certificate: {write: false} in the study file",
-            key="certificate",
+            "the variant scalar traces no layers, which certificates and reports measure: take"
+            " llvm, or say certificate: {write: false} and report: {write: false} in the study"
+            " file",
+            key="certificate" if plan.file.settings.certificate.write else "report",
         )
     rides = set()
     for stimulus in plan.stimuli:
@@ -246,7 +248,7 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
     if plan.file.settings.report.write:
         measured += report_study(folder, plan)
     if order.discard_frames:
-        _discard_frames(folder, plan, films)
+        _discard_frames(folder, plan)
     files = write_outputs(folder, plan, films, also=[record, copy, *measured])
     return FinishedStudy(tuple(files), certificate)
 
@@ -263,14 +265,16 @@ def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
     finish_study(plan, order)
 
 
-def _discard_frames(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> None:
-    """Remove the frames of films, but those that a certificate compares: it may be made again."""
-    settings = plan.file.settings.certificate
+def _discard_frames(folder: Path, plan: StudyPlan) -> None:
+    """Remove the frames of films, but those that are measured: that may be done again."""
+    compared = plan.file.settings.certificate.frames
     for stimulus in plan.stimuli:
-        frames = frames_folder(film_path(folder, plan, stimulus))
-        count = films[stimulus.name].frames
-        kept = compared_frames(count, settings.frames) if settings.write else []
+        film = film_path(folder, plan, stimulus)
+        frames = frames_folder(film)
         numbers = frame_numbers(frames)
+        # Pictures that overlays put before and after a film are no frames of it.
+        count = len(read_film_account(film)["frames"])
+        kept = compared_frames(count, compared) if plan.measured else []
         if kept:
             for number in {*numbers} - {*kept}:
                 frame_file(frames, number).unlink()

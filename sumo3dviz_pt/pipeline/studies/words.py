@@ -51,7 +51,7 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         "",
         *(f"note: {note}" for note in plan.notes),
         *more,
-        f"cost     {forecast(todo)}",
+        f"cost     {forecast(plan, todo)}",
     ]
     return "\n".join(lines)
 

@@ -11,7 +11,9 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.tools.papers import digest_of
 from sumo3dviz_pt.image.png import read_text
+from sumo3dviz_pt.pipeline.progress.costs import space_in_words
 from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.pipeline.studies.forecast import forecast
 from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
 from sumo3dviz_pt.pipeline.studies.plan import plan_study
 from sumo3dviz_pt.pipeline.studies.records import (
@@ -32,6 +34,9 @@ factors:
 certificate: {write: false}
 report: {write: false}
 """
+
+CERTIFIED = STUDY.replace("certificate: {write: false}\n", "")
+REPORTED = STUDY.replace("report: {write: false}\n", "")
 
 
 @pytest.fixture
@@ -198,6 +203,37 @@ def test_a_dry_run_says_what_would_be_shown_and_makes_nothing(place, capsys):
     assert not (place / "out").exists()
 
 
+def test_a_forecast_counts_layers_certificate_and_report(place):
+    def forecast_of(text):
+        plan = planned(place, text.replace("clip:", "common: {output.size: [1280, 720]}\nclip:"))
+        return forecast(plan, plan.stimuli)
+
+    plain, reported, certified = (forecast_of(text) for text in (STUDY, REPORTED, CERTIFIED))
+    assert (plain.layers_mb, plain.measuring, plain.measuring_seconds) == (0.0, (), 0.0)
+    assert "layers" not in str(plain) and "then" not in str(plain)
+    # 8 frames of 0.92 megapixels: instances alone, and with depth, normals and albedo.
+    assert reported.layers_mb == pytest.approx(8 * 0.9216 * 0.15)
+    assert certified.layers_mb == pytest.approx(8 * 0.9216 * 6.5)
+    more = 3600 * (certified.cpu_hours - plain.cpu_hours)
+    assert more == pytest.approx(8 * 0.4, rel=0.05)  # 0.4 CPU-seconds a frame, as docs/layers.md
+    assert plain.wall_seconds < reported.wall_seconds < certified.wall_seconds
+    assert certified.measuring == ("the certificate",) and reported.measuring == ("the report",)
+    # Four pairs of two frames.
+    assert certified.measuring_seconds == pytest.approx(8 * (0.05 + 1.6 * 0.9216))
+    both = forecast_of(STUDY[: STUDY.index("certificate")])
+    assert both.measuring_seconds == pytest.approx(
+        certified.measuring_seconds + reported.measuring_seconds
+    )
+    assert str(both).endswith("for the certificate and the report")
+    assert f"{space_in_words(both.layers_mb)} of layers" in str(both)
+
+
+def test_what_is_measured_again_is_said_where_all_films_are_there(place):
+    plan = planned(place, CERTIFIED)
+    assert str(forecast(plan, ())).startswith("nothing to render, then ")
+    assert str(forecast(planned(place), ())) == "nothing to render"
+
+
 def test_the_command_line_sets_values_for_all_films(place, capsys):
     planned(place)
     arguments = ["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run"]
@@ -222,15 +258,24 @@ def test_wrong_commands_are_one_sentence_and_exit_2(place, capsys, monkeypatch, 
     assert words in said and said.count("\n") == 1
 
 
-def test_a_variant_without_layers_is_refused_if_there_is_to_be_a_certificate(place):
-    plan = planned(place, STUDY.replace("certificate: {write: false}\n", ""))
+@pytest.mark.parametrize("text", [CERTIFIED, REPORTED], ids=["certificate", "report"])
+def test_a_variant_without_layers_is_refused_if_films_are_measured(place, text):
+    plan = planned(place, text)
     with pytest.raises(ConfigError, match="variant scalar traces no layers"):
         check_study(plan, order(place / "out"))
 
 
-def test_a_study_asks_for_the_layers_that_are_compared(place):
-    plan = planned(place, STUDY.replace("certificate: {write: false}\n", ""))
-    wanted = {"instance", "depth", "normals", "albedo"}
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        (CERTIFIED, {"instance", "depth", "normals", "albedo"}),
+        (REPORTED, {"instance"}),
+        (REPORTED + "common: {output.layers: [flow]}\n", {"flow", "instance"}),
+        (STUDY, set()),
+    ],
+    ids=["certificate", "report", "report and flow", "neither"],
+)
+def test_a_study_asks_for_the_layers_that_are_measured(place, text, wanted):
+    plan = planned(place, text)
     assert all(wanted == {*each.job.output.layers} for each in plan.stimuli)
-    assert not any(each.job.output.layers for each in planned(place).stimuli)
     assert not any("layers" in change for pair in plan.pairs for change in pair.changed)
