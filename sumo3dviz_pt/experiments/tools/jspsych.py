@@ -82,6 +82,8 @@ def _study(content: StudyContent) -> Mapping[str, object]:
             "start": "Start",
             "loading": "Loading the films ...",
             "failed": "The films could not be loaded. Is the page open through a web server?",
+            "missing": f"jsPsych could not be loaded from {content.jspsych}, so nothing is shown."
+            " Is there a connection to it, or a folder of that name beside this page?",
             "end": "Thank you.",
         },
         "letters": [letter(place) for place in range(content.most_alternatives)],
