@@ -279,7 +279,7 @@ def known_places(
         "vehicle": (1.3, -0.2, 0.2, 0.3, 1.2),  # from the front bumper on
         "person": (0.15, 0.15, 0.15, 0.3, 1.2),
         "tree": (0.2, 0.2, 0.2, 1.0, 2.0),
-        "home": (3.0, 3.0, 3.0, 1.0, 5.0),
+        "home": (5.0, 5.0, 5.0, 1.0, 7.0),
     }
     log = ElementTree.fromstring(gzip.decompress((CROSSING / "fcd.xml.gz").read_bytes()))
     moment = next(step for step in log if float(step.get("time", "nan")) == time)
