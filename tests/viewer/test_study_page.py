@@ -162,4 +162,5 @@ def test_without_jspsych_the_page_says_so_in_one_sentence(tmp_path, address, pla
         page = browser.open(f"{address}/index.html?playlist=1&save=no")
         page.wait_for("document.readyState === 'complete'")
         said = page.evaluate("document.body.innerText.trim()")
-    assert said.startswith(f"jsPsych could not be loaded from {place}, so nothing is shown.")
+    assert said.startswith("Nothing is shown, because jsPsych could not be loaded from ")
+    assert place in said and said.endswith("?") and ". " not in said
