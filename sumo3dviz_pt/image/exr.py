@@ -62,12 +62,7 @@ def write_exr(
     radiance = layers["radiance"]
     if radiance.ndim != 3 or radiance.shape[2] != 3:
         raise ValueError(f"radiance must be (h, w, 3), not {radiance.shape}")
-    header = {
-        **(attributes or {}),
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
-        "chromaticities": _BT709,
-    }
+    header = _zipped(attributes or {}) | {"chromaticities": _BT709}
     if lossy is not None:
         header |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": float(lossy)}
     channels = {
@@ -90,40 +85,71 @@ def write_channels(
     Raises:
         OSError: If the file cannot be written.
     """
+    _write(path, _zipped(attributes), _whole(channels))
+
+
+def write_parts(path: Path, parts: Mapping[str, Mapping[str, NDArray[Any]]]) -> None:
+    """Write a file of several parts, ZIP-compressed; a half-written file never stays.
+
+    Args:
+        path: Where to.
+        parts: Channels by the name of their part and their own, (h, w) each, in half or single
+            precision, or whole numbers of 32 bits.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
     import OpenEXR
 
-    header = {
-        **attributes,
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
-    }
-    _write(path, header, {name: np.ascontiguousarray(one) for name, one in channels.items()})
+    _write(path, [OpenEXR.Part(_zipped({}), _whole(own), name) for name, own in parts.items()])
 
 
 def read_channels(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
     """Return all channels of a file, (h, w) each, as they are, and its string attributes.
 
+    A part's name, where it has one, comes before those of its channels: `depth.Z`.
+
     Raises:
         InputError: If it is missing or damaged.
     """
     with _opened(path, separate=True) as file:
-        channels = {name: np.array(one.pixels) for name, one in file.channels().items()}
+        channels = {
+            f"{part.name()}.{name}" if part.name() else name: np.array(one.pixels)
+            for part in file.parts
+            for name, one in part.channels.items()
+        }
         return channels, _strings(file)
 
 
-def _write(path: Path, header: Mapping[str, Any], channels: Mapping[str, Any]) -> None:
-    """Write a file as a whole or not at all."""
+def _zipped(attributes: Mapping[str, str]) -> dict[str, Any]:
+    """Return the header of what is ZIP-compressed."""
     import OpenEXR
 
-    part = path.with_name(path.name + ".part")
+    return {
+        **attributes,
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+    }
+
+
+def _whole(channels: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """Return channels as the library takes them."""
+    return {name: np.ascontiguousarray(one) for name, one in channels.items()}
+
+
+def _write(path: Path, *content: Any) -> None:
+    """Write a header with channels, or a list of parts, as a whole or not at all."""
+    import OpenEXR
+
+    unfinished = path.with_name(path.name + ".part")
     try:
-        with OpenEXR.File(dict(header), dict(channels)) as file:
-            file.write(str(part))
-        part.replace(path)
+        with OpenEXR.File(*content) as file:
+            file.write(str(unfinished))
+        unfinished.replace(path)
     except RuntimeError as error:
         raise OSError(f"cannot write {path}: {error}") from error
     finally:
-        part.unlink(missing_ok=True)
+        unfinished.unlink(missing_ok=True)
 
 
 def _stored(values: NDArray[Any], *, half: bool) -> NDArray[Any]:

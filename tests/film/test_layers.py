@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import gzip
 import json
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from builders import write_scenario
 
 import sumo3dviz_pt as sv
+from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_channels, read_exr
 from sumo3dviz_pt.job.settings import LayerName
@@ -20,6 +26,7 @@ from sumo3dviz_pt.render.backend import choose_backend
 pytestmark = pytest.mark.slow
 
 SIZE = (192, 108)
+CROSSING = data_root("examples") / "crossing"
 ALL = [*LayerName.__args__]  # type: ignore[attr-defined]
 CHEAP = ["--fps", "5", "--spp", "1", "--size", "192x108", "--camera", "post", "--from", "4"]
 
@@ -178,6 +185,127 @@ def test_flow_of_all_cars_leads_to_the_same_cars(film: Path, seen: FrameLayers) 
         assert later[name][tuple(ends[inside].T)].mean() > 0.9
     road = found["edge:w"] | found["edge:e"] | found["sky"]
     assert np.abs(flow[road]).max() == 0.0  # the camera stands
+
+
+@pytest.fixture(scope="module")
+def crossing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example, from within a car that turns where others drive and walk."""
+    path = tmp_path_factory.mktemp("crossing") / "a.mp4"
+    layers = json.dumps(["depth", "instance", "flow", "boxes3d"])
+    words = ["render", str(CROSSING / "scene.yaml"), "--camera", "driver", "--fps", "5"]
+    words += ["--from", "499", "--to", "499.4", "--size", "384x216", "--spp", "1"]
+    words += ["--set", "textured=false", "--set", f"output.layers={layers}", "-o", str(path)]
+    assert main(words) == 0
+    return path
+
+
+def in_picture(seen: FrameLayers, points: np.ndarray) -> np.ndarray:
+    """Columns and rows of points in the network's coordinates, (n, 2) [px]."""
+    inverse = np.linalg.inv(seen.camera.world_from_camera.matrix)
+    forward, left, up = (points @ inverse[:3, :3].T + inverse[:3, 3]).T
+    across, down = seen.camera.centre
+    return np.stack(
+        [across - seen.camera.focal * left / forward, down - seen.camera.focal * up / forward],
+        axis=-1,
+    )
+
+
+def reprojected(now: FrameLayers, after: FrameLayers) -> dict[str, np.ndarray]:
+    """How far flow leads from where things are in the next picture, by their names [px].
+
+    What stands stays; rigid bodies move as their boxes do. Wheels turn besides, so of bodies
+    what is higher than they are counts.
+    """
+    points, found = world_points(now), named(now)
+    rows, columns = np.indices(now.layers["depth"].shape)
+    ends = np.stack([columns, rows], axis=-1) + now.layers["flow"]
+    then = {box.name: box for box in after.boxes3d}
+    boxes = {box.name: box for box in now.boxes3d if box.name.startswith("vehicle")}
+    errors = {}
+    for thing in now.things.values():
+        own = found[thing.name] & now.layers["flow_valid"]
+        if thing.name in boxes and thing.name in then:
+            box = boxes[thing.name]
+            inverse = np.linalg.inv(box.world_from_box.matrix)
+            local = points @ inverse[:3, :3].T + inverse[:3, 3]
+            own &= local[..., 2] > 0.85 - 0.5 * box.size[2]
+            places = then[thing.name].world_from_box.points(local[own])
+        elif thing.moves or thing.name == "sky":
+            continue
+        else:
+            places = points[own]
+        if own.any():
+            errors[thing.name] = np.linalg.norm(in_picture(after, places) - ends[own], axis=-1)
+    return errors
+
+
+@pytest.mark.parametrize("which", ["film", "crossing"])
+def test_flow_reprojects_within_a_tenth_of_a_pixel(
+    which: str, request: pytest.FixtureRequest
+) -> None:
+    folder = request.getfixturevalue(which).with_suffix(".layers")
+    now = read_frame(folder, 0)
+    errors = reprojected(now, read_frame(folder, 1))
+    cars = {name for name in errors if name.startswith("vehicle")}
+    assert len(cars) >= 4 and len(errors) - len(cars) > 15
+    assert max(error.max() for error in errors.values()) < 0.1
+    # No flow at all would be found out: cars move, and all that stands where the camera is ridden.
+    found = named(now)
+    length = np.linalg.norm(now.layers["flow"], axis=-1)
+    moving = errors if which == "crossing" else cars
+    assert sum(length[found[name]].max() > 2.0 for name in moving) >= 4
+
+
+def inside(points: np.ndarray, at: tuple[float, float, float], box: tuple[float, ...]) -> Any:
+    """Where points lie in an upright box about a place: behind and before it, its half width and
+    from which height to which [m]; headings are SUMO's [deg].
+    """
+    x, y, angle = at
+    turn = np.radians(angle)
+    east, north, up = np.moveaxis(points - [x, y, 0.0], -1, 0)
+    ahead = east * np.sin(turn) + north * np.cos(turn)
+    beside = east * np.cos(turn) - north * np.sin(turn)
+    behind, before, half, low, high = box
+    return (
+        ((-behind < ahead) & (ahead < before)) & (np.abs(beside) < half) & (low < up) & (up < high)
+    )
+
+
+def known_places(
+    time: float,
+) -> Iterator[tuple[str, tuple[float, float, float], tuple[float, ...]]]:
+    """Names, places and cores of everything in the example whose place its files say."""
+    cores = {
+        "vehicle": (1.3, -0.2, 0.2, 0.3, 1.2),  # from the front bumper on
+        "person": (0.15, 0.15, 0.15, 0.3, 1.2),
+        "tree": (0.2, 0.2, 0.2, 1.0, 2.0),
+        "home": (5.0, 5.0, 5.0, 1.0, 7.0),
+    }
+    log = ElementTree.fromstring(gzip.decompress((CROSSING / "fcd.xml.gz").read_bytes()))
+    moment = next(step for step in log if float(step.get("time", "nan")) == time)
+    for user in moment:
+        where = tuple(float(user.get(key, "nan")) for key in ("x", "y", "angle"))
+        yield f"{user.tag}:{user.get('id')}", where, cores[user.tag]
+    for kind in ("tree", "home"):
+        for poi in ElementTree.parse(CROSSING / f"{kind}s.add.xml").getroot().iter("poi"):
+            where = (float(poi.get("x", "nan")), float(poi.get("y", "nan")), 0.0)
+            yield f"{kind}:{poi.get('id')}", where, cores[kind]
+
+
+def test_whatever_stands_or_moves_where_the_files_say_has_its_own_name(crossing: Path) -> None:
+    """Trees and homes are merged with hundreds of others, and most cars are far."""
+    now = read_frame(crossing.with_suffix(".layers"), 0)
+    points, solid = world_points(now), now.layers["depth"] > 0.0
+    seen: Counter[str] = Counter()
+    for name, where, core in known_places(now.time):
+        own = inside(points, where, core) & solid
+        if own.any():
+            assert {now.things[number].name for number in now.layers["instance"][own]} == {name}
+            seen[name.partition(":")[0]] += 1
+    assert all(seen[kind] >= 2 for kind in ("vehicle", "person", "tree", "home"))
+    # Nothing is called by the part of the scene that it was merged into but the ground itself.
+    nameless = {thing.name for thing in now.things.values() if ":" not in thing.name}
+    assert nameless <= {"ground", "sky"}
 
 
 def test_coco_lists_the_boxes_of_all_frames(film: Path, seen: FrameLayers) -> None:

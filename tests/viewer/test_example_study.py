@@ -15,6 +15,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from psychds_rules import problems, unknown_files
 from viewer.browser import Browser, chromium
 
 from sumo3dviz_pt.catalog import data_root
@@ -87,6 +88,11 @@ def test_nothing_in_the_folder_points_out_of_it(folder):
     page = (folder / "index.html").read_text(encoding="utf-8")
     assert str(folder) not in page
     assert "https://" not in page
+
+
+def test_the_folder_is_a_psychds_data_set(folder):
+    assert problems(folder) == []
+    assert unknown_files(folder) == []
 
 
 @pytest.mark.skipif(not PACKAGES.is_dir(), reason="jsPsych is not here")

@@ -2,7 +2,8 @@
 
 jsPsych is no part of this repository: `npm install jspsych @jspsych/plugin-preload
 @jspsych/plugin-html-button-response @jspsych/plugin-video-button-response` puts it into a folder
-`node_modules`, and the environment variable SUMO3DVIZ_PT_NODE_MODULES names that folder.
+`node_modules`, and the environment variable SUMO3DVIZ_PT_NODE_MODULES names that folder. What the
+page says without jsPsych needs Chromium alone.
 """
 
 from __future__ import annotations
@@ -30,7 +31,6 @@ PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not PACKAGES.is_dir(), reason="jsPsych is not here"),
     pytest.mark.skipif(chromium() is None, reason="there is no Chromium on the PATH"),
 ]
 WORDS = Words("How safe?", "Which?", ("1", "2", "3"), "not", "very", "None", "en", "Gaps", "x")
@@ -57,7 +57,10 @@ def address(tmp_path):
     server.server_close()
 
 
-def study(folder, trials, screen=None, cards=False):
+def study(folder, trials, screen=None, cards=False, jspsych="node_modules/", packages=True):
+    """Write the page, its films and, unless it is to be missing, jsPsych."""
+    if packages and not PACKAGES.is_dir():
+        pytest.skip("jsPsych is not here")
     (folder / "materials").mkdir()
     clips = {}
     for profile, shade in ((DAY, 200), (NIGHT, 40)):
@@ -69,11 +72,12 @@ def study(folder, trials, screen=None, cards=False):
     lists = build_playlists(trials, order="as_written", count=None, parts=1, repeat=1, seed=0)
     levels = {"light": ("day", "night")}
     content = StudyContent(
-        {"light": ""}, levels, clips, trials, lists, WORDS, None, "node_modules/", screen=screen
+        {"light": ""}, levels, clips, trials, lists, WORDS, None, jspsych, screen=screen
     )
     if cards:
         content = replace(content, cards=write_cards(folder, content))
-    shutil.copytree(PACKAGES, folder / "node_modules")
+    if packages:
+        shutil.copytree(PACKAGES, folder / "node_modules")
     write_jspsych(folder, content)
 
 
@@ -148,3 +152,15 @@ def test_a_card_shows_all_films_at_once(tmp_path, address):
         ("day", 2, "night"),
         ("night", 3, ""),
     ]
+
+
+@pytest.mark.parametrize("place", ["node_modules/", "http://127.0.0.1:9/"])
+def test_without_jspsych_the_page_says_so_in_one_sentence(tmp_path, address, place):
+    """A folder that nobody filled, and an address that does not answer."""
+    study(tmp_path, single_trials([DAY]), jspsych=place, packages=False)
+    with Browser() as browser:
+        page = browser.open(f"{address}/index.html?playlist=1&save=no")
+        page.wait_for("document.readyState === 'complete'")
+        said = page.evaluate("document.body.innerText.trim()")
+    assert said.startswith("Nothing is shown, because jsPsych could not be loaded from ")
+    assert place in said and said.endswith("?") and ". " not in said

@@ -58,13 +58,26 @@ def page(content: StudyContent) -> str:
 
 def _head(base: str) -> str:
     """Return the lines that load jsPsych from an address, or from npm's folder."""
-    online = base.startswith(("http://", "https://"))
     places = {
-        name: html.escape(f"{base}{name}{f'@{version}' if online else ''}", quote=True)
+        name: html.escape(f"{base}{name}{f'@{version}' if _is_online(base) else ''}", quote=True)
         for name, version in PACKAGES.items()
     }
     lines = [f'<script src="{place}/{_SCRIPT}"></script>' for place in places.values()]
     return "\n".join([*lines, f'<link rel="stylesheet" href="{places["jspsych"]}/{_STYLE}">'])
+
+
+def _is_online(base: str) -> bool:
+    """Return whether jsPsych comes from an address and not from a folder."""
+    return base.startswith(("http://", "https://"))
+
+
+def _missing(base: str) -> str:
+    """Return what people read where jsPsych cannot be loaded."""
+    if _is_online(base):
+        why = f"from {base}: is there a connection, and is that address open to it?"
+    else:
+        why = f"from the folder {base} beside this page: was it installed there?"
+    return f"Nothing is shown, because jsPsych could not be loaded {why}"
 
 
 def _study(content: StudyContent) -> Mapping[str, object]:
@@ -82,6 +95,7 @@ def _study(content: StudyContent) -> Mapping[str, object]:
             "start": "Start",
             "loading": "Loading the films ...",
             "failed": "The films could not be loaded. Is the page open through a web server?",
+            "missing": _missing(content.jspsych),
             "end": "Thank you.",
         },
         "letters": [letter(place) for place in range(content.most_alternatives)],

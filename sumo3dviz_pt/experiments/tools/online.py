@@ -91,7 +91,7 @@ def _survey(content: StudyContent) -> Iterator[dict[str, str]]:
     yield {
         "class": "SL",
         "name": "surveyls_title",
-        "text": content.words.title,
+        "text": content.words.title.replace("{", "{ "),
         "language": language,
     }
     blocks = list(dict.fromkeys(trial.block for trial in content.trials))
@@ -104,15 +104,20 @@ def _survey(content: StudyContent) -> Iterator[dict[str, str]]:
     for place, trial in enumerate(content.trials, start=1):
         number += 1
         yield _group(number, f"Trial {place}", language) | _only_for(blocks, trial.block)
-        yield _question(_LIST, f"q{place}", _shown(content, trial), language)
+        yield _question(_LIST, f"q{place}", _verbatim(_shown(content, trial)), language)
         for code, answer in enumerate(_answers(content, trial), start=1):
             yield {
                 "class": "A",
                 "type/scale": "0",
                 "name": f"A{code}",
-                "text": html.escape(answer, quote=False),
+                "text": _verbatim(html.escape(answer, quote=False)),
                 "language": language,
             }
+
+
+def _verbatim(text: str) -> str:
+    """Return HTML in which braces are braces; LimeSurvey would compute what stands in them."""
+    return text.replace("{", "&#123;").replace("}", "&#125;")
 
 
 def _group(number: int, name: str, language: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""An app for oTree: its page, its table of playlists and the code that ties them together.
+"""An app for oTree: its page, its table of playlists, the code that ties them together, and bots.
 
 References:
     D. L. Chen, M. Schonger, C. Wickens (2016): oTree, Journal of Behavioral and Experimental
@@ -27,6 +27,7 @@ def write_otree(folder: Path, content: StudyContent) -> list[Path]:
     table = write_table(here / "playlists.csv", rows)
     texts = {
         "__init__.py": (_PAGES / "otree_app.txt").read_text(encoding="utf-8"),
+        "tests.py": (_PAGES / "otree_bots.txt").read_text(encoding="utf-8"),
         "Trial.html": (_PAGES / "otree_trial.html").read_text(encoding="utf-8"),
         "study.json": json.dumps(_study(content), indent=1, ensure_ascii=False) + "\n",
     }

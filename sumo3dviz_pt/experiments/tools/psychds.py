@@ -3,6 +3,7 @@
 References:
     Psych-DS 1.5, schema: https://psychds-docs.readthedocs.io/ (names of data files; every column
     in variableMeasured, and every variable in a column)
+    Its validator 1.5.0, https://github.com/psych-ds/psychds-validator (.psychds-ignore)
 """
 
 from __future__ import annotations
@@ -26,10 +27,13 @@ from sumo3dviz_pt.files.whole import write_whole
 SCHEMA = "1.5.0"
 
 _IGNORED = (
-    *("bids/*", "calibration/*", "certificate/*", "otree/*", "psychopy/*", "report/*"),
-    *("thumbnails/*", "*.html", "*.sha256", "*.txt"),
+    *("bids/", "calibration/", "certificate/", "node_modules/", "otree/", "psychopy/", "report/"),
+    *("thumbnails/", "*.html", "*.png", "*.sha256", "*.txt", "*.yaml", "CITATION.cff"),
+    *("certificate.json", "report.json", "study.json", "qualtrics_loop.csv"),
+    *("package.json", "package-lock.json"),
 )
-"""What the data set holds beside what Psych-DS knows."""
+"""What the data set holds beside what Psych-DS knows. The validator compares patterns with paths
+that begin with a slash, so that one with a slash inside (`report/*`) would match nothing."""
 
 
 def tables(content: StudyContent) -> dict[str, list[Record]]:

@@ -153,6 +153,29 @@ def kitti_line(box: Box3d, seen: Box2d, label: str, view: View, size: tuple[int,
     )
 
 
+def kitti_calibration(focal: float, centre: tuple[float, float]) -> str:
+    """Return KITTI's calibration of a single camera, with all lines in the order of its files.
+
+    All four cameras are this one. The laser scanner and the inertial unit, which we do not have,
+    sit in its eye: forward, left, up.
+
+    Args:
+        focal: Focal length [px].
+        centre: Column and row of the optical axis [px].
+    """
+    camera = (focal, 0, centre[0], 0, 0, focal, centre[1], 0, 0, 0, 1, 0)
+    lines = {
+        **{f"P{k}": camera for k in range(4)},
+        "R0_rect": (1, 0, 0, 0, 1, 0, 0, 0, 1),
+        "Tr_velo_to_cam": (0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0),
+        "Tr_imu_to_velo": (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0),
+    }
+    return "".join(
+        f"{name}: {' '.join(f'{value:.12e}' for value in values)}\n"
+        for name, values in lines.items()
+    )
+
+
 def truncated(box: Box3d, view: View, size: tuple[int, int]) -> float:
     """Return the share of a box's rectangle in the picture that lies outside of it, [0, 1]."""
     local = (box.corners - view.position) @ view.world_from_camera.matrix[:3, :3]

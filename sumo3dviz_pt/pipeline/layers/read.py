@@ -17,7 +17,7 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.things import Thing
 from sumo3dviz_pt.pipeline.layers import places
-from sumo3dviz_pt.pipeline.layers.write import FORM
+from sumo3dviz_pt.pipeline.layers.write import FORMS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +118,7 @@ def _said(path: Path) -> dict[str, Any]:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     except ValueError as error:
         raise InputError(f"is damaged ({error})", file=path) from error
-    if not isinstance(said, dict) or said.get("form") != FORM:
+    if not isinstance(said, dict) or said.get("form") not in FORMS:
         raise InputError("is of another version; render the frame again", file=path)
     return said
 

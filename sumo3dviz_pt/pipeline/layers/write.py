@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.files.whole import write_whole
-from sumo3dviz_pt.image.layers.boxes import Box2d, Box3d, coco_categories, kitti_line
+from sumo3dviz_pt.image.layers.boxes import (
+    Box2d,
+    Box3d,
+    coco_categories,
+    kitti_calibration,
+    kitti_line,
+)
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.layers import places
 from sumo3dviz_pt.pipeline.layers.traced import FrameFacts
@@ -22,8 +28,11 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Production
     from sumo3dviz_pt.render.session import Session
 
-FORM = 1
+FORM = 2
 """Number of the form of these files."""
+
+FORMS = frozenset({1, FORM})
+"""Numbers of the forms that can be read; in the first, layers were channels of one part."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,13 +79,13 @@ class LayerWriter:
 
     def _write_pictures(self, seen: FrameFacts, number: int) -> None:
         """Write what is stored as channels, classes and mattes."""
-        from sumo3dviz_pt.image.exr import write_channels
+        from sumo3dviz_pt.image.exr import write_channels, write_parts
         from sumo3dviz_pt.image.layers.cryptomatte import header, mattes
         from sumo3dviz_pt.image.layers.numbers import write_numbers
 
-        channels = _channels(seen)
-        if channels:
-            write_channels(places.channels_file(self.folder, number), channels, {})
+        parts = _parts(seen)
+        if parts:
+            write_parts(places.channels_file(self.folder, number), parts)
         if "semantic" in seen.wanted:
             write_numbers(places.classes_file(self.folder, number), seen.classes)
         if "ids" in seen.wanted:
@@ -117,18 +126,19 @@ def is_written(folder: Path, number: int, *, key: str) -> bool:
     return isinstance(said, dict) and said.get("key") == key
 
 
-def _channels(seen: FrameFacts) -> dict[str, Any]:
+def _parts(seen: FrameFacts) -> dict[str, dict[str, Any]]:
     """Return the channels of depth, normals, albedo and instance numbers, as asked for."""
-    found, channels = seen.facts.found, {}
+    found = seen.facts.found
+    parts: dict[str, dict[str, Any]] = {}
     if "depth" in seen.wanted:
-        channels["depth.Z"] = np.asarray(found["depth"], np.float32)
+        parts["depth"] = {"Z": np.asarray(found["depth"], np.float32)}
     for layer, letters in (("normals", "XYZ"), ("albedo", "RGB")):
         if layer in seen.wanted:
-            for k, letter in enumerate(letters):
-                channels[f"{layer}.{letter}"] = found[layer][..., k].astype(np.float16)
+            half = found[layer].astype(np.float16)
+            parts[layer] = {letter: half[..., k] for k, letter in enumerate(letters)}
     if "instance" in seen.wanted:
-        channels["instance.id"] = seen.numbers
-    return channels
+        parts["instance"] = {"id": seen.numbers}
+    return parts
 
 
 def _said(seen: FrameFacts, number: int, *, key: str) -> dict[str, Any]:
@@ -187,9 +197,7 @@ def _write_kitti(folder: Path, seen: FrameFacts, number: int) -> None:
     file, calibration = places.kitti_files(folder, number)
     write_whole(file, "".join(f"{line}\n" for line in lines))
     camera = camera_of(seen.frame.view, seen.size)
-    focal, (across, down) = camera["focal"], camera["centre"]
-    numbers = (focal, 0, across, 0, 0, focal, down, 0, 0, 0, 1, 0)
-    write_whole(calibration, "P2: " + " ".join(f"{value:.12e}" for value in numbers) + "\n")
+    write_whole(calibration, kitti_calibration(camera["focal"], camera["centre"]))
 
 
 def _coco(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

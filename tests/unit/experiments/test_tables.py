@@ -287,6 +287,26 @@ def test_row_names_that_are_lost_are_missed(tmp_path):
     assert "should be called like set1.alt1" in found
 
 
+def test_cbctools_that_ends_within_a_question_is_refused(tmp_path):
+    text = "".join(CBCTOOLS.splitlines(keepends=True)[:-1])
+    found = complaint(tmp_path, text, form="cbctools")
+    assert ":11: task 2 of block 2 has 2 alternatives and others have 3" in found
+
+
+def test_spdesign_without_one_attribute_of_an_alternative_is_refused(tmp_path):
+    text = "alt1_x1,alt1_x2,alt2_x1,block\n1,0,3,1\n"
+    columns = {"light": ("{alt}_x1",), "trees": ("{alt}_x2",)}
+    found = complaint(tmp_path, text, form="spdesign", columns=columns)
+    assert "no column is called 'alt2_x2', for the factor trees" in found
+
+
+def test_ngene_with_a_level_that_nobody_explained_is_refused(tmp_path):
+    text = "Choice situation\tcar.light\tcar.trees\tBlock\n1\tday\t0\t1\n2\tnight\t2\t1\n"
+    codes = {"trees": {"0": "none", "1": "some"}}
+    found = complaint(tmp_path, text, form="ngene", codes=codes)
+    assert ":3: column 'car.trees': '2' is no level of trees" in found
+
+
 def test_a_level_out_of_range_is_refused(tmp_path):
     columns = {"light": ("Att 1",), "trees": ("Att 2",)}
     text = "Version,Task,Concept,Att 1,Att 2\n1,1,1,4,1\n"

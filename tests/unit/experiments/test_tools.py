@@ -246,6 +246,31 @@ def test_limesurvey_nests_answers_in_questions_in_groups(tmp_path, choices):
     assert all("\n" not in cell for row in found for cell in row.values())
 
 
+def test_braces_of_words_are_no_expressions_of_limesurvey(tmp_path, ratings):
+    """It computes what stands in braces, unless a blank follows the first one."""
+    words = replace(
+        ratings.words, question="How {safe}?", answers=("{1}", "2"), low="{a", high="b}"
+    )
+    told = replace(ratings, words=words, url="https://example.org/a/", told=("gap",))
+    told = replace(told, factors={"light": "", "gap": "{gap}"})
+    (path,) = WRITERS["limesurvey"](tmp_path, told)
+    found = rows(path, "\t")
+    assert not [cell for row in found for cell in row.values() if re.search(r"\{\S", cell)]
+    assert found[2]["text"] == "Gaps & lights: </script> { study}"
+    assert (
+        "How &#123;safe&#125;?" in found[4]["text"] and "&#123;gap&#125;: 1.5" in found[4]["text"]
+    )
+
+
+def test_limesurveys_codes_are_short_enough(tmp_path, ratings):
+    """Its tables hold 5 characters of an answer's code and 20 of a question's."""
+    many = replace(ratings.words, answers=tuple(map(str, range(1, 102))))
+    (path,) = WRITERS["limesurvey"](tmp_path, replace(ratings, words=many, url="https://a.b/"))
+    for row in rows(path, "\t"):
+        limit = {"A": 5, "Q": 20}.get(row["class"])
+        assert limit is None or re.fullmatch(rf"[A-Za-z][A-Za-z0-9]{{,{limit - 1}}}", row["name"])
+
+
 def test_qualtrics_has_a_block_for_each_of_the_designs_and_a_page_for_each_trial(tmp_path, choices):
     text, loop = WRITERS["qualtrics"](tmp_path, choices)
     lines = text.read_text("utf-8").splitlines()
@@ -275,7 +300,8 @@ def test_words_cannot_break_out_of_html(tmp_path, ratings):
 def test_otree_app_is_python_and_finds_its_films(tmp_path, content):
     WRITERS["otree"](tmp_path, content)
     here = tmp_path / "otree" / "films"
-    ast.parse((here / "__init__.py").read_text("utf-8"))
+    for name in ("__init__.py", "tests.py"):
+        ast.parse((here / name).read_text("utf-8"))
     study = json.loads((here / "study.json").read_text("utf-8"))
     found = rows(here / "playlists.csv")
     assert set(study["film_columns"]) <= set(found[0])

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.image.exr import HALF_MAX, PROVENANCE, read_exr, write_exr
+from sumo3dviz_pt.image.exr import (
+    HALF_MAX,
+    PROVENANCE,
+    read_channels,
+    read_exr,
+    write_channels,
+    write_exr,
+    write_parts,
+)
 
 
 @pytest.fixture
@@ -82,3 +90,37 @@ def test_wrong_shape_is_refused(tmp_path):
 def test_unwritable_folder_leaves_an_os_error(tmp_path, radiance):
     with pytest.raises(OSError, match="cannot write"):
         write_exr(tmp_path / "nowhere" / "a.exr", {"radiance": radiance})
+
+
+def test_parts_have_names_and_their_channels_come_back_as_they_were(tmp_path):
+    import OpenEXR
+
+    depth = np.linspace(0, 9, 12, dtype=np.float32).reshape(3, 4)
+    parts = {
+        "depth": {"Z": depth},
+        "normals": {"X": depth.astype(np.float16), "Y": -depth.astype(np.float16)},
+        "instance": {"id": np.full((3, 4), 2**32 - 1, np.uint32)},
+    }
+    for name in ("a.exr", "b.exr"):
+        write_parts(tmp_path / name, parts)
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
+    with OpenEXR.File(str(tmp_path / "a.exr")) as file:
+        assert [part.name() for part in file.parts] == [*parts]
+        assert {part.compression() for part in file.parts} == {OpenEXR.ZIP_COMPRESSION}
+    found, _ = read_channels(tmp_path / "a.exr")
+    assert {*found} == {"depth.Z", "normals.X", "normals.Y", "instance.id"}
+    for name, values in found.items():
+        part, _, channel = name.partition(".")
+        assert values.dtype == parts[part][channel].dtype
+        np.testing.assert_array_equal(values, parts[part][channel])
+
+
+def test_files_of_one_part_give_the_same_channels_as_files_of_several(tmp_path):
+    """What earlier versions wrote can still be read."""
+    depth = np.ones((3, 4), np.float32)
+    write_channels(tmp_path / "old.exr", {"depth.Z": depth}, {"made": "x"})
+    write_parts(tmp_path / "new.exr", {"depth": {"Z": depth}})
+    for name in ("old.exr", "new.exr"):
+        channels, _ = read_channels(tmp_path / name)
+        assert [*channels] == ["depth.Z"]
+    assert read_channels(tmp_path / "old.exr")[1]["made"] == "x"

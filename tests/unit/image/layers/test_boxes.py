@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from builders import view_at
 
-from sumo3dviz_pt.image.layers.boxes import Box2d, box_3d, boxes_2d, kitti_line, truncated
+from sumo3dviz_pt.image.layers.boxes import (
+    Box2d,
+    box_3d,
+    boxes_2d,
+    kitti_calibration,
+    kitti_line,
+    truncated,
+)
 from sumo3dviz_pt.model.geometry import Transform
 
 BOUNDS = np.array([[-4.0, -1.0, 0.3], [0.0, 1.0, 1.5]])
@@ -48,3 +55,19 @@ def test_boxes_beside_the_picture_are_truncated(x, share):
     box = box_3d("a", "", BOUNDS, Transform.from_pose((x, 12.0, 0.0), yaw=np.pi / 2))
     found = truncated(box, view_at((0, 0, 1), heading=0, fov=60), (640, 360))
     assert share[0] <= found <= share[1]
+
+
+def test_kittis_calibration_has_all_lines_in_order_and_projects_points():
+    """Readers find lines by their place or their name; points are as laser scanners give them."""
+    text = kitti_calibration(500.0, (319.5, 179.5))
+    lines = [line.split(":", 1) for line in text.splitlines()]
+    names = ["P0", "P1", "P2", "P3", "R0_rect", "Tr_velo_to_cam", "Tr_imu_to_velo"]
+    assert [name for name, _ in lines] == names
+    found = {name: np.array(values.split(), float) for name, values in lines}
+    assert found["R0_rect"].size == 9
+    assert all(found[name].size == 12 for name in names if name != "R0_rect")
+    velodyne = np.array([10.0, 2.0, -1.0, 1.0])  # 10 m ahead, 2 m to the left, 1 m down
+    camera = found["R0_rect"].reshape(3, 3) @ found["Tr_velo_to_cam"].reshape(3, 4) @ velodyne
+    column, row, depth = found["P2"].reshape(3, 4) @ [*camera, 1.0]
+    assert (column / depth, row / depth) == pytest.approx((219.5, 229.5))
+    assert depth == 10.0

@@ -16,6 +16,7 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import (
     FrameState,
     Mover,
+    Part,
     Poses,
     Prototype,
     SceneData,
@@ -36,6 +37,12 @@ NEARLY = 2e-4
 GREY = (0.5, 0.5, 0.5)
 GROWTH = np.array([1.0, 1.0, 1.3, 1.6, 1.3])
 """How tall the walker is in each pose, against how it stands."""
+
+HUB = np.array([-1.2, -1.5, 0.5])
+"""Where a wheel's axle is, from the middle of the front of the car that it belongs to [m]."""
+
+ROLL = 0.6
+"""How far it turns from one frame to the next [rad]."""
 
 POSTS = {"post:left": (-12, 6, 3.0), "post:right": (10, 7, 4.0)}
 """Boxes of one mesh: where they stand, and how tall they are."""
@@ -61,6 +68,22 @@ def walker() -> Prototype:
     return Prototype("walker", (part,), (part,), poses=Poses(vertices, up))
 
 
+def wheel() -> Prototype:
+    part = Part(box((-0.5, -0.15, -0.5), (0.5, 0.15, 0.5)), "plain")
+    return Prototype("wheel", (part,), (part,))
+
+
+def wheel_pose(moved: float) -> np.ndarray:
+    """The axle, and what the wheel's own axes have become, as columns of (3, 4)."""
+    yaw, roll = 0.4 + 0.2 * moved, 0.3 + ROLL * moved
+    along = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
+    turned = np.array(
+        [[np.cos(roll), 0, np.sin(roll)], [0, 1, 0], [-np.sin(roll), 0, np.cos(roll)]]
+    )
+    axle = at(-5, 0) + moved * np.array([0.7, 0.3, 0.1]) + along @ HUB
+    return np.column_stack([along @ turned, axle])
+
+
 def posts() -> Mesh:
     meshes = []
     for name, (x, y, tall) in POSTS.items():
@@ -72,8 +95,8 @@ def posts() -> Mesh:
 def scene() -> SceneData:
     ground = Mesh(*_ground(), things=(("terrain", 2),))
     parts = [static("ground", ground, "post"), static("posts", posts(), "post")]
-    slots = Slots({"car": 1}, {"car": 1}, {"walker": 1})
-    bodies = [cube("car", material="plain"), walker()]
+    slots = Slots({"car": 1, "wheel": 1}, {"car": 1}, {"walker": 1})
+    bodies = [cube("car", material="plain"), walker(), wheel()]
     return scene_of(parts, {"plain": TINT, "post": diffuse(0.5)}, prototypes=bodies, slots=slots)
 
 
@@ -83,7 +106,10 @@ def _ground() -> tuple[np.ndarray, np.ndarray]:
 
 
 def frame(moved: float = 0.0) -> FrameState:
-    """Two cars, one of them far, and somebody who walks; all of it moves, and the camera, too."""
+    """Two cars, one of them far, and somebody who walks; all of it moves, and the camera, too.
+
+    The near car has a wheel, which turns.
+    """
 
     def one(name: str, body: str, place: tuple[float, float], **more: float) -> Mover:
         spot = at(*place) + moved * np.array([0.7, 0.3, 0.1])
@@ -92,9 +118,13 @@ def frame(moved: float = 0.0) -> FrameState:
 
     eye = at(0.0, -14.0, 9.0) + moved * np.array([0.2, 0.5, 0.1])
     turned = Transform.from_pose(eye, yaw=np.radians(90 + 2 * moved), pitch=np.radians(-28))
+    rolling = Transform(np.vstack([wheel_pose(moved), [0.0, 0.0, 0.0, 1.0]]))
     state = frame_of(
         View(turned, Lens.of_degrees(70)),
-        movers=[one("vehicle:a", "car", (-5, 0))],
+        movers=[
+            one("vehicle:a", "car", (-5, 0)),
+            Mover("vehicle:a", "wheel", rolling, GREY, part="wheel0"),
+        ],
         far=[one("vehicle:b", "car", (1, 3))],
     )
     phase = (0.25 + 0.25 * moved) % 1.0
@@ -179,6 +209,33 @@ def test_flow_ends_where_the_same_place_is_in_the_next_picture(name: str) -> Non
     assert np.abs(flow[here] - wanted).max() < 0.02
 
 
+def test_flow_of_a_wheel_follows_its_turn() -> None:
+    before, after = frame(), frame(1.0)
+    loaded, facts = shown(before)
+    points = points_of(facts, before, SIZE)
+    places, _ = carried(facts, loaded, (before, after), points)
+    sky = facts.found["depth"] == 0.0
+    flow, _ = flow_of(places, before.view.directions(SIZE), sky, view=after.view)
+    here = pixels(facts, "vehicle:a/wheel0")
+    assert here.sum() > 20
+    ((axes, axle), (axes_then, axle_then)) = (
+        (pose[:, :3], pose[:, 3]) for pose in (wheel_pose(0.0), wheel_pose(1.0))
+    )
+    own = (points[here] - axle) @ axes  # on the wheel
+    assert (np.abs(own) < np.array([0.5, 0.15, 0.5]) + NEARLY).all()
+
+    def wanted(then: np.ndarray) -> np.ndarray:
+        local = (then - after.view.position) @ after.view.world_from_camera.matrix[:3, :3]
+        (row, column), _ = after.view.lens.project(local, SIZE)
+        return np.stack([column, row], axis=-1) - np.argwhere(here)[:, ::-1]
+
+    assert np.abs(flow[here] - wanted(own @ axes_then.T + axle_then)).max() < 0.02
+    # As the car moves alone, without the turn, would be elsewhere.
+    yaw = np.array([[np.cos(0.2), -np.sin(0.2), 0], [np.sin(0.2), np.cos(0.2), 0], [0, 0, 1]])
+    slid = (points[here] - axle) @ yaw.T + axle_then
+    assert np.abs(flow[here] - wanted(slid)).max() > 0.5
+
+
 def test_the_sky_moves_with_the_camera_alone() -> None:
     before, after = frame(), frame(1.0)
     loaded, facts = shown(before)
@@ -198,7 +255,8 @@ def test_who_is_gone_in_the_next_frame_has_no_flow() -> None:
     loaded, facts = shown(before)
     points = points_of(facts, before, SIZE)
     _, known = carried(facts, loaded, (before, after), points)
-    np.testing.assert_array_equal(~known, pixels(facts, "vehicle:a/body"))
+    gone = pixels(facts, "vehicle:a/body") | pixels(facts, "vehicle:a/wheel0")
+    np.testing.assert_array_equal(~known, gone)
 
 
 def test_facts_do_not_depend_on_what_was_shown_before() -> None:
