@@ -227,12 +227,14 @@ class View:
         lens: What it sees with.
         rides_in: Mover id of the vehicle that the camera sits in, or None.
         cutaway: True if that vehicle's cabin must not be drawn (driver's view).
+        mirrors: Where the mirrors of that vehicle look, unit, (3,); None if it shows none.
     """
 
     world_from_camera: Transform
     lens: Lens
     rides_in: str | None = None
     cutaway: bool = False
+    mirrors: Floats | None = None
 
     @property
     def position(self) -> Floats:

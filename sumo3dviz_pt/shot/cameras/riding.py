@@ -20,6 +20,7 @@ from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera, LensSettings
+from sumo3dviz_pt.library.vehicles.interior.cutaway import has_dashboard
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
@@ -79,6 +80,7 @@ class RidingCamera:
         slack: How long before and after its road user's life it stays where that is first or last
             [s].
         first_step: Phase with which its strides begin, if the view rises with each step.
+        mirrors: Whether the mirrors of the own vehicle are before the eye.
     """
 
     trajectory: Trajectory
@@ -93,6 +95,7 @@ class RidingCamera:
     shutter: Shutter = INSTANT
     slack: float = 1e-9
     first_step: float | None = None
+    mirrors: bool = False
 
     def view_at(self, time: float) -> View:
         """Return the view at a time [s].
@@ -115,7 +118,14 @@ class RidingCamera:
             placed = body @ self.aim.placed(self.eye)
         if self.first_step is not None:
             placed = self._stepped(placed, piece, inside)
-        return View(placed, self.lens, rides_in=self.trajectory.key, cutaway=self.cutaway)
+        mirrors = -body.matrix[:3, 0] if self.mirrors else None
+        return View(
+            placed,
+            self.lens,
+            rides_in=self.trajectory.key,
+            cutaway=self.cutaway,
+            mirrors=mirrors,
+        )
 
     def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
         """Return the first time of a span at which its road user exists, if it does [s]."""
@@ -214,6 +224,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
+        mirrors=preset.cutaway and has_dashboard(float(body.size[1])),
     )
 
 
