@@ -21,8 +21,8 @@ LOW_SHARE = 0.55
 """The body is kept below this share of its height."""
 
 _BONNET_ABOVE_BELT = 0.06
-"""What is ahead of the windscreen and higher is a mirror or a wiper [m]; `mirrors` makes mirrors anew,
-with panes that show the scene."""
+"""What is ahead of the windscreen and higher is a mirror or a wiper [m]; `mirrors` makes mirrors
+anew, with panes that show the scene."""
 
 _TRIM_ABOVE_BELT = 0.012
 """Unpainted parts ahead of the windscreen are left out above this, since the cockpit brings its own

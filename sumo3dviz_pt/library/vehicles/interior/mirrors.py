@@ -27,8 +27,8 @@ _FLAT = 1e6
 
 _RINGS, _SECTORS = 10, 56
 _SQUARENESS = 4.5
-_RIM = 0.007
-"""Of the housing around a pane [m]."""
+_PRESSED = 0.12
+"""Of its depth has the side of a housing on which the panes sit."""
 
 _HEAVY = 2.25
 """Vehicles that are wider have mirrors on arms before them [m]."""
@@ -181,37 +181,47 @@ def _outer(
     kind: _Outer, place: Floats, *, side: float, eye: Floats, flank: float
 ) -> Iterator[MaterialMesh]:
     """Build the mirror at one side, its housing and what holds it."""
-    across, tall = kind.half
-    first = kind.panes[0]
-    turned = aimed(place, eye, _looking(first, side))
-    deep = 0.75 * across
-    shell = superellipsoid((deep, across, tall), squareness=3.6, segments=40, rings=24)
-    # Flat where the panes sit, round where the wind comes from.
-    vertices = shell.vertices.copy()
-    vertices[:, 0] = np.where(vertices[:, 0] < 0.0, 0.12 * vertices[:, 0], vertices[:, 0])
-    hollow = 0.12 * deep + 0.0015
-    housing = Mesh(vertices, shell.faces, _flattened(shell))
-    yield "trim", turned.mesh(moved(housing, hollow, 0.0, 0.0))
+    turned = aimed(place, eye, _looking(kind.panes[0], side))
+    behind = 0.0
     for pane in kind.panes:
-        own = aimed(turned.points(np.array([[0.0, 0.0, pane.above]]))[0], eye, _looking(pane, side))
-        yield "gloss_black", own.mesh(moved(_pane(pane, grown=0.004), 0.001, 0.0, 0.0))
+        middle = turned.points(np.array([[0.0, 0.0, pane.above]]))[0]
+        own = aimed(middle, eye, _looking(pane, side))
+        backing = own.mesh(moved(_pane(pane, grown=0.004), 0.001, 0.0, 0.0))
+        yield "gloss_black", backing
         yield "mirror", own.mesh(_pane(pane))
+        # The housing lies behind the last of what bends away from the eye.
+        facing = turned.directions(np.array([[1.0, 0.0, 0.0]]))[0]
+        behind = max(behind, float(((backing.vertices - place) @ facing).max()))
+    yield "trim", turned.mesh(moved(_housing(kind), behind, 0.0, 0.0))
     yield from _holder(kind, place, side=side, flank=flank)
+
+
+def _housing(kind: _Outer) -> Mesh:
+    """Return a housing behind the plane x = 0: flat before it, round where the wind comes from."""
+    across, tall = kind.half
+    shell = superellipsoid((0.75 * across, across, tall), squareness=3.6, segments=40, rings=24)
+    assert shell.normals is not None
+    vertices = shell.vertices.copy()
+    pressed = vertices[:, 0] < 0.0
+    vertices[pressed, 0] *= _PRESSED
+    normals = shell.normals.copy()
+    normals[pressed, 0] /= _PRESSED
+    return moved(Mesh(vertices, shell.faces, unit(normals)), 0.75 * across * _PRESSED, 0.0, 0.0)
 
 
 def _holder(kind: _Outer, place: Floats, *, side: float, flank: float) -> Iterator[MaterialMesh]:
     """Build the foot of a car's mirror, or the arms of a larger one."""
-    across, tall = kind.half
-    inner = side * (flank - 0.09)
+    tall = kind.half[1]
     if not kind.over_eye:
-        root = np.array([place[0] + 0.09, inner, place[2] - 0.075])
+        root = np.array([place[0] + 0.09, side * (flank - 0.09), place[2] - 0.075])
         hold = place + np.array([0.075, 0.0, -0.04])
         yield "gloss_black", tube(np.stack([root, hold]), radius=[0.03, 0.02], sides=8)
         return
-    for end in (0.78 * tall, -0.78 * tall):
-        root = np.array([min(place[0] - 0.15, -0.2), inner, place[2] + 1.12 * end])
-        hold = place + np.array([0.45 * across, 0.0, end])
-        yield "trim", tube(np.stack([root, hold]), radius=0.016, sides=8)
+    for end in (1.0, -1.0):
+        root = [place[0] - 0.05, side * (flank - 0.12), place[2] + end * (tall + 0.14)]
+        bend = [place[0] + 0.02, place[1] - side * 0.04, place[2] + end * (tall + 0.06)]
+        hold = place + np.array([0.04, 0.0, 0.85 * end * tall])
+        yield "trim", tube(np.array([root, bend, hold]), radius=0.016, sides=8)
 
 
 def _looking(pane: _Pane, side: float) -> Floats:
@@ -251,10 +261,3 @@ def _spokes() -> Ints:
         c, d = a + _SECTORS, b + _SECTORS
         faces += [np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)]
     return np.concatenate(faces)
-
-
-def _flattened(shell: Mesh) -> Floats:
-    """Return a housing's normals after its rear is pressed flat, (n, 3)."""
-    assert shell.normals is not None
-    pressed = np.where(shell.vertices[:, :1] < 0.0, [1.0 / 0.12, 1.0, 1.0], 1.0)
-    return unit(shell.normals * pressed)
