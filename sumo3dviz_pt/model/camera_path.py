@@ -105,7 +105,7 @@ def in_view(camera_path: CameraPath, points: Floats, *, radius: float | Floats) 
         (k, n); also true for what is nearer than `AROUND`, and for what mirrors show.
     """
     seen = _within(camera_path, points, radius=radius, around=AROUND + radius)
-    return seen | in_mirrors(camera_path, points, radius=radius)
+    return np.asarray(seen | in_mirrors(camera_path, points, radius=radius))
 
 
 def in_picture(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:
@@ -130,7 +130,7 @@ def in_mirrors(camera_path: CameraPath, points: Floats, *, radius: float | Float
     there = np.linalg.norm(camera_path.behind, axis=-1) > 0.5
     angles = np.full(count, _MIRRORED)
     mirrors = CameraPath(camera_path.positions, camera_path.behind, angles)
-    return _within(mirrors, points, radius=radius, around=radius) & there
+    return np.asarray(_within(mirrors, points, radius=radius, around=radius) & there)
 
 
 def _within(

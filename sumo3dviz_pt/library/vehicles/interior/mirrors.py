@@ -75,7 +75,7 @@ class _Outer:
 
 
 _INNER = _Pane((0.108, 0.028), _FLAT, down=float(np.radians(1.0)))
-_INNER_PLACE = (0.66, 0.265, 0.135)
+_INNER_PLACE = (0.66, 0.255, 0.135)
 """Of the inner mirror: ahead of the eye, towards the middle, over the eye [m]."""
 
 _DEGREE = float(np.radians(1.0))
@@ -91,7 +91,7 @@ _CAR = _Outer(
 
 _VAN = _Outer(
     (
-        _Pane((0.085, 0.095), 1.6, 0.05, 7.0 * _DEGREE, 4.0 * _DEGREE),
+        _Pane((0.085, 0.095), 1.6, 0.05, 4.5 * _DEGREE, 4.0 * _DEGREE),
         _Pane((0.085, 0.04), 0.5, -0.1, 20.0 * _DEGREE, 14.0 * _DEGREE),
     ),
     back=0.2,
@@ -103,7 +103,7 @@ _VAN = _Outer(
 
 _LORRY = _Outer(
     (
-        _Pane((0.1, 0.19), 1.8, 0.09, 6.5 * _DEGREE, 7.0 * _DEGREE),
+        _Pane((0.1, 0.19), 1.8, 0.09, 4.5 * _DEGREE, 7.0 * _DEGREE),
         _Pane((0.1, 0.085), 0.5, -0.205, 20.0 * _DEGREE, 16.0 * _DEGREE),
     ),
     back=-0.14,
@@ -219,8 +219,8 @@ def _holder(kind: _Outer, place: Floats, *, side: float, flank: float) -> Iterat
         return
     for end in (1.0, -1.0):
         root = [place[0] - 0.05, side * (flank - 0.12), place[2] + end * (tall + 0.14)]
-        bend = [place[0] + 0.02, place[1] - side * 0.04, place[2] + end * (tall + 0.06)]
-        hold = place + np.array([0.04, 0.0, 0.85 * end * tall])
+        bend = [place[0] + 0.09, place[1] - side * 0.04, place[2] + end * (tall + 0.06)]
+        hold = place + np.array([0.1, 0.0, 0.85 * end * tall])
         yield "trim", tube(np.array([root, bend, hold]), radius=0.016, sides=8)
 
 
