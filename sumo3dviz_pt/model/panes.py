@@ -54,6 +54,14 @@ def reflectance(cosine: Floats) -> Floats:
     return np.asarray(2.0 * one_face / (1.0 + one_face))
 
 
+def reflection_samples(samples: int) -> int:
+    """Return the samples of a pixel's reflection, by those of the picture behind the pane.
+
+    A quarter is enough of what is a tenth as bright.
+    """
+    return max(2, samples // 4)
+
+
 def reflected_share(pane: Pane, eye: Floats, directions: Floats, distance: Image) -> Image:
     """Return how much of each pixel is what a pane reflects, (h, w) in [0, 1].
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart, merged
-from sumo3dviz_pt.model.panes import reflected_share
+from sumo3dviz_pt.model.panes import reflected_share, reflection_samples
 from sumo3dviz_pt.model.scene import FrameState, Moment, View
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.kernel.integrator import CHANNELS, FIRST, Kernel, Limits
@@ -167,7 +167,8 @@ class ByKernel:
         view, quality = self._view, self._settings.quality
         if view.pane is None:
             return None
-        sensor, spp = self._loaded.scene.sensors()[0], max(2, order.spp * order.passes // 4)
+        sensor = self._loaded.scene.sensors()[0]
+        spp = reflection_samples(order.spp * order.passes)
         eye = PaneEye(kernel.eye(sensor, view), view.pane, self._origin)
         limits = Limits(quality.max_depth, quality.rr_depth, self._settings.limit)
         seen = kernel.trace(sensor, eye, spp=spp, seed=order.seed ^ 0x1B873593, limits=limits)

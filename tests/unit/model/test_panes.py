@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.panes import GLASS, Pane, reflectance, reflected_share
+from sumo3dviz_pt.model.panes import GLASS, Pane, reflectance, reflected_share, reflection_samples
 
 COSINES = np.linspace(0.0, 1.0, 1001)
 
@@ -62,3 +62,7 @@ def test_a_pane_fades_at_its_edges():
     pane = upright((2.0, 0.0, -0.5))
     inner, outer = share(pane, [(1, 0, 0.2), (1, 0, 0.245)])
     assert 0.0 < outer < 0.5 * inner
+
+
+def test_a_reflection_takes_a_quarter_of_the_samples():
+    assert [reflection_samples(count) for count in (1, 4, 64)] == [2, 2, 16]

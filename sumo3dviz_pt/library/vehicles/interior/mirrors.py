@@ -210,18 +210,19 @@ def _housing(kind: _Outer) -> Mesh:
 
 
 def _holder(kind: _Outer, place: Floats, *, side: float, flank: float) -> Iterator[MaterialMesh]:
-    """Build the foot of a car's mirror, or the arms of a larger one."""
-    tall = kind.half[1]
-    if not kind.over_eye:
-        root = np.array([place[0] + 0.09, side * (flank - 0.09), place[2] - 0.075])
-        hold = place + np.array([0.075, 0.0, -0.04])
-        yield "gloss_black", tube(np.stack([root, hold]), radius=[0.03, 0.02], sides=8)
+    """Build the foot of a car's mirror, or the arm of a larger one."""
+    if kind.over_eye:
+        up = kind.half[1]
+        path = [
+            [place[0] - 0.1, side * (flank - 0.16), place[2] + up + 0.26],
+            [place[0] + 0.09, place[1] - side * 0.03, place[2] + up + 0.07],
+            [place[0] + 0.1, place[1], place[2] + 0.8 * up],
+        ]
+        yield "trim", tube(np.array(path), radius=0.016, sides=8)
         return
-    for end in (1.0, -1.0):
-        root = [place[0] - 0.05, side * (flank - 0.12), place[2] + end * (tall + 0.14)]
-        bend = [place[0] + 0.09, place[1] - side * 0.04, place[2] + end * (tall + 0.06)]
-        hold = place + np.array([0.1, 0.0, 0.85 * end * tall])
-        yield "trim", tube(np.array([root, bend, hold]), radius=0.016, sides=8)
+    root = [place[0] + 0.09, side * (flank - 0.09), place[2] - 0.075]
+    hold = [place[0] + 0.075, place[1], place[2] - 0.04]
+    yield "gloss_black", tube(np.array([root, hold]), radius=[0.03, 0.02], sides=8)
 
 
 def _looking(pane: _Pane, side: float) -> Floats:
