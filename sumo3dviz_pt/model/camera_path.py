@@ -20,6 +20,10 @@ AROUND = 60.0
 _MIRRORED = float(np.radians(42.0))
 """What mirrors show lies within this of their direction: convex ones look far aside [rad]."""
 
+_MIRROR_REACH = 400.0
+"""Road users and houses farther behind than this are left out: a car fills two or three pixels of
+a plane mirror there [m]."""
+
 _SHRINKS = 2.5
 """How much smaller things look in convex mirrors."""
 
@@ -102,10 +106,15 @@ def in_view(camera_path: CameraPath, points: Floats, *, radius: float | Floats) 
         radius: Of the balls, shadow included; one, or (k, 1) [m].
 
     Returns:
-        (k, n); also true for what is nearer than `AROUND`, and for what mirrors show.
+        (k, n); also true for what is nearer than `AROUND`, and for what mirrors show
+        up to 400 m behind.
     """
     seen = _within(camera_path, points, radius=radius, around=AROUND + radius)
-    return np.asarray(seen | in_mirrors(camera_path, points, radius=radius))
+    if camera_path.behind is None:
+        return seen
+    centres = points[:, None, :] if points.ndim == 2 else points
+    near = np.linalg.norm(centres - camera_path.positions, axis=-1) < _MIRROR_REACH + radius
+    return np.asarray(seen | (near & in_mirrors(camera_path, points, radius=radius)))
 
 
 def in_picture(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:

@@ -21,6 +21,7 @@ PLACES = {
     "behind in the next lane": (-100.0, 4.0, 0.0),
     "near": (-20.0, 0.0, 0.0),
     "aside": (5.0, 200.0, 0.0),
+    "far behind": (-700.0, 0.0, 0.0),
 }
 POINTS = np.array(list(PLACES.values()))
 
@@ -36,8 +37,13 @@ def found(which, path):
 
 def test_mirrors_show_what_is_behind():
     assert found(in_view, path_of(PLAIN)) == {"ahead", "near"}
-    assert found(in_view, path_of(MIRRORS)) == set(PLACES) - {"aside"}
-    assert found(in_mirrors, path_of(MIRRORS)) == {"behind", "behind in the next lane", "near"}
+    assert found(in_view, path_of(MIRRORS)) == set(PLACES) - {"aside", "far behind"}
+    assert found(in_mirrors, path_of(MIRRORS)) == {
+        "behind",
+        "behind in the next lane",
+        "near",
+        "far behind",
+    }
     assert found(in_picture, path_of(MIRRORS)) == {"ahead"}
 
 
@@ -56,7 +62,7 @@ def test_only_the_views_with_mirrors_see_behind():
 def test_what_only_mirrors_show_looks_farther_away():
     plain, mirrors = path_of(PLAIN), path_of(MIRRORS)
     away = [path.away(POINTS[:, None, :])[:, 0] for path in (plain, mirrors)]
-    ahead, behind, _, near, _ = (away[1] / away[0]).tolist()
+    ahead, behind, _, near, *_ = (away[1] / away[0]).tolist()
     assert ahead == near == 1.0
     assert behind == pytest.approx((60.0 + 2.5 * 145.0) / 205.0, rel=1e-3)
 

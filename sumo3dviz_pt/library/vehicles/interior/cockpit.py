@@ -124,7 +124,7 @@ def _wipers(half: float, *, front: float, edge: float, side: float) -> Iterator[
 def _pillars(half: float, *, front: float, belt: float, eye: Floats) -> Iterator[MaterialMesh]:
     """The lower ends of the windscreen's pillars, leaning back and inwards."""
     for side in (1.0, -1.0):
-        foot = np.array([front - 0.1, side * (half + 0.05), belt - 0.08])
-        head = np.array([min(eye[0] + 0.3, front - 0.1), side * (half - 0.1), belt + 0.46])
+        foot = np.array([front - 0.1, side * half, belt - 0.08])
+        head = np.array([min(eye[0] + 0.3, front - 0.1), side * (half - 0.13), belt + 0.46])
         radius = np.array([0.045, 0.034])
         yield "interior", tube([foot, head], radius=radius, sides=10)

@@ -33,6 +33,9 @@ _FLATTEST = 0.1
 
 _TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome"})
 
+_DOORS = 0.14
+"""By which doors are thinner below the windows than a cockpit takes them to be, both together [m]."""
+
 _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
@@ -59,7 +62,8 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
     if has_dashboard(2.0 * flank):
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
         front = min(cowl, -0.08)
-        inside = cockpit(2.0 * flank, front=front, belt=belt, edge=edge, eye=eye)
+        # The dashboard ends at the doors' own panels.
+        inside = cockpit(2.0 * flank + _DOORS, front=front, belt=belt, edge=edge, eye=eye)
         outside = outer_mirrors(flank, front=front, belt=belt, eye=eye)
         parts = (*parts, *(Part(mesh, material) for material, mesh in (*inside, *outside)))
         lamps = cockpit_lamps(belt=belt, eye=eye)
