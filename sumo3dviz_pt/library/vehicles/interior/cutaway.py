@@ -34,7 +34,7 @@ _FLATTEST = 0.1
 _TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome"})
 
 _DOORS = 0.14
-"""By which doors are thinner below the windows than a cockpit takes them to be, both together [m]."""
+"""By how much both doors together are thinner than a cockpit takes them to be [m]."""
 
 _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
