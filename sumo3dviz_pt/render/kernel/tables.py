@@ -176,9 +176,11 @@ class Tables:
     def _number_movers(self, instances: Floats) -> None:
         """Write which moving part each instance and each face of a merged mesh belongs to."""
         loaded, known = self._loaded, self._loaded.numbers()
-        # What a mirror shows moves unlike the mirror, so it counts as a thing that changes shape.
-        self.movers = (*known.parts, MovingPart(MIRRORED, None))
-        self.mirrored = dr.opaque(mi.Float, len(self.movers))
+        self.movers = known.parts
+        if any(Kind.MIRROR in row.kind for row in self.rows):
+            # What a mirror shows moves unlike the mirror: it counts as what changes its shape.
+            self.movers += (MovingPart(MIRRORED, None),)
+            self.mirrored = dr.opaque(mi.Float, len(self.movers))
         for slot, name in ({} if loaded.pool is None else loaded.pool.shown).items():
             instances[self._numbers[slot], 15] = known.by_name[name]
         merged = [place for place in self._places if place.mesh.moving]
