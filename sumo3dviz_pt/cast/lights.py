@@ -2,7 +2,7 @@
 
 What the log says (SUMO's signal bits) counts; where it says nothing, lamps are derived from
 the motion (`cast/derived_lamps.py`). After sunset everyone has head and tail lamps on, and by day
-where weather hides much; in dense fog rear fog lamps are lit, too.
+where weather hides much; in dense fog fog lamps at both ends are lit, too.
 
 References:
     Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
@@ -10,6 +10,8 @@ References:
     (reversing 80-300 cd), 38 (rear fog lamps, 150-300 cd) and 65 (blue, 120-1700 cd). To the
     sides they fall as far as the standard light distribution of Regulation 7 lets them (annex 4:
     a tenth at 20 degrees).
+    Front fog lamps: Regulation 19 (class F3), which caps their light above the horizon; some 60 cd
+    reach an oncoming eye. They throw no beam of their own here.
     Head lamps towards oncoming eyes: Regulation 112, point B50L, at most 350 cd; a lens
     gives 25 cd in all directions, beside the 170 cd of stray light that are in the beam.
     Bicycles: German type approval (StVZO section 67, technical requirements no. 23) asks
@@ -68,6 +70,7 @@ _LIGHTS: Mapping[str, _Light] = {
     "reverse": _Light(150.0,    (1.0, 0.97, 0.92)),
     "blue":    _Light(500.0,    (0.02, 0.08, 1.0)),
     "fog":     _Light(200.0,    (1.0, 0.02, 0.01)),
+    "front_fog": _Light(60.0,   (1.0, 0.96, 0.9)),
     "sign":    _Light(8.0,      (1.0, 0.9, 0.6)),
     "dials":   _Light(9.0e-5,   (1.0, 0.95, 0.88)),
     "screen":  _Light(5.0e-4,   (0.35, 0.6, 1.0)),
@@ -78,6 +81,7 @@ _LOBES: Mapping[str, Lobe] = {
     "tail": Lobe(0.25, 15.0),
     "brake": Lobe(0.1, 25.0),
     "fog": Lobe(0.1, 25.0),
+    "front_fog": Lobe(0.3, 6.0),
     "left": Lobe(0.15, 25.0),
     "right": Lobe(0.15, 25.0),
     "reverse": Lobe(0.3, 10.0),
@@ -102,8 +106,8 @@ _BY_DAY = frozenset({"head", "tail"})
 _ONCOMING = _Light(200.0, (1.0, 0.96, 0.9))
 """Head lamps by day, which have no beam beside them that would dazzle."""
 
-_FOG = "fog"
-"""Role of rear fog lamps."""
+_FOG, _FRONT_FOG = "fog", "front_fog"
+"""Roles of rear and front fog lamps."""
 
 _WARNING = 4  # both indicators
 
@@ -158,7 +162,7 @@ class VehicleLights:
             return roles
         now = self.weather.at(time)
         roles |= _BY_DAY if now.is_murky else frozenset()
-        return roles | ({_FOG} if now.is_dense else frozenset())
+        return roles | ({_FOG, _FRONT_FOG} if now.is_dense else frozenset())
 
     def _dark_now(self, key: str, time: float) -> frozenset[str]:
         """Roles that are in the dark part of their period; one vehicle's lamps keep time."""
@@ -233,7 +237,7 @@ def running_lights(
 def in_fog(
     bodies: Mapping[str, Prototype], weather: WeatherCourse | None, *, left_hand: bool
 ) -> Mapping[str, Prototype]:
-    """Return bodies by name, with rear fog lamps where the weather is ever so dense.
+    """Return bodies by name, with fog lamps where the weather is ever so dense.
 
     Args:
         bodies: As they are in clear weather.
@@ -242,24 +246,32 @@ def in_fog(
     """
     if weather is None or not weather.is_ever_dense:
         return bodies
-    return {name: _with_fog_lamp(body, left_hand=left_hand) for name, body in bodies.items()}
+    return {name: _with_fog_lamps(body, left_hand=left_hand) for name, body in bodies.items()}
 
 
-def _with_fog_lamp(body: Prototype, *, left_hand: bool) -> Prototype:
-    """A body with a rear fog lamp below one of its tail lamps, on the side of oncoming traffic."""
-    tails = [lamp for lamp in body.lamps if lamp.role == "tail"]
-    if len(tails) < 2:
-        return body
-    side = -1.0 if left_hand else 1.0
-    tail = max(tails, key=lambda lamp: side * lamp.at[1])
-    x, y, z = tail.at
+def _with_fog_lamps(body: Prototype, *, left_hand: bool) -> Prototype:
+    """A body with a rear fog lamp on the side of oncoming traffic, and with two in front."""
+    heads, tails = (
+        sorted((lamp for lamp in body.lamps if lamp.role == role), key=lambda lamp: lamp.at[1])
+        for role in ("head", "tail")
+    )
+    found = []
+    if len(tails) >= 2:
+        found.append(_below(tails[0 if left_hand else -1], _FOG))
+    if len(heads) >= 2:
+        found += [_below(head, _FRONT_FOG) for head in (heads[0], heads[-1])]
+    return replace(body, lamps=(*body.lamps, *found)) if found else body
+
+
+def _below(lamp: VehicleLamp, role: str) -> VehicleLamp:
+    """A fog lamp below another lamp."""
+    x, y, z = lamp.at
     at = (x, _INWARDS * y, max(_LOWEST, z - _BELOW))
-    fog = VehicleLamp(_FOG, at, (_FOG_SIZE, _FOG_SIZE), tail.yaw)
-    return replace(body, lamps=(*body.lamps, fog))
+    return VehicleLamp(role, at, (_FOG_SIZE, _FOG_SIZE), lamp.yaw)
 
 
 _INWARDS, _BELOW, _LOWEST, _FOG_SIZE = 0.8, 0.3, 0.35, 0.11
-"""Place of a rear fog lamp against the tail lamp's: share of its way from the middle, how much
+"""Place of a fog lamp against the lamp's above it: share of its way from the middle, how much
 lower and how low at least [m]; and how large it is [m]."""
 
 

@@ -68,6 +68,9 @@ class LagrangianCamera(Photographic):
     heading: Turn = Field(0.0, description="clockwise from straight ahead [deg]")
     pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
     bobbing: bool = Field(False, description="whether the head of who walks rises with each step")
+    reflections: bool = Field(
+        False, description="whether the windscreen reflects the dashboard, in views from inside"
+    )
     lens: LensSettings | None = Field(None, description="default: the view's own")
 
     def in_words(self) -> str:

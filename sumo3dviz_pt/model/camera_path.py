@@ -17,6 +17,17 @@ AROUND = 60.0
 """What is nearer than this is kept even behind the camera: shadows, reflections [m]."""
 
 
+_MIRRORED = float(np.radians(42.0))
+"""What mirrors show lies within this of their direction: convex ones look far aside [rad]."""
+
+_MIRROR_REACH = 400.0
+"""Road users and houses farther behind than this are left out: a car fills two or three pixels of
+a plane mirror there [m]."""
+
+_SHRINKS = 2.5
+"""How much smaller things look in convex mirrors."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraPath:
     """Where a shot's camera is and looks, over n times.
@@ -27,12 +38,15 @@ class CameraPath:
         half_angles: Half the diagonal opening angle, (n,) [rad].
         parallel: Where rays are parallel: half the diagonal of what they show, (n,) [m]; 0 for
             other cameras. None if all are others.
+        behind: Where mirrors in the picture look, unit, (n, 3); 0 where there are none. None if
+            there are none at all.
     """
 
     positions: Floats
     forwards: Floats
     half_angles: Floats
     parallel: Floats | None = None
+    behind: Floats | None = None
 
     @classmethod
     def of(cls, views: Sequence[View], *, aspect: float) -> CameraPath:
@@ -42,6 +56,7 @@ class CameraPath:
             np.stack([view.forward for view in views]),
             np.array([view.lens.half_diagonal(aspect) for view in views]),
             _half_diagonals(views, aspect),
+            _behind(views),
         )
 
     @classmethod
@@ -59,20 +74,24 @@ class CameraPath:
     def slice(self, part: slice) -> CameraPath:
         """Return some of the times."""
         parallel = None if self.parallel is None else self.parallel[part]
+        behind = None if self.behind is None else self.behind[part]
         return CameraPath(
-            self.positions[part], self.forwards[part], self.half_angles[part], parallel
+            self.positions[part], self.forwards[part], self.half_angles[part], parallel, behind
         )
 
     def away(self, points: Floats) -> Floats:
         """Return how far points are from the cameras, by how large they look, (k, n) [m].
 
         Parallel rays show all things as large, however far away they are: as large as a camera of
-        50 degrees that shows as much.
+        50 degrees that shows as much. What only convex mirrors show looks smaller.
 
         Args:
             points: One for each time, (k, n, 3) [m].
         """
         away = np.linalg.norm(points - self.positions, axis=-1)
+        if self.behind is not None:
+            backwards = np.einsum("knc,nc->kn", points - self.positions, self.behind) > 0.0
+            away = np.where(backwards & (away > AROUND), AROUND + _SHRINKS * (away - AROUND), away)
         if self.parallel is None:
             return np.asarray(away)
         return np.where(self.parallel > 0.0, self.parallel / _SLOPE, away)
@@ -87,9 +106,15 @@ def in_view(camera_path: CameraPath, points: Floats, *, radius: float | Floats) 
         radius: Of the balls, shadow included; one, or (k, 1) [m].
 
     Returns:
-        (k, n); also true for what is nearer than `AROUND`.
+        (k, n); also true for what is nearer than `AROUND`, and for what mirrors show
+        up to 400 m behind.
     """
-    return _within(camera_path, points, radius=radius, around=AROUND + radius)
+    seen = _within(camera_path, points, radius=radius, around=AROUND + radius)
+    if camera_path.behind is None:
+        return seen
+    centres = points[:, None, :] if points.ndim == 2 else points
+    near = np.linalg.norm(centres - camera_path.positions, axis=-1) < _MIRROR_REACH + radius
+    return np.asarray(seen | (near & in_mirrors(camera_path, points, radius=radius)))
 
 
 def in_picture(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:
@@ -104,6 +129,17 @@ def in_picture(camera_path: CameraPath, points: Floats, *, radius: float | Float
         (k, n).
     """
     return _within(camera_path, points, radius=radius, around=radius)
+
+
+def in_mirrors(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:
+    """Return which balls mirrors in the picture show; arguments and result as in `in_picture`."""
+    count = len(camera_path.positions)
+    if camera_path.behind is None:
+        return np.zeros((len(points), count), dtype=np.bool_)
+    there = np.linalg.norm(camera_path.behind, axis=-1) > 0.5
+    angles = np.full(count, _MIRRORED)
+    mirrors = CameraPath(camera_path.positions, camera_path.behind, angles)
+    return np.asarray(_within(mirrors, points, radius=radius, around=radius) & there)
 
 
 def _within(
@@ -143,3 +179,10 @@ def _half_diagonals(views: Sequence[View], aspect: float) -> Floats | None:
     if all(view.lens.projection != "orthographic" for view in views):
         return None
     return np.array([0.5 * view.lens.width * np.hypot(1.0, aspect) for view in views])
+
+
+def _behind(views: Sequence[View]) -> Floats | None:
+    """Return where mirrors look, (n, 3); None if no view has any."""
+    if all(view.mirrors is None for view in views):
+        return None
+    return np.array([np.zeros(3) if view.mirrors is None else view.mirrors for view in views])

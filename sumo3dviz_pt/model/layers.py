@@ -13,6 +13,8 @@
 | `lamp` | 1 where a lamp is seen directly, else 0 | (h, w) |
 | `glow` | `emitted` with many samples, where the picture was traced without it | (h, w, 3) |
 | `excess` | light of lamps that are seen directly, taken out of `radiance` | (h, w, 3) |
+| `reflected` | what a pane before the eye adds by its reflections | (h, w, 3) |
+| `passed` | share of the picture that comes through that pane, in [0, 1] | (h, w) |
 | `ids` | what moves there: 0 is what stands or the sky, k the frame's k-th moving part | (h, w) |
 | `first_depth` | how far away that is along the ray; 0 is the sky [m] | (h, w) |
 

@@ -21,6 +21,7 @@ from sumo3dviz_pt.model.falling import Falling
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, frozen
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.panes import Pane
 from sumo3dviz_pt.model.skies import CloudLayer as CloudLayer
 from sumo3dviz_pt.model.skies import Haze as Haze
 from sumo3dviz_pt.model.skies import Sky as Sky
@@ -230,12 +231,16 @@ class View:
         lens: What it sees with.
         rides_in: Mover id of the vehicle that the camera sits in, or None.
         cutaway: True if that vehicle's cabin must not be drawn (driver's view).
+        mirrors: Where the mirrors of that vehicle look, unit, (3,); None if it shows none.
+        pane: Before the eye, if its reflections are wanted.
     """
 
     world_from_camera: Transform
     lens: Lens
     rides_in: str | None = None
     cutaway: bool = False
+    mirrors: Floats | None = None
+    pane: Pane | None = None
 
     @property
     def position(self) -> Floats:

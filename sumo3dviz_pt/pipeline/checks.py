@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.model.panes import reflection_samples
 from sumo3dviz_pt.model.ratios import in_short
 from sumo3dviz_pt.model.scene import LeftOut, SceneData
 from sumo3dviz_pt.pipeline.production import (
@@ -109,13 +110,25 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         # A film's plan does not need every frame to say what it holds.
         sparse = times[:: max(1, len(times) // 50)] if len(times) else np.array([window.start])
         production = prepare(job, Request(camera=window.camera), sparse)
-        shot = _shot(production, presets or catalog.template_names("quality"), len(times))
+        names = presets or catalog.template_names("quality")
+        qualities = {
+            name: _traced(quality_preset(name, together=len(times) > 1), job.cameras[window.camera])
+            for name in names
+        }
+        shot = _shot(production, qualities, len(times))
         about = {"camera": window.camera, "from": window.start, "to": window.end}
         report["shots"].append({**about, **shot})
     return report
 
 
-def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[str, Any]:
+def _traced(quality: Quality, camera: CameraSettings) -> Quality:
+    """Return a quality with all samples that a camera takes: reflections take a further pass."""
+    if not (isinstance(camera, LagrangianCamera) and camera.reflections):
+        return quality
+    return quality.model_copy(update={"spp": quality.spp + reflection_samples(quality.spp)})
+
+
+def _shot(production: Production, qualities: Mapping[str, Quality], frames: int) -> dict[str, Any]:
     """Return what one shot holds and costs."""
     output = production.job.output
     data = production.shot.data
@@ -142,13 +155,13 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
         "not_compiled": _not_compiled(production, total),
         "forecast": {
             name: cost_of(
-                quality_preset(name, together=frames > 1),
+                quality,
                 size=output.size,
                 triangles=total,
                 frames=frames,
                 half=output.half,
             ).as_dict()
-            for name in presets
+            for name, quality in qualities.items()
         },
     }
 

@@ -81,7 +81,7 @@ def _found(world: World, camera_path: CameraPath) -> BuiltPlace:
 def _folder(world: World, camera_path: CameraPath) -> Path:
     """Return where a place is kept."""
     path = [camera_path.positions, camera_path.forwards, camera_path.half_angles]
-    path += [] if camera_path.parallel is None else [camera_path.parallel]
+    path += [each for each in (camera_path.parallel, camera_path.behind) if each is not None]
     return catalog.cache_root() / "places" / digest_of(world.key, *path).hex()
 
 

@@ -59,6 +59,7 @@ def packed(frame: TracedFrame) -> tuple[dict[str, NDArray[Any]], str]:
         stored[name] = np.rint(np.clip(layers[name], -1.0, 1.0) * steps) / np.float32(steps)
     if "excess" in layers and layers["excess"].any():
         stored["excess"] = layers["excess"]
+    stored |= {name: layers[name] for name in ("reflected", "passed") if name in layers}
     return stored, json.dumps(_description(frame, numbers))
 
 

@@ -72,6 +72,11 @@ def translucent(colour: Colour | Bsdf, *, transmitted: float) -> Bsdf:
     }
 
 
+def mirror(colour: Colour) -> Bsdf:
+    """Describe a perfect mirror that gives back a share of each colour."""
+    return {"type": "conductor", "material": "none", "specular_reflectance": _texture(colour)}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MaterialRow(RecipeValue):
     """A material as numbers: a row of an `asset.yaml` in `assets/materials`.
@@ -87,6 +92,7 @@ class MaterialRow(RecipeValue):
         transmitted: Twice the share of light that goes through a leaf, of what it does not
             absorb; None for what is no leaf. Leaves have no other numbers.
         two_sided: Whether its surfaces are open, and seen from behind.
+        mirror: Whether it is a perfect mirror; it has no number but its colour.
     """
 
     colour: Colour | Literal["tint"]
@@ -98,6 +104,7 @@ class MaterialRow(RecipeValue):
     spec_tint: float | None = None
     transmitted: float | None = None
     two_sided: bool = False
+    mirror: bool = False
 
     def bsdf(self) -> Bsdf:
         """Describe the material in Mitsuba's words."""
@@ -106,6 +113,8 @@ class MaterialRow(RecipeValue):
 
     def _one_sided(self) -> Bsdf:
         """Describe it as it looks from outside."""
+        if self.mirror and self.colour != "tint":
+            return mirror(self.colour)
         colour = TINT if self.colour == "tint" else self.colour
         if self.transmitted is not None:
             return translucent(colour, transmitted=self.transmitted)

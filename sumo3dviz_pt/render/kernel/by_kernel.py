@@ -3,22 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart, merged
+from sumo3dviz_pt.model.panes import reflected_share, reflection_samples
 from sumo3dviz_pt.model.scene import FrameState, Moment, View
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.kernel.integrator import CHANNELS, FIRST, Kernel, Limits
+from sumo3dviz_pt.render.kernel.pane_eye import PaneEye
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Accumulator, pass_seed
+from sumo3dviz_pt.render.passes.denoise import denoise
 from sumo3dviz_pt.render.passes.moments import MeanOfRows, PassOrder, shared_order, whole_order
 from sumo3dviz_pt.render.settings import AfterPass, RenderSettings, Traced
 
 GLOW_SPP = 64
 """Samples of lamps that are seen directly, where there may be one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Reflected:
+    """What a pane shows of what lies under it.
+
+    Attributes:
+        view: The eye behind it.
+        light: Radiance as if it reflected all, (h, w, 3).
+    """
+
+    view: View
+    light: Image
 
 
 class ByKernel:
@@ -58,6 +75,7 @@ class ByKernel:
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
             if self._apart:
                 found |= {"glow": self._glow(kernel, order)}
+            found |= self._through_pane(self._reflected(kernel, order), found)
             accumulator = Accumulator(guides.uncapped(found), white=self._settings.white)
             for traced in passes:
                 accumulator.add(traced["capped"], traced["lost"])
@@ -84,6 +102,7 @@ class ByKernel:
         shared = shared_order(settings, seed, glow_spp=GLOW_SPP, moments=moments)
         numbers = MeanOfRows(settings.size[1])
         movers: tuple[MovingPart, ...] = ()
+        reflected: _Reflected | None = None
         for number, moment in enumerate(moments):
             order = shared.of_moment(number, moment)
             rows = order.rows(settings.size[1])
@@ -96,11 +115,12 @@ class ByKernel:
                 if self._apart:
                     means.add(Layers({"glow": self._glow(kernel, order)[rows]}), rows)
                 if number == len(moments) // 2:
-                    movers = kernel.movers
+                    movers, reflected = kernel.movers, self._reflected(kernel, order)
                     numbers.add(Layers({k: one[k] for k in FIRST.places if k in one}), rows)
             if after_moment is not None:
                 after_moment(number + 1, len(moments))
         found = guides.as_guides(means.means() | numbers.means())
+        found |= self._through_pane(reflected, found)
         accumulator = Accumulator(guides.uncapped(found), white=settings.white)
         accumulator.add(found["capped"], found["lost"])
         return Traced(found, accumulator, movers)
@@ -142,6 +162,43 @@ class ByKernel:
         """Trace lamps that are seen directly, (h, w, 3)."""
         sensor, seed = self._loaded.scene.sensors()[0], order.seed ^ 0x3C6EF372
         return kernel.glow(sensor, self._view, spp=order.glow_spp, seed=seed, band=order.band)
+
+    def _reflected(self, kernel: Kernel, order: PassOrder) -> _Reflected | None:
+        """Trace what a pane before the eye shows of what lies under it; None without a pane."""
+        view, quality = self._view, self._settings.quality
+        if view.pane is None:
+            return None
+        sensor = self._loaded.scene.sensors()[0]
+        spp = reflection_samples(order.spp * order.passes)
+        eye = PaneEye(kernel.eye(sensor, view), view.pane, self._origin)
+        limits = Limits(quality.max_depth, quality.rr_depth, self._settings.limit)
+        seen = kernel.trace(sensor, eye, spp=spp, seed=order.seed ^ 0x1B873593, limits=limits)
+        light = np.nan_to_num(seen["capped"])
+        if quality.denoise != "none":
+            guides_of = {"albedo": seen["albedo"], "normal": seen["normal"]}
+            light = denoise(light, quality=quality.denoise, **guides_of)
+        return _Reflected(view, light)
+
+    def _through_pane(self, reflected: _Reflected | None, found: Layers) -> Layers:
+        """Return what a pane adds to a picture, and the share that it lets through.
+
+        Args:
+            reflected: What it shows, if there is one.
+            found: `depth` and `hit` of the picture behind it.
+        """
+        if reflected is None or reflected.view.pane is None:
+            return Layers()
+        view, hit = reflected.view, found["hit"]
+        distance = np.where(hit > 0.5, found["depth"] / np.maximum(hit, 1e-6), np.inf)
+        directions = view.directions(found.size)
+        share = reflected_share(reflected.view.pane, view.position, directions, distance)
+        return Layers({"reflected": share[..., None] * reflected.light, "passed": 1.0 - share})
+
+    @property
+    def _origin(self) -> Floats:
+        """The renderer's, in the network's coordinates, (3,) [m]."""
+        assert self._loaded.origin is not None, "show a frame first"
+        return self._loaded.origin
 
     @property
     def _view(self) -> View:

@@ -12,7 +12,7 @@ References:
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import drjit as dr
 import mitsuba as mi
@@ -157,7 +157,22 @@ class LensEye:
         return start + offset, dr.normalize(sharp - offset)
 
 
-Eye = SensorEye | LensEye
+class Eye(Protocol):
+    """Where rays of a picture begin.
+
+    Attributes:
+        is_blurred: Whether its lens has an opening.
+    """
+
+    is_blurred: bool
+
+    def ray(self, place: Any, on_lens: Any) -> Any:
+        """Return rays through places of the picture; arguments as in `SensorEye.ray`."""
+
+    def lead(self, ray: Any) -> Any:
+        """Return how far before the eye rays begin [m]."""
+
+
 """What rays come from."""
 
 

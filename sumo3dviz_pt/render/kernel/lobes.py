@@ -22,6 +22,8 @@ import mitsuba as mi
 _COAT_SHADOW = 0.25  # roughness by which Disney's coat shadows itself
 _COAT_SHARE = 0.25
 _COAT_NORMAL = 0.04  # reflectance of a coat that is seen from straight ahead
+CERTAIN = 1e18
+"""Density of a mirror's direction, which no emitter's can match [1/sr]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +36,7 @@ class Lobes:
         matts: Perfectly diffuse ones.
         two_sided: Ones that look the same from behind.
         metals: Metallic ones.
+        mirrors: Perfect mirrors.
     """
 
     coats: bool = False
@@ -41,6 +44,7 @@ class Lobes:
     matts: bool = False
     two_sided: bool = False
     metals: bool = False
+    mirrors: bool = False
 
 
 class Response(NamedTuple):
@@ -85,6 +89,7 @@ class Finish:
         glossy: 1, or 0 for leaves and matt surfaces, which have no reflection.
         matt: Whether it is perfectly diffuse.
         open: Whether it is also seen from behind.
+        mirror: Whether it is a perfect mirror, which has nothing but its colour.
     """
 
     lobes: Lobes
@@ -98,6 +103,7 @@ class Finish:
     glossy: Any
     matt: Any
     open: Any
+    mirror: Any
 
     @property
     def _alpha(self) -> Any:
@@ -113,7 +119,11 @@ class Finish:
     def respond(self, wi: Any, wo: Any) -> Response:
         """Return what goes from `wo` to `wi`, unit vectors in the surface's frame."""
         side = self.side(wi)
-        return self._respond(side * wi, side * wo)
+        found = self._respond(side * wi, side * wo)
+        if not self.lobes.mirrors:
+            return found
+        # No direction that something else picks is the mirror's own.
+        return Response(*(dr.select(self.mirror, 0.0, each) for each in found))
 
     def bounce(self, wi: Any, pick: Any, sample: Any) -> Bounce:
         """Pick a direction for a path that came from `wi`.
@@ -137,7 +147,15 @@ class Finish:
         wo = dr.select(pick < diffuse, mi.Vector3f(diffuse_wo), wo)
         value, pdf = self._respond(wi, wo)
         weight = dr.select(pdf > 0.0, value * dr.rcp(pdf), 0.0)
-        return Bounce(side * wo, pdf, weight)
+        if not self.lobes.mirrors:
+            return Bounce(side * wo, pdf, weight)
+        back = mi.Vector3f(-wi.x, -wi.y, wi.z)
+        shown = dr.select(wi.z > 0.0, self.colour, mi.Color3f(0.0))
+        return Bounce(
+            side * dr.select(self.mirror, back, wo),
+            dr.select(self.mirror, CERTAIN, pdf),
+            dr.select(self.mirror, shown, weight),
+        )
 
     def _chances(self) -> tuple[Any, Any, Any]:
         """Return the chances of the glossy lobe, of the coat and of diffuse light."""

@@ -20,13 +20,13 @@ from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.candidates import aimed
 from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
+from sumo3dviz_pt.render.kernel.lobes import CERTAIN
 from sumo3dviz_pt.render.kernel.rows import Kind
 from sumo3dviz_pt.render.kernel.solids import Solids
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
 
 _LIKELIEST = 0.95  # that a path goes on, by roulette
 _SHORT = 1.0 - 9e-4  # share of the way to a lamp that must be free
-_CERTAIN = 1e18  # density of a mirror's direction, which no emitter's can match
 
 
 class Bounds(NamedTuple):
@@ -64,8 +64,8 @@ class _Seen:
     Attributes:
         hit: 1 where it is a surface, else 0.
         distance: To the surface [m]; else 0.
-        albedo: Its reflectance.
-        normal: Its unit shading normal.
+        albedo: Its reflectance; in a mirror, that of what the mirror shows.
+        normal: Its unit shading normal; in a mirror, that of what the mirror shows.
         emitted: Its own light.
         mover: Number of the moving part that it belongs to; 0 for what stands.
     """
@@ -216,7 +216,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     path.light = dr.select(lit, path.light + gain, path.light)
 
     first = surface.there & primary
-    _note(path.seen, first, surface, _whitened(scattered.albedo, clear), emitted)
+    _note(path.seen, first, surface, emitted, _whitened(scattered.albedo, clear))
     if place.surfaces.numbered:
         _number(path.seen, place.surfaces.mover(found, surface, first), first)
 
@@ -282,13 +282,19 @@ def _whitened(albedo: Any, clear: Any) -> Any:
     return albedo if clear is None else dr.lerp(1.0, albedo, clear)
 
 
-def _note(seen: _Seen, first: Any, surface: Surface, albedo: Any, emitted: Any) -> None:
-    """Keep what a path met first."""
+def _note(seen: _Seen, first: Any, surface: Surface, emitted: Any, albedo: Any) -> None:
+    """Keep what a path met first.
+
+    In a mirror the reflectance and normal are those of the first thing which is none: the pane
+    itself is flat and grey, and would tell the denoiser nothing.
+    """
     seen.hit = dr.select(first, 1.0, seen.hit)
     seen.distance = dr.select(first, surface.si.t, seen.distance)
+    seen.emitted = dr.select(first, emitted, seen.emitted)
+    if surface.finish.lobes.mirrors:
+        first = surface.there & ~surface.finish.mirror & dr.all(seen.normal == 0.0)
     seen.albedo = dr.select(first, albedo, seen.albedo)
     seen.normal = dr.select(first, mi.Vector3f(surface.si.sh_frame.n), seen.normal)
-    seen.emitted = dr.select(first, emitted, seen.emitted)
 
 
 def _number(seen: _Seen, mover: Any, first: Any) -> None:
@@ -331,7 +337,7 @@ def _by_mitsuba(foreign: Any, found: Any, ray: Any, d: Any, chance: Any) -> _Sca
     value, pdf, sample, weight = bsdf.eval_pdf_sample(context, si, wo, *chance, foreign)
     delta = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta)
     albedo = bsdf.eval_diffuse_reflectance(si, foreign)
-    density = dr.select(delta, _CERTAIN, sample.pdf)
+    density = dr.select(delta, CERTAIN, sample.pdf)
     onwards = si.to_world(sample.wo)
     return _Scattered(value, pdf, onwards, density, weight, sample.eta, albedo)
 

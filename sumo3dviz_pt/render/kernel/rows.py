@@ -49,6 +49,7 @@ class Kind(IntFlag):
     SLABS = 2048
     PAVED = ROAD | SLABS
     SEASONED = 4096
+    MIRROR = 8192
 
 
 PLAIN = Kind(0)
@@ -126,7 +127,12 @@ class RowMaker:
         if bsdf.get("type") == "twosided" and set(bsdf) == {"type", "bsdf"}:
             inner = self._said(bsdf["bsdf"], painted=painted)
             return inner | {"kind": inner["kind"] | Kind.OPEN}
-        makers = {"principled": self._principled, "principledthin": self._thin, "diffuse": _matt}
+        makers = {
+            "principled": self._principled,
+            "principledthin": self._thin,
+            "diffuse": _matt,
+            "conductor": _mirror,
+        }
         maker = makers.get(str(bsdf.get("type")))
         if maker is None:
             raise _ForeignError
@@ -204,6 +210,15 @@ def _matt(bsdf: Bsdf) -> dict[str, Any]:
     return {"kind": Kind.MATT, "base": bsdf.get("reflectance", grey)}
 
 
+def _mirror(bsdf: Bsdf) -> dict[str, Any]:
+    """Return the fields of a perfect mirror, with its colour as `base`."""
+    known = {"type", "material", "specular_reflectance"}
+    if not set(bsdf) <= known or bsdf.get("material") != "none":
+        raise _ForeignError
+    white = {"type": "rgb", "value": 1.0}
+    return {"kind": Kind.MIRROR, "base": bsdf.get("specular_reflectance", white)}
+
+
 def _paving(base: Mapping[str, Any]) -> Kind:
     """Return what is paved with a texture: what can be worn is, and slabs lie in rows."""
     if not base.get("wear"):
@@ -255,4 +270,5 @@ def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
         matts=Kind.MATT in kinds,
         two_sided=Kind.OPEN in kinds,
         metals=metals,
+        mirrors=Kind.MIRROR in kinds,
     )

@@ -68,7 +68,10 @@ class Surfaces:
 
     def mover(self, hit: Any, surface: Surface, active: Any) -> Any:
         """Return the number of the moving part that was hit; 0 for what stands."""
-        return self._tables.mover(hit, surface.face, active)
+        number = self._tables.mover(hit, surface.face, active)
+        if not self.lobes.mirrors:
+            return number
+        return dr.select(active & surface.finish.mirror, self._tables.mirrored, number)
 
     def met(self, hit: Any, ray: Any, active: Any) -> Surface:
         """Return what a ray met.
@@ -159,6 +162,7 @@ class Surfaces:
             glossy=dr.select(dull, mi.Float(0.0), 1.0),
             matt=_has(kind, Kind.MATT) if lobes.matts else mi.Bool(False),
             open=_has(kind, Kind.OPEN),
+            mirror=_has(kind, Kind.MIRROR) if lobes.mirrors else mi.Bool(False),
         )
         return finish, kind
 

@@ -27,6 +27,9 @@ from sumo3dviz_pt.render.materials.untiled import WEAR_ATTRIBUTE
 NO_MESH = 0xFFFFFFFF
 """What the table of shapes says of those that have no mesh: the sun, and instances' bodies."""
 
+MIRRORED = "mirrored"
+"""Name of the part that everything in mirrors counts as."""
+
 _SMOOTH = 0x80000000
 """Bit of a face's material that says that its normals are interpolated."""
 
@@ -69,7 +72,10 @@ class Tables:
         worn: Whether any mesh tells how worn it is.
         metals: Whether any face is metallic.
         numbered: Whether pictures say what moves.
+        mirrored: Number of what is seen in mirrors, if pictures say what moves.
     """
+
+    mirrored: Any
 
     def __init__(self, loaded: LoadedScene, *, numbered: bool = False) -> None:
         self._loaded, self._origin, self.numbered = loaded, loaded.origin, numbered
@@ -171,6 +177,10 @@ class Tables:
         """Write which moving part each instance and each face of a merged mesh belongs to."""
         loaded, known = self._loaded, self._loaded.numbers()
         self.movers = known.parts
+        if any(Kind.MIRROR in row.kind for row in self.rows):
+            # What a mirror shows moves unlike the mirror: it counts as what changes its shape.
+            self.movers += (MovingPart(MIRRORED, None),)
+            self.mirrored = dr.opaque(mi.Float, len(self.movers))
         for slot, name in ({} if loaded.pool is None else loaded.pool.shown).items():
             instances[self._numbers[slot], 15] = known.by_name[name]
         merged = [place for place in self._places if place.mesh.moving]

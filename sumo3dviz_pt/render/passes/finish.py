@@ -74,12 +74,14 @@ def hazed(seen: Layers, view: View, how: Finishing) -> Image:
         how: What is to be done.
     """
     radiance = _hazed(seen, view, how)
-    if how.falling is None or how.light is None:
-        return radiance
-    # Without weather nothing of it is loaded.
-    from sumo3dviz_pt.render.falling.build import with_falling
+    if how.falling is not None and how.light is not None:
+        # Without weather nothing of it is loaded.
+        from sumo3dviz_pt.render.falling.build import with_falling
 
-    return with_falling(radiance, seen, view, how.falling, how.light)
+        radiance = with_falling(radiance, seen, view, how.falling, how.light)
+    if "reflected" not in seen:
+        return radiance
+    return np.asarray(radiance * seen["passed"][..., None] + seen["reflected"])
 
 
 def _hazed(seen: Layers, view: View, how: Finishing) -> Image:

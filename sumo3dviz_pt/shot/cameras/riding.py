@@ -20,14 +20,17 @@ from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera, LensSettings
+from sumo3dviz_pt.library.vehicles.interior.cutaway import has_dashboard
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.panes import Pane
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
 from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
 from sumo3dviz_pt.shot.cameras.lenses import lens_of
+from sumo3dviz_pt.shot.falling.windscreen import pane_of
 
 _LAG_SAMPLES = 49
 
@@ -79,6 +82,8 @@ class RidingCamera:
         slack: How long before and after its road user's life it stays where that is first or last
             [s].
         first_step: Phase with which its strides begin, if the view rises with each step.
+        mirrors: Whether the mirrors of the own vehicle are before the eye.
+        pane: The windscreen in the body's frame, if its reflections are wanted.
     """
 
     trajectory: Trajectory
@@ -93,6 +98,8 @@ class RidingCamera:
     shutter: Shutter = INSTANT
     slack: float = 1e-9
     first_step: float | None = None
+    mirrors: bool = False
+    pane: Pane | None = None
 
     def view_at(self, time: float) -> View:
         """Return the view at a time [s].
@@ -115,12 +122,26 @@ class RidingCamera:
             placed = body @ self.aim.placed(self.eye)
         if self.first_step is not None:
             placed = self._stepped(placed, piece, inside)
-        return View(placed, self.lens, rides_in=self.trajectory.key, cutaway=self.cutaway)
+        mirrors = -body.matrix[:3, 0] if self.mirrors else None
+        return View(
+            placed,
+            self.lens,
+            rides_in=self.trajectory.key,
+            cutaway=self.cutaway,
+            mirrors=mirrors,
+            pane=self._pane_in(body),
+        )
 
     def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
         """Return the first time of a span at which its road user exists, if it does [s]."""
         begin, end = self.trajectory.pieces[0].begin, self.trajectory.pieces[-1].end
         return () if begin > times[1] or end < times[0] else (max(begin, times[0]),)
+
+    def _pane_in(self, body: Transform) -> Pane | None:
+        """The windscreen in the world, if its reflections are wanted."""
+        if self.pane is None:
+            return None
+        return Pane(body @ self.pane.world_from_pane, self.pane.size)
 
     @property
     def _links(self) -> UnitLinks | None:
@@ -200,6 +221,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     kerb = -preset.heading_deg if left_hand else preset.heading_deg
     turn = -float(np.radians(settings.heading + kerb))
     middle = np.array([-body.size[0] / 2.0, 0.0, 0.0])
+    inside = preset.cutaway and has_dashboard(float(body.size[1]))
     if preset.aim is not None:
         # A camera that looks at its vehicle goes round it instead of looking away.
         eye = middle + Transform.from_pose((0.0, 0.0, 0.0), yaw=turn).points(eye - middle)
@@ -214,6 +236,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
+        mirrors=inside,
+        pane=pane_of(body) if inside and settings.reflections else None,
     )
 
 

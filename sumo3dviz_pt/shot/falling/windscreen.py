@@ -8,7 +8,8 @@ import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
 from sumo3dviz_pt.model.falling import Cabin, Windscreen
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.panes import Pane
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.weather import WeatherCourse
 
@@ -40,13 +41,9 @@ def windscreen_of(
     rate = 0.0 if weather.rain is None else weather.rain.rate
     if rate <= 0.0:
         return None
-    _, width, height = body.size
-    foot, eye = body.seat.cowl, body.seat.eye
-    top = np.array([min(eye[0] + _BEFORE, foot[0] - 0.05), 0.0, height - _RAISED])
-    top[2] = max(top[2], foot[2] + 0.3)
-    frame, tall = _frame(np.array([foot[0], 0.0, foot[2]]), top)
+    pane = pane_of(body)
+    frame, (across, tall) = pane.world_from_pane.matrix, pane.size
     camera = view.world_from_camera.matrix
-    across = _WIDE * width
     placed = np.linalg.inv(camera) @ cabin.world_from_body @ frame
     # Two blades side by side that turn the same way, from the passenger's side.
     side = 1.0 if (np.linalg.inv(cabin.world_from_body) @ camera)[1, 3] >= 0.0 else -1.0
@@ -58,6 +55,16 @@ def windscreen_of(
     return Windscreen(
         placed, (across, tall), pivots, (0.1 * long, long), turns, 1.0 / per_second, wet
     )
+
+
+def pane_of(body: Body) -> Pane:
+    """Return the windscreen of a body, placed in the body's own frame."""
+    _, width, height = body.size
+    foot, eye = body.seat.cowl, body.seat.eye
+    top = np.array([min(eye[0] + _BEFORE, foot[0] - 0.05), 0.0, height - _RAISED])
+    top[2] = max(top[2], foot[2] + 0.3)
+    frame, tall = _frame(np.array([foot[0], 0.0, foot[2]]), top)
+    return Pane(Transform(frame), (_WIDE * width, tall))
 
 
 def _frame(foot: Floats, top: Floats) -> tuple[Floats, float]:

@@ -10,7 +10,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.plants.woods import CORE_FACES, FarTrees, far_trees
-from sumo3dviz_pt.model.camera_path import CameraPath, in_picture
+from sumo3dviz_pt.model.camera_path import CameraPath, in_mirrors, in_picture
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon
@@ -119,7 +119,9 @@ def _chosen(trees: FarTrees, room: Room, most: int) -> FarTrees:
         keep &= np.asarray(distance) > _CLEAR
     rank = np.arange(len(feet))
     if room.camera_path is not None and len(feet):
-        keep &= in_picture(room.camera_path, feet, radius=40.0).any(axis=1)
+        seen = in_picture(room.camera_path, feet, radius=40.0)
+        seen |= in_mirrors(room.camera_path, feet, radius=40.0)
+        keep &= seen.any(axis=1)
         eyes = np.asarray(cKDTree(room.camera_path.positions[:, :2]).query(feet[:, :2])[0])
         keep &= eyes > _NEAREST
         rank = np.argsort(eyes, kind="stable")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.model.camera_path import CameraPath, in_picture, in_view
+from sumo3dviz_pt.model.camera_path import CameraPath, in_mirrors, in_picture, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.world.memory import Memory
@@ -71,7 +71,7 @@ class Surroundings:
         return np.asarray(in_view(self.camera_path, centres, radius=radius).any(axis=1))
 
     def pictured(self, places: Floats, *, radius: float, by: CameraPath | None = None) -> Bools:
-        """Return which balls around places, (n, 2) [m], lie in a camera's picture, not behind it.
+        """Return which balls around places, (n, 2) [m], lie in a camera's picture or its mirrors.
 
         Args:
             places: On the ground.
@@ -82,7 +82,10 @@ class Surroundings:
         if camera_path is None or not len(places):
             return np.ones(len(places), dtype=np.bool_)
         centres = np.column_stack([places, self.height_at(places)])
-        return np.asarray(in_picture(camera_path, centres, radius=radius).any(axis=1))
+        seen = in_picture(camera_path, centres, radius=radius)
+        if camera_path.behind is not None:
+            seen |= in_mirrors(camera_path, centres, radius=radius)
+        return np.asarray(seen.any(axis=1))
 
 
 def surroundings(

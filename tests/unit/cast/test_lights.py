@@ -132,7 +132,7 @@ def weather(**parts):
         ({"snow": Snow(0.1, falling=1.0)}, {"head", "tail"}),
         ({"snow": Snow(0.1)}, set()),
         ({"fog": Fog(CONTRAST / 200.0)}, {"head", "tail"}),
-        ({"fog": Fog(CONTRAST / 50.0)}, {"head", "tail", "fog"}),
+        ({"fog": Fog(CONTRAST / 50.0)}, {"head", "tail", "fog", "front_fog"}),
         ({"wetness": 1.0}, set()),
     ],
 )
@@ -158,6 +158,16 @@ def test_rear_fog_lamps_are_there_in_dense_fog_alone():
     lights = running_lights([shown], dark=False, left_hand=False, weather=dense)
     assert set(lights.intensity) == {"head", "tail", "fog"} and lights.beam is None
     assert not lights.sampled
+    assert "front_fog" not in {lamp.role for lamp in shown.lamps}, "it has one head lamp"
     bicycle = {"bicycle": body("tail", "head")}
     (same,) = in_fog(bicycle, dense, left_hand=False).values()
     assert same is bicycle["bicycle"]
+
+
+def test_front_fog_lamps_are_a_pair_below_the_head_lamps():
+    heads = [VehicleLamp("head", (-0.1, y, 0.7), (0.1, 0.1), 0.0) for y in (0.6, 0.4, -0.4, -0.6)]
+    car = Prototype("car", (), (), tuple(heads))
+    (shown,) = in_fog({"car": car}, weather(fog=Fog(CONTRAST / 50.0)), left_hand=False).values()
+    found = [lamp for lamp in shown.lamps if lamp.role == "front_fog"]
+    assert sorted(lamp.at[1] for lamp in found) == pytest.approx([-0.48, 0.48])
+    assert all(lamp.at[2] < 0.5 and lamp.yaw == 0.0 for lamp in found)

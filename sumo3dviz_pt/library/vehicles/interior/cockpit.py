@@ -1,7 +1,7 @@
-"""What a driver sees of the own cabin: a padded dashboard, pillars, wipers, the mirror.
+"""What a driver sees of the own cabin: a padded dashboard, pillars, wipers.
 
 Glass and roof are left out, so that nothing hides the road. Instruments and the steering wheel
-are made in `controls`.
+are made in `controls`, mirrors in `mirrors`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from sumo3dviz_pt.library.vehicles.interior.controls import (
     sheet,
     wheel,
 )
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.library.vehicles.interior.mirrors import DEEP, inner_mirror
+from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 _ROWS, _COLUMNS = 64, 200
@@ -29,9 +30,6 @@ _DEPTH = 0.44
 
 _GRAIN = 0.035
 """Standard deviation of the pad's normals, as a slope."""
-
-_DEEP = 0.45
-"""Dashboards that lie lower under the eye than this are those of trucks and buses [m]."""
 
 _SLOT = (0.10, 0.016)
 """Of the defroster: behind the windscreen's foot and half its depth [m]."""
@@ -53,17 +51,17 @@ def cockpit(
     yield "dash_pad", _shelf(half, front=front, belt=belt, edge=edge)
     yield from wheel(eye, belt=belt, large=width > 2.2)
     yield from _wipers(half, front=front, edge=edge, side=float(np.sign(eye[1]) or 1.0))
-    yield from _pillars(half, front=front, belt=belt)
-    if eye[2] - belt < _DEEP:
+    yield from _pillars(half, front=front, belt=belt, eye=eye)
+    if eye[2] - belt < DEEP:
         yield from _defroster(half, front=front, belt=belt)
         yield from binnacle(eye, belt=belt, front=front)
         yield from screen(eye, belt=belt)
-        yield from _mirror(eye)
+        yield from inner_mirror(eye)
 
 
 def cockpit_lamps(*, belt: float, eye: Floats) -> tuple[VehicleLamp, ...]:
     """Return what glows at night in a cabin; arguments as in `cockpit`."""
-    if eye[2] - belt >= _DEEP:
+    if eye[2] - belt >= DEEP:
         return ()
     return (*dial_lamps(eye), *screen_lamps(eye))
 
@@ -123,24 +121,10 @@ def _wipers(half: float, *, front: float, edge: float, side: float) -> Iterator[
         yield "trim", moved(knob, *root)
 
 
-def _pillars(half: float, *, front: float, belt: float) -> Iterator[MaterialMesh]:
+def _pillars(half: float, *, front: float, belt: float, eye: Floats) -> Iterator[MaterialMesh]:
     """The lower ends of the windscreen's pillars, leaning back and inwards."""
     for side in (1.0, -1.0):
-        foot = np.array([front - 0.14, side * (half - 0.005), belt - 0.08])
-        head = np.array([front - 0.98, side * (half - 0.19), belt + 0.46])
-        radius = np.array([0.05, 0.036])
+        foot = np.array([front - 0.1, side * half, belt - 0.08])
+        head = np.array([min(eye[0] + 0.3, front - 0.1), side * (half - 0.13), belt + 0.46])
+        radius = np.array([0.045, 0.034])
         yield "interior", tube([foot, head], radius=radius, sides=10)
-
-
-def _mirror(eye: Floats) -> Iterator[MaterialMesh]:
-    """The inner mirror, turned to the driver, on its stem."""
-    side = float(np.sign(eye[1]) or 1.0)
-    place = eye + np.array([0.62, -side * 0.30, 0.172])
-    shell = superellipsoid((0.022, 0.115, 0.034), squareness=3.5, segments=28, rings=14)
-    pane = superellipsoid((0.004, 0.106, 0.0275), squareness=3.8, segments=28, rings=14)
-    # Its normal lies half-way between straight back and the driver.
-    turned = Transform.from_pose(place, yaw=-side * 0.23, pitch=0.13)
-    yield "trim", turned.mesh(shell)
-    yield "mirror", turned.mesh(moved(pane, -0.0205, 0.0, 0.0))
-    stem = place + np.array([[0.0, 0.0, 0.02], [0.05, 0.0, 0.16]])
-    yield "trim", tube(stem, radius=0.011, sides=8)

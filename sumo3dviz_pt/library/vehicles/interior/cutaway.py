@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps
+from sumo3dviz_pt.library.vehicles.interior.mirrors import outer_mirrors
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
@@ -20,7 +21,8 @@ LOW_SHARE = 0.55
 """The body is kept below this share of its height."""
 
 _BONNET_ABOVE_BELT = 0.06
-"""What is ahead of the windscreen and higher is a mirror or a wiper [m]."""
+"""What is ahead of the windscreen and higher is a mirror or a wiper [m]; `mirrors` makes mirrors
+anew, with panes that show the scene."""
 
 _TRIM_ABOVE_BELT = 0.012
 """Unpainted parts ahead of the windscreen are left out above this, since the cockpit brings its own
@@ -30,6 +32,9 @@ _FLATTEST = 0.1
 """Least cosine between a shown face's normals and the direction to the eye."""
 
 _TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome"})
+
+_DOORS = 0.14
+"""By how much both doors together are thinner than a cockpit takes them to be [m]."""
 
 _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
@@ -48,20 +53,27 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
         A body called `<name>~cockpit`, with its lamps and those of the instruments.
     """
     bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
-    width = float(np.ptp(bounds[:, :, 1]))
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
-    high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * width)
+    high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * float(np.ptp(bounds[:, :, 1])))
     parts = tuple(_opened(prototype.parts, cowl=cowl, low=low, high=high))
     parts = tuple(replace(part, mesh=_seen_from(part.mesh, eye)) for part in parts)
     lamps: tuple[VehicleLamp, ...] = ()
-    if width > _NARROWEST_DASHBOARD:
+    flank = _flank(prototype.parts, below=low)
+    if has_dashboard(2.0 * flank):
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
         front = min(cowl, -0.08)
-        inside = cockpit(width, front=front, belt=belt, edge=edge, eye=eye)
-        parts = (*parts, *(Part(mesh, material) for material, mesh in inside))
+        # The dashboard ends at the doors' own panels.
+        inside = cockpit(2.0 * flank + _DOORS, front=front, belt=belt, edge=edge, eye=eye)
+        outside = outer_mirrors(flank, front=front, belt=belt, eye=eye)
+        parts = (*parts, *(Part(mesh, material) for material, mesh in (*inside, *outside)))
         lamps = cockpit_lamps(belt=belt, eye=eye)
     far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
     return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))
+
+
+def has_dashboard(width: float) -> bool:
+    """Return whether a body so wide [m] has a dashboard and mirrors; two-wheelers have none."""
+    return width > _NARROWEST_DASHBOARD
 
 
 def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
@@ -193,3 +205,9 @@ def _edge(mesh: Mesh, *, cowl: float) -> float:
     """Height of the bonnet's rear edge about its middle [m]; 0 where the mesh has none."""
     near = (np.abs(mesh.vertices[:, 0] - cowl) < 0.05) & (np.abs(mesh.vertices[:, 1]) < 0.35)
     return float(mesh.vertices[near, 2].max(initial=0.0))
+
+
+def _flank(parts: tuple[Part, ...], *, below: float) -> float:
+    """Return y of a body's left side below a height, where no mirrors stick out [m]."""
+    low = [part.mesh.vertices[part.mesh.vertices[:, 2] < below, 1] for part in parts]
+    return float(max(np.abs(y).max(initial=0.0) for y in low))

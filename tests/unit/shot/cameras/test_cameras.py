@@ -216,6 +216,23 @@ def test_eye_height_heading_pitch_and_lens_override():
     assert seen.lens.opening == pytest.approx(np.radians(33))
 
 
+def test_mirrors_and_panes_are_only_before_who_sits_in_a_cabin():
+    inside, outside = ride("driver", heading=90), ride("hood")
+    np.testing.assert_allclose(inside.mirrors, [-1, 0, 0], atol=1e-9)
+    assert outside.mirrors is None and outside.pane is None and inside.pane is None
+    assert ride("chase", reflections=True).pane is None
+    bicycle = fleet_of(EAST, size=(1.6, 0.6, 1.7), vclass="bicycle")
+    assert ride("driver", bicycle, reflections=True).mirrors is None
+
+
+def test_a_windscreen_with_reflections_is_before_the_eye_and_leans_back():
+    seen = ride("driver", reflections=True)
+    frame = seen.pane.world_from_pane.matrix
+    assert frame[0, 3] > seen.position[0], "its foot is ahead"
+    assert frame[2, 1] > 0.3 and frame[0, 1] < 0.0, "up and back"
+    assert frame[0, 2] > 0.0 and frame[2, 2] > 0.0, "its outer side is ahead and above"
+
+
 def test_driver_of_a_bus_sits_high_and_near_the_front():
     fleet = fleet_of(EAST, size=(12.0, 2.5, 3.4), vclass="bus")
     seen = ride("driver", fleet)

@@ -105,7 +105,7 @@ def test_instruments_glow_before_the_driver_and_nothing_hides_them():
         assert 0.5 < away[0] < 0.8 and away[2] < -0.1
 
 
-def test_trucks_have_neither_instruments_nor_mirror_in_view():
+def test_trucks_have_neither_instruments_nor_an_inner_mirror_in_view():
     eye = np.array([-1.2, 0.7, 2.3])
     pieces = made(2.5, eye=eye, front=-0.08, belt=1.2, edge=1.2)
     assert "mirror" not in {material for material, _ in pieces}

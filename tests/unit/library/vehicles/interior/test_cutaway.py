@@ -66,6 +66,10 @@ def test_cutaway_leaves_bonnet_low_body_and_dashboard():
     wheel = [part for part in opened.parts if part.material == "leather_rim"]
     assert wheel and all(part.mesh.bounds[1, 2] < EYE[2] - 0.1 for part in wheel)
     assert opened.far
+    panes = [part.mesh for part in opened.parts if part.material == "mirror"]
+    sides = sorted(pane.vertices[:, 1].mean() for pane in panes)
+    # One within and one beyond either flank; those of the whole body are not kept.
+    assert sides[0] < -0.9 < sides[1] < 0.9 < sides[2] and len(panes) == 3
 
 
 def test_narrow_bodies_have_no_dashboard():
