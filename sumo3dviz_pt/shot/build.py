@@ -310,7 +310,9 @@ class ShotBuilder:
             ),
             left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
-            tracks=wheel_tracks(weather, fleet, camera_path.positions),
+            tracks=wheel_tracks(
+                weather, self.world.driven, camera_path.positions, seed=self.world.job.seed
+            ),
         )
         return Shot(
             data=data,
