@@ -178,17 +178,19 @@ class Fleet:
         """Return what a road user shows; it must be one of `keys`."""
         return self.bodies[self.places[key]]
 
-    def with_cockpit(self, key: str, *, left_hand: bool = False) -> Fleet:
+    def with_cockpit(self, key: str, *, left_hand: bool = False, wipers: bool = True) -> Fleet:
         """Return the same fleet, ready to open the vehicle that a camera sits in.
 
         Args:
             key: One of `keys`.
             left_hand: Whether traffic keeps left and drivers sit on the right.
+            wipers: Whether wipers rest on its windscreen.
         """
         body = self.body(key)
         cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
         eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
-        opened = cutaway(body.prototype, cowl=float(cowl[0]), belt=float(cowl[2]), eye=eye)
+        cowl_x, belt = float(cowl[0]), float(cowl[2])
+        opened = cutaway(body.prototype, cowl=cowl_x, belt=belt, eye=eye, wipers=wipers)
         return replace(
             self,
             prototypes={**self.prototypes, opened.name: opened},

@@ -38,6 +38,7 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
+from sumo3dviz_pt.shot.falling.windscreen import has_pane
 from sumo3dviz_pt.shot.listed import absent_users, used_materials
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
@@ -243,7 +244,7 @@ def build_shot(
     """
     job, left_hand = world.job, world.left_hand
     fleet = replace(everyone(world, trajectories), times=times)
-    fleet = with_seat(fleet, camera, left_hand=left_hand)
+    fleet = with_seat(fleet, camera, world=world)
     step = frame_step(times, fps=float(job.output.fps))
     exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
@@ -352,17 +353,18 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
     )
 
 
-def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet:
+def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:
     """Return the same fleet; the vehicle that a camera rides in can be opened.
 
     Args:
         fleet: Everyone on the road.
         camera: Its settings.
-        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+        world: Tells on which side drivers sit, and whether wipers move.
     """
     if not isinstance(camera, LagrangianCamera):
         return fleet
-    return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
+    key, wet = find_rider(fleet, camera.vehicle).key, has_pane(world.weather, world.job)
+    return fleet.with_cockpit(key, left_hand=world.left_hand, wipers=not wet)
 
 
 def _crowd(

@@ -35,7 +35,9 @@ _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
 
-def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> Prototype:
+def cutaway(
+    prototype: Prototype, *, cowl: float, belt: float, eye: Floats, wipers: bool = True
+) -> Prototype:
     """Keep what a driver sees of his own vehicle.
 
     Args:
@@ -43,6 +45,7 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
         cowl: x where bonnet and windscreen meet, at most 0 [m].
         belt: Height of the dashboard, about where the side windows begin [m].
         eye: The driver's, (3,) [m].
+        wipers: Whether wipers rest on the windscreen's foot.
 
     Returns:
         A body called `<name>~cockpit`, with its lamps and those of the instruments.
@@ -57,7 +60,7 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
     if width > _NARROWEST_DASHBOARD:
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
         front = min(cowl, -0.08)
-        inside = cockpit(width, front=front, belt=belt, edge=edge, eye=eye)
+        inside = cockpit(width, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
         parts = (*parts, *(Part(mesh, material) for material, mesh in inside))
         lamps = cockpit_lamps(belt=belt, eye=eye)
     far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
