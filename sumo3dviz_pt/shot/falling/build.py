@@ -114,6 +114,7 @@ class Flying:
             aperture=2.0 * lens.aperture if lens.aperture > 0.0 else PUPIL,
             focus=lens.focus if lens.aperture > 0.0 else float("inf"),
             ground=_reflectance(weather),
+            rolling=0.0 if camera is None else camera.shutter.rolling,
         )
         falling = self._lit(falling, frame)
         if falling.wetness > 0.0:
