@@ -85,16 +85,19 @@ def splashes(
     per_metre = 1.0 / (lens.pixel_width(size[0]) * away)
     width = 1e-3 * _WIDE * diameters[kept] * (0.5 + 0.5 * ages[kept]) * per_metre
     drawn = np.maximum(width, 1.0)
-    crowns = laid(low, middle, high, lens=lens, size=size)
     length = np.hypot(*(high - low))
     area = width * (1e-3 * _HIGH * rise * per_metre + width)
     cover = area / (drawn * (length + drawn))
     fade = (1.0 - ages[kept]) * np.clip(3.0 * (1.0 - away / _FARTHEST), 0.0, 1.0)
     colours = lit(tops, falling, light, eye=camera[:3, 3], flakes=False)
-    found = Strokes(low, high, drawn, _DENSE * cover * fade, 0.97 * away, colours).only(
-        crowns.whose
-    )
-    return replace(found, starts=crowns.starts, ends=crowns.ends)
+    crowns = Strokes(low, high, drawn, _DENSE * cover * fade, 0.97 * away, colours)
+    return _whole(crowns, middle, lens, size)
+
+
+def _whole(crowns: Strokes, middle: Floats, lens: Lens, size: tuple[int, int]) -> Strokes:
+    """Return strokes, half-way at places (2, n) [px], as pictures that go all around show them."""
+    both = laid(crowns.starts, middle, crowns.ends, lens=lens, size=size)
+    return replace(crowns.only(both.whose), starts=both.starts, ends=both.ends)
 
 
 def _events(falling: Falling, camera: Floats, *, all_round: bool) -> tuple[Floats, Floats, Floats]:
