@@ -66,6 +66,7 @@ class Fleet:
         seed: Of all chance.
         suspension: Whether bodies move on their springs and riders lean.
         times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
+        parked: Keys of those that never move.
         places: Index of each road user by key.
         lengths: As drawn, (v,) [m].
         on_foot: Who walks, (v,).
@@ -83,6 +84,7 @@ class Fleet:
     seed: int = 0
     suspension: bool = True
     times: Floats | None = None
+    parked: frozenset[str] = frozenset()
     places: Mapping[str, int] = field(init=False)
     lengths: Floats = field(init=False)
     on_foot: Bools = field(init=False)
@@ -257,7 +259,8 @@ class Fleet:
         if self.lights is not None and body.prototype.lamps:
             derived = partial(self.pose_sampler.derived, piece)
             lit = self.lights.lit(key, present.time, derived=derived)
-        return Mover(key, name, Transform(frame), self.colours[k], lit, "", phase, share)
+        colour, parked = self.colours[k], key in self.parked
+        return Mover(key, name, Transform(frame), colour, lit, "", phase, share, parked)
 
 
 def build_fleet(

@@ -135,6 +135,7 @@ class Mover:
             such as `wheel0` or `unit1`.
         phase: Of the movement of its prototype's poses, [0, 1).
         effort: How much of that movement it shows: 0 at rest, 1 all of it.
+        parked: Whether it never moves, so that snow lies on it as on what stands.
     """
 
     id: str
@@ -145,6 +146,7 @@ class Mover:
     part: str = ""
     phase: float = 0.0
     effort: float = 0.0
+    parked: bool = False
 
     @property
     def name(self) -> str:

@@ -341,7 +341,7 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         trajectories: Their smoothed motion.
     """
     scenario, job = world.scenario, world.job
-    return build_fleet(
+    fleet = build_fleet(
         trajectories,
         scenario.vehicle_types,
         job.vehicles,
@@ -351,6 +351,7 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         ),
         suspension=job.motion.suspension,
     )
+    return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
 
 
 def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:

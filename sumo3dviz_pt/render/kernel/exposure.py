@@ -27,6 +27,7 @@ class Spot:
         kind: What is special about the material.
         moves: Whether the surface moves.
         rigid: Whether it moves without changing its shape.
+        parked: Whether it could move, but never does.
         active: Which lanes count.
     """
 
@@ -38,6 +39,7 @@ class Spot:
     kind: Any
     moves: Any
     rigid: Any
+    parked: Any
     active: Any
 
     @property

@@ -107,7 +107,10 @@ class Surfaces:
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
         if self._deposits is not None:
             moves = (instanced | tables.moves(face), instanced)
-            place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
+            parked = mi.Bool(False)
+            if tables.instanced and self._deposits.snowy:
+                parked = tables.parked(hit, there)
+            place = Place(p, own, shading, -ray.d, si.t, kind, *moves, parked, there)
             finish = _weathered(self._deposits, finish, place, si)
         foreign = there & _has(kind, Kind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face)

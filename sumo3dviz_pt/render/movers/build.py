@@ -95,6 +95,7 @@ class InstancePool:
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
+        parked: Slots that show who never moves.
     """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
@@ -103,6 +104,7 @@ class InstancePool:
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
         self.shown: dict[str, str] = {}
+        self.parked: frozenset[str] = frozenset()
         self._entries: dict[str, Any] = {}
         self._slots: dict[str, list[str]] = defaultdict(list)
         self._index: dict[str, int] = {}
@@ -135,6 +137,7 @@ class InstancePool:
         parked = np.eye(4)
         parked[2, 3] = self._floor - frame.origin[2]
         colours: dict[int, Floats] = {}
+        standing = set()
         for mover in frame.instanced:
             key = next(free[mover.prototype], None) if mover.prototype in free else None
             if key is None:
@@ -144,6 +147,8 @@ class InstancePool:
             colours[self._index[key]] = np.asarray(mover.colour)
             self.placed[key] = (matrix, np.asarray(mover.colour))
             self.shown[key] = mover.name
+            standing |= {key} if mover.parked else set()
+        self.parked = frozenset(standing)
         for keys in free.values():
             for key in keys:
                 parameters[f"{key}.to_world"] = convert.transform(parked)

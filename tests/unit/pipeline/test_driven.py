@@ -43,3 +43,18 @@ def test_who_is_left_out_leaves_no_tracks(scene):
 def test_the_whole_log_is_read_only_where_snow_lies(scene, weather):
     prepare(load_job(scene, {"weather": weather}), Request(camera="post"), np.array([2.0]))
     assert driven._whole.cache_info().misses == 0
+
+
+def test_who_stands_through_the_log_is_parked_in_every_frame(tmp_path):
+    """In a window of a second nobody could tell a parked car from one that waits."""
+    place = write_scenario(tmp_path, vehicles=3, end=70.0, speed=0.0)
+    shot = prepare(load_job(place, SNOW), Request(camera="post"), np.array([30.0])).shot
+    assert shot.fleet.parked == {"vehicle:v0", "vehicle:v1", "vehicle:v2"}
+    frame = shot.frame_at(30.0)
+    assert frame.movers and all(mover.parked for mover in frame.movers)
+
+
+def test_who_drives_is_not_parked(scene):
+    shot = prepare(load_job(scene, SNOW), Request(camera="post"), np.array([2.0])).shot
+    assert not shot.fleet.parked
+    assert not any(mover.parked for mover in shot.frame_at(2.0).movers)

@@ -168,6 +168,23 @@ def test_what_drives_has_little_snow() -> None:
     assert with_snow[~car].mean() > 0.6 > with_snow[car].mean()
 
 
+def test_who_is_parked_all_the_time_is_snowed_in() -> None:
+    """As what stands; and whoever drives beside it, in the same body, is not."""
+    shown, bare = (
+        scene(weather, prototypes=[cube("cube", side=4.0)], slots=Slots(near={"cube": 2}))
+        for weather in (WHITE, None)
+    )
+    east = mover("a", (4.5, 0.0, 0.0), (0.1, 0.1, 0.5))
+    west = mover("b", (-0.5, 0.0, 0.0), (0.1, 0.1, 0.5))
+    cars = np.abs(seen(bare, movers=[east, west])["albedo"][..., 2] - 0.5) < 1e-3
+    sides = cars & (np.arange(SIZE[0]) >= SIZE[0] // 2), cars & (np.arange(SIZE[0]) < SIZE[0] // 2)
+    assert min(side.sum() for side in sides) > 20
+    for pair in ([replace(east, parked=True), west], [east, replace(west, parked=True)]):
+        albedo = seen(shown, movers=pair)["albedo"]
+        parked, drives = sides if pair[0].parked else sides[::-1]
+        assert albedo[parked].mean() > 0.75 and albedo[drives].mean() < 0.65
+
+
 def test_wheels_leave_tracks() -> None:
     from sumo3dviz_pt.render.kernel.grounds import TRACK_CELL, TRACK_CELLS, trodden
 
