@@ -205,6 +205,7 @@ class SceneData:
         left_out: What was left out, and why.
         weather: Over time; None for a dry and clear summer.
         tracks: Where wheels have passed, if snow lies on roads; else None.
+        ruts: Where lanes are worn down by wheels, if puddles stand there; else None.
     """
 
     materials: Mapping[str, Bsdf]
@@ -218,6 +219,7 @@ class SceneData:
     left_out: tuple[LeftOut, ...] = ()
     weather: WeatherCourse | None = None
     tracks: TyreTracks | None = None
+    ruts: TyreTracks | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,6 +40,7 @@ from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_o
 from sumo3dviz_pt.shot.falling.build import Flying
 from sumo3dviz_pt.shot.falling.windscreen import has_pane
 from sumo3dviz_pt.shot.listed import absent_users, used_materials
+from sumo3dviz_pt.shot.ruts import ruts
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
@@ -298,6 +299,7 @@ class ShotBuilder:
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
+        eyes, lanes = camera_path.positions, scenario.network.lanes.values()
         data = SceneData(
             materials=used_materials(place, bodies.values(), fleet.materials),
             static=place.static,
@@ -311,9 +313,8 @@ class ShotBuilder:
             ),
             left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
-            tracks=wheel_tracks(
-                weather, self.world.driven, camera_path.positions, seed=self.world.job.seed
-            ),
+            tracks=wheel_tracks(weather, self.world.driven, eyes, seed=self.world.job.seed),
+            ruts=ruts(weather, lanes, eyes),
         )
         return Shot(
             data=data,

@@ -217,6 +217,25 @@ def test_puddles_mirror_and_lie_level() -> None:
     assert flooded["albedo"].mean() < wet["albedo"].mean()
 
 
+def test_ruts_are_flooded_before_the_rest_of_a_lane() -> None:
+    """Two ruts run to the east, 4 m apart, each a pixel or two wide."""
+    begins = np.array([[-20.0, -2.0], [-20.0, 2.0]])
+    worn = TyreTracks(begins, begins * [-1.0, 1.0])
+    weather = Weather(wetness=1.0, puddles=0.35)
+    near = view_at((0.0, 0.0, 14.0), pitch=-90, fov=50)
+    even, rutted = (
+        seen(replace(scene(weather), ruts=each), view=near)["albedo"].mean(axis=(1, 2))
+        for each in (None, worn)
+    )
+    wetter = even - rutted
+    # A row is 27 cm, so the ruts lie in rows 8 and 23.
+    north, south = (int(np.argmax(part)) for part in (wetter[:16], wetter[16:]))
+    assert abs(north - 8) <= 1 and abs(south - 7) <= 1
+    beside = np.ones(SIZE[1], dtype=bool)
+    beside[5:12] = beside[20:27] = False
+    assert wetter.max() > 0.002 and np.abs(wetter[beside]).max() < 1e-4
+
+
 def test_rings_move_with_time_alone() -> None:
     rain = WeatherCourse((0.0,), (Weather(rain=Rain(40.0), wetness=1.0, puddles=1.0),))
     near = view_at((0.0, 0.0, 1.5), pitch=-90, fov=40)
