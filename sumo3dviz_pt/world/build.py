@@ -105,8 +105,7 @@ class World:
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
         memory: What was built of it. All shots of a scene file share one.
-        key: A hash of all that it is made from, under which its places are kept on disk; none are
-            if it is empty.
+        key: A hash of all that it is made from, to keep its places on disk; empty keeps none.
         weather: Over time; None for a dry and clear summer.
         driven: Where all vehicles of the log were, if snow lies.
     """

@@ -32,7 +32,7 @@ def turn_of(lens: Lens, size: tuple[int, int]) -> float | None:
     """Return how many columns a whole turn takes [px]; None where columns do not go around."""
     if lens.projection != "equirectangular":
         return None
-    return float(size[0] * 2.0 * np.pi / lens.opening)
+    return size[0] / lens.turn
 
 
 def laid(
