@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.catalog import template_names
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
 
@@ -95,25 +94,3 @@ def test_weather_is_refused_where_mitsuba_traces(film, capsys):
         asked = ["still", str(place), "--time", "4", *words, *more]
         assert main([*asked, "-o", str(whole.with_name("x.png"))]) == 2
         assert "only our own kernel" in capsys.readouterr().err
-
-
-@pytest.fixture(scope="module")
-def town(tmp_path_factory):
-    return write_scenario(tmp_path_factory.mktemp("presets"), signals=True, vehicles=4)
-
-
-@pytest.mark.parametrize("sky", ["sky_blue", "sky_night3"], ids=["day", "night"])
-@pytest.mark.parametrize("name", template_names("weather"))
-def test_the_same_frame_alone_and_in_a_film_in_every_weather(town, name, sky, tmp_path):
-    """A ride with a shutter, so that wipers, drops and moments are in it."""
-    words = ["--set", f"weather={{preset: {name}}}", "--set", f"sky={{preset: {sky}}}"]
-    words += ["--set", "cameras.post={mode: lagrangian, vehicle: v1, view: driver}"]
-    words += ["--set", "cameras.post.shutter={angle: 180, moments: 2}"]
-    words += ["--set", "output.size=[64, 36]", "--camera", "post", "--quality", "draft"]
-    times = ["--from", "4", "--to", "4.2", "--fps", "10", "--spp", "2"]
-    whole, alone = tmp_path / "whole.mp4", tmp_path / "alone.mp4"
-    run("render", town, *times, *words, "-o", whole)
-    run("render", town, *times, *words, "--frames", "1:2", "-o", alone)
-    one, two = (frames_in(each.with_suffix(".frames")) for each in (alone, whole))
-    assert list(one) == ["000001.exr"] and len(two) == 2
-    assert_equal_frames(one, two)
