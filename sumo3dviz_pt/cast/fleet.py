@@ -66,6 +66,7 @@ class Fleet:
         seed: Of all chance.
         suspension: Whether bodies move on their springs and riders lean.
         times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
+        parked: Keys of those that never move.
         places: Index of each road user by key.
         lengths: As drawn, (v,) [m].
         on_foot: Who walks, (v,).
@@ -83,6 +84,7 @@ class Fleet:
     seed: int = 0
     suspension: bool = True
     times: Floats | None = None
+    parked: frozenset[str] = frozenset()
     places: Mapping[str, int] = field(init=False)
     lengths: Floats = field(init=False)
     on_foot: Bools = field(init=False)
@@ -178,17 +180,19 @@ class Fleet:
         """Return what a road user shows; it must be one of `keys`."""
         return self.bodies[self.places[key]]
 
-    def with_cockpit(self, key: str, *, left_hand: bool = False) -> Fleet:
+    def with_cockpit(self, key: str, *, left_hand: bool = False, wipers: bool = True) -> Fleet:
         """Return the same fleet, ready to open the vehicle that a camera sits in.
 
         Args:
             key: One of `keys`.
             left_hand: Whether traffic keeps left and drivers sit on the right.
+            wipers: Whether wipers rest on its windscreen.
         """
         body = self.body(key)
         cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
         eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
-        opened = cutaway(body.prototype, cowl=float(cowl[0]), belt=float(cowl[2]), eye=eye)
+        cowl_x, belt = float(cowl[0]), float(cowl[2])
+        opened = cutaway(body.prototype, cowl=cowl_x, belt=belt, eye=eye, wipers=wipers)
         return replace(
             self,
             prototypes={**self.prototypes, opened.name: opened},
@@ -255,7 +259,8 @@ class Fleet:
         if self.lights is not None and body.prototype.lamps:
             derived = partial(self.pose_sampler.derived, piece)
             lit = self.lights.lit(key, present.time, derived=derived)
-        return Mover(key, name, Transform(frame), self.colours[k], lit, "", phase, share)
+        colour, parked = self.colours[k], key in self.parked
+        return Mover(key, name, Transform(frame), colour, lit, "", phase, share, parked)
 
 
 def build_fleet(

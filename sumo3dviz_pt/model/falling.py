@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +77,10 @@ class Puffs:
     radii: Floats = field(default_factory=lambda: np.zeros(0))
     depths: Floats = field(default_factory=lambda: np.zeros(0))
 
+    def only(self, which: Ints) -> Puffs:
+        """Return some of them."""
+        return Puffs(self.at[which], self.radii[which], self.depths[which])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cabin:
@@ -140,6 +144,7 @@ class Falling:
         puffs: Spray behind tyres.
         cabin: Where nothing falls, or None.
         windscreen: Before the eye, or None.
+        rolling: How much later the picture's last row is seen than its first [s].
     """
 
     time: float
@@ -161,3 +166,4 @@ class Falling:
     puffs: Puffs = field(default_factory=Puffs)
     cabin: Cabin | None = None
     windscreen: Windscreen | None = None
+    rolling: float = 0.0

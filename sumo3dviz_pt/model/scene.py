@@ -136,6 +136,7 @@ class Mover:
             such as `wheel0` or `unit1`.
         phase: Of the movement of its prototype's poses, [0, 1).
         effort: How much of that movement it shows: 0 at rest, 1 all of it.
+        parked: Whether it never moves, so that snow lies on it as on what stands.
     """
 
     id: str
@@ -146,6 +147,7 @@ class Mover:
     part: str = ""
     phase: float = 0.0
     effort: float = 0.0
+    parked: bool = False
 
     @property
     def name(self) -> str:
@@ -207,6 +209,7 @@ class SceneData:
         left_out: What was left out, and why.
         weather: Over time; None for a dry and clear summer.
         tracks: Where wheels have passed, if snow lies on roads; else None.
+        ruts: Where lanes are worn down by wheels, if puddles stand there; else None.
     """
 
     materials: Mapping[str, Bsdf]
@@ -220,6 +223,7 @@ class SceneData:
     left_out: tuple[LeftOut, ...] = ()
     weather: WeatherCourse | None = None
     tracks: TyreTracks | None = None
+    ruts: TyreTracks | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

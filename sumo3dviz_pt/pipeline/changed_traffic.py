@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
@@ -177,20 +177,28 @@ def _within(trace: Trace, begin: float, end: float) -> Trace | None:
 
 def _kept(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
     """Return the road users that are shown."""
-    assert job.traffic is not None
-    named = {*job.traffic.rides, *(edit.behind for edit in job.traffic.rides.values())}
+    shown = shows(job)
+    return tuple(trace for trace in traces if shown(trace.kind, trace.id))
+
+
+def shows(job: Job) -> Callable[[str, str], bool]:
+    """Return what tells whether a road user is shown, by its kind and SUMO's id."""
+    traffic = job.traffic
+    if traffic is None:
+        return lambda kind, name: True
+    named = {*traffic.rides, *(edit.behind for edit in traffic.rides.values())}
     named |= {*job.vehicles.by_id} | {
         camera.vehicle for camera in job.cameras.values() if isinstance(camera, LagrangianCamera)
     }
-    found = []
-    for trace in traces:
-        words = (trace.id, trace.key)
-        if any(fnmatchcase(word, each) for each in job.traffic.leave_out for word in words):
-            continue
-        stays = trace.kind != "vehicle" or any(word in named for word in words)
-        if stays or share_of(job.seed, "traffic", trace.id) < job.traffic.share:
-            found.append(trace)
-    return tuple(found)
+
+    def shown(kind: str, name: str) -> bool:
+        words = (name, f"{kind}:{name}")
+        if any(fnmatchcase(word, each) for each in traffic.leave_out for word in words):
+            return False
+        stays = kind != "vehicle" or any(word in named for word in words)
+        return stays or share_of(job.seed, "traffic", name) < traffic.share
+
+    return shown
 
 
 # Other times and paces ---------------------------------------------------------------------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from sumo3dviz_pt.pipeline.accounts.provenance import (
     versions,
     with_files,
 )
+from sumo3dviz_pt.pipeline.driven import driven_ways
 from sumo3dviz_pt.pipeline.reading import stamps_of
 from sumo3dviz_pt.world.memory import Memory
 
@@ -60,7 +62,10 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
     clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
     key = _key_of(job, files, cameras)
-    return World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
+    world = World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
+    if world.weather is None or not world.weather.is_snowy:
+        return world
+    return replace(world, driven=driven_ways(job, files, location=scenario.network.location))
 
 
 def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]) -> str:

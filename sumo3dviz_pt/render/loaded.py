@@ -61,6 +61,7 @@ class LoadedScene:
         pool: Road users that are instanced; None in variants that do not compile.
         weather: Over time, or None.
         tracks: Where wheels have passed, or None.
+        ruts: Where lanes are worn down by wheels, or None.
         misty: Whether something in the air ever takes light away.
         sky_changes: Whether the weather changes the sky over time.
         veil: Light of the frame's air, or None.
@@ -87,7 +88,7 @@ class LoadedScene:
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
         self._static = merged_meshes([part.part for part in data.static], data.materials)
         floor = lowest([merged.mesh for merged in self._static])
-        self.weather, self.tracks = data.weather, data.tracks
+        self.weather, self.tracks, self.ruts = data.weather, data.tracks, data.ruts
         self.running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
         self._crowds = (far, Crowd("deforming", data, data.slots.deforming, far=False, floor=floor))

@@ -38,7 +38,9 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
+from sumo3dviz_pt.shot.falling.windscreen import has_pane
 from sumo3dviz_pt.shot.listed import absent_users, used_materials
+from sumo3dviz_pt.shot.ruts import ruts
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
@@ -243,7 +245,7 @@ def build_shot(
     """
     job, left_hand = world.job, world.left_hand
     fleet = replace(everyone(world, trajectories), times=times)
-    fleet = with_seat(fleet, camera, left_hand=left_hand)
+    fleet = with_seat(fleet, camera, world=world)
     step = frame_step(times, fps=float(job.output.fps))
     exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
@@ -297,6 +299,7 @@ class ShotBuilder:
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
+        eyes, lanes = camera_path.positions, scenario.network.lanes.values()
         data = SceneData(
             materials=used_materials(place, bodies.values(), fleet.materials),
             static=place.static,
@@ -310,7 +313,8 @@ class ShotBuilder:
             ),
             left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
-            tracks=wheel_tracks(weather, fleet, camera_path.positions),
+            tracks=wheel_tracks(weather, self.world.driven, eyes, seed=self.world.job.seed),
+            ruts=ruts(weather, lanes, eyes),
         )
         return Shot(
             data=data,
@@ -338,7 +342,7 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         trajectories: Their smoothed motion.
     """
     scenario, job = world.scenario, world.job
-    return build_fleet(
+    fleet = build_fleet(
         trajectories,
         scenario.vehicle_types,
         job.vehicles,
@@ -348,19 +352,21 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         ),
         suspension=job.motion.suspension,
     )
+    return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
 
 
-def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet:
+def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:
     """Return the same fleet; the vehicle that a camera rides in can be opened.
 
     Args:
         fleet: Everyone on the road.
         camera: Its settings.
-        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+        world: Tells on which side drivers sit, and whether wipers move.
     """
     if not isinstance(camera, LagrangianCamera):
         return fleet
-    return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
+    key, wet = find_rider(fleet, camera.vehicle).key, has_pane(world.weather, world.job)
+    return fleet.with_cockpit(key, left_hand=world.left_hand, wipers=not wet)
 
 
 def _crowd(

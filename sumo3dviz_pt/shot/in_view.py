@@ -42,7 +42,7 @@ def users_in_view(
         times: Of the shot's frames, (t,) [s].
     """
     # Find where the camera is and looks in each frame.
-    fleet = with_seat(everyone(world, riders), camera, left_hand=world.left_hand)
+    fleet = with_seat(everyone(world, riders), camera, world=world)
     built = exposed_camera(
         camera,
         fleet=fleet,

@@ -66,7 +66,7 @@ def build_roam(
     scenario, job, left_hand = world.scenario, world.job, world.left_hand
     fleet = everyone(world, trajectories)
     for camera in (*job.cameras.values(), *riding):
-        fleet = with_seat(fleet, camera, left_hand=left_hand)
+        fleet = with_seat(fleet, camera, world=world)
     # Places around which there is detail.
     views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
     places = np.stack([view.position for view in views]) if eyes is None else eyes

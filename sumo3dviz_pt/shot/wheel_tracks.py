@@ -1,38 +1,45 @@
-"""Finds where the wheels of a log's vehicles passed, for tracks in snow."""
+"""Finds where the wheels of a log's vehicles passed, for tracks in snow.
+
+Ways come from the logged places of the whole log, those after the shot included, and not from the
+motion of what is shown: so tracks are the same whatever moment, window or view is drawn. Between
+two samples a way is a cubic that leaves and arrives as the vehicle was turned.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import Fleet
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.random import share_of
-from sumo3dviz_pt.model.trajectory import MotionPiece
-from sumo3dviz_pt.model.tyre_tracks import TyreTracks
+from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR
+from sumo3dviz_pt.model.tyre_tracks import DrivenWay, DrivenWays, TyreTracks
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.rails.guards import TRAINS
 
 REACH = 400.0
 """Tracks farther from every camera are not seen [m]."""
 
-_STEP = 0.25  # of time [s]
-_LEAST = 2  # moments of a way
-_STANDS = 0.01  # a wheel that rolls less in a step stands [m]
-_FARTHEST = 20.0  # a straight piece is shorter [m]
+_PIECE = 2.0  # the longest straight piece of a way [m]
+_LEAST = 2  # samples of a way
+_STANDS = 0.01  # a wheel that rolls less between samples stands [m]
+_SPARE = 3.0  # how much farther than its speeds say a vehicle may come between samples [m]
 _STRAY = 0.3  # how far drivers stray from the middle of their way [m]
 _SINGLE = frozenset({"bicycle", "motorcycle", "moped"})  # have one track
 _AFLOAT = frozenset({"aircraft", "cable_car", "drone", "ship", *TRAINS})
 
 
 def wheel_tracks(
-    course: WeatherCourse | None, fleet: Fleet, viewpoints: Floats
+    course: WeatherCourse | None, driven: DrivenWays | None, viewpoints: Floats, *, seed: int
 ) -> TyreTracks | None:
     """Return where wheels passed, over the whole log; None if snow keeps no tracks.
 
     Args:
         course: The weather over time, or None.
-        fleet: Everyone on the road.
+        driven: Where all vehicles of the log were; None for nobody.
         viewpoints: Where cameras are, (n, 3) [m].
+        seed: The scene's.
     """
     snow = None if course is None else course.first.snow
     if course is None or snow is None or not course.is_snowy or snow.roads == "cleared":
@@ -40,36 +47,76 @@ def wheel_tracks(
     eyes = viewpoints[:, :2] if len(viewpoints) else np.zeros((1, 2))
     low, high = eyes.min(axis=0) - REACH, eyes.max(axis=0) + REACH
     begins, ends = [np.zeros((0, 2))], [np.zeros((0, 2))]
-    for trajectory, body in zip(fleet.trajectories, fleet.bodies, strict=True):
-        if trajectory.kind != "vehicle" or body.vclass in _AFLOAT:
+    for way in () if driven is None else driven.ways:
+        if way.vclass in _AFLOAT or not _within(way.places, low, high).any():
             continue
-        half = 0.0 if body.vclass in _SINGLE else 0.43 * float(body.size[1])
-        chance = share_of(fleet.seed, "tracks", trajectory.key)
-        for piece in trajectory.pieces:
-            for way in _ways(piece, half, chance):
-                start, end = way[:-1], way[1:]
-                step = np.hypot(*(end - start).T)
-                seen = ((start > low) & (start < high)).all(axis=1)
-                seen &= (step > _STANDS) & (step < _FARTHEST)
-                begins.append(start[seen])
-                ends.append(end[seen])
+        for start, end in _wheels(way, driven.step if driven else 0.0, seed):
+            seen = _within(start, low, high)
+            begins.append(start[seen])
+            ends.append(end[seen])
     return TyreTracks(np.concatenate(begins), np.concatenate(ends))
 
 
-def _ways(piece: MotionPiece, half: float, chance: float) -> list[Floats]:
-    """Return the ways of the wheels of one vehicle, each (n, 2) [m].
+def _within(places: Floats, low: Floats, high: Floats) -> Bools:
+    """Return which places, (n, 2) [m], lie between two corners."""
+    return np.asarray(((places > low) & (places < high)).all(axis=1))
+
+
+def _wheels(way: DrivenWay, step: float, seed: int) -> Iterator[tuple[Floats, Floats]]:
+    """Yield where straight pieces of each wheel's way begin and end, (n, 2) [m] each.
 
     Args:
-        piece: Of its motion.
-        half: Half the distance of its wheels across; 0 for one track [m].
-        chance: How it strays, in [0, 1).
+        way: Of a vehicle.
+        step: Of the log [s].
+        seed: The scene's.
     """
-    times = np.arange(piece.begin, piece.end, _STEP)
-    if len(times) < _LEAST:
-        return []
-    motion = piece.sample(times)
-    across = np.column_stack([-np.sin(motion.yaws), np.cos(motion.yaws)])
-    along = motion.travelled / (17.0 + 20.0 * chance)
-    stray = _STRAY * (np.sin(6.2831853 * chance + along) + 1.3 * (2.0 * chance - 1.0))
+    if len(way.times) < _LEAST:
+        return
+    chance = share_of(seed, "tracks", way.key)
+    # Which pieces there are: not between samples where it stood, or was not logged, or jumped.
+    chords = np.hypot(*np.diff(way.places, axis=0).T)
+    spans = np.diff(way.times)
+    rolls = (chords > _STANDS) & (chords < _farthest(way, spans))
+    if step > 0.0:
+        rolls &= spans <= GAP_FACTOR * step
+    rows = np.flatnonzero(rolls)
+    counts = np.ceil(chords[rows] / _PIECE).astype(np.int64)
+    row = np.repeat(rows, counts)
+    number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    travelled = np.concatenate([[0.0], np.cumsum(chords)])
+    half = 0.0 if way.vclass in _SINGLE else 0.43 * way.width
     sides = (-half, half) if half else (0.0,)
-    return [motion.positions[:, :2] + across * (side + stray)[:, None] for side in sides]
+    each = []
+    for place in (number, number + 1):
+        share = place / np.repeat(counts, counts)
+        middle, across = _curve(way, row, share, chords[row])
+        along = (travelled[row] + share * chords[row]) / (17.0 + 20.0 * chance)
+        stray = _STRAY * (np.sin(6.2831853 * chance + along) + 1.3 * (2.0 * chance - 1.0))
+        each.append([middle + across * (side + stray)[:, None] for side in sides])
+    yield from zip(*each, strict=True)
+
+
+def _farthest(way: DrivenWay, spans: Floats) -> Floats:
+    """Return how far a vehicle can come between samples that are `spans` [s] apart, (n,) [m]."""
+    speeds = np.fmax(way.speeds[:-1], way.speeds[1:])
+    return np.asarray(np.where(np.isnan(speeds), FASTEST, 1.5 * speeds) * spans + _SPARE)
+
+
+def _curve(way: DrivenWay, row: Ints, share: Floats, chord: Floats) -> tuple[Floats, Floats]:
+    """Return places on the cubics between samples, and what points to their left, (n, 2) each.
+
+    Args:
+        way: Of a vehicle.
+        row: The samples before, (n,).
+        share: Of the way to the samples after, (n,) in [0, 1].
+        chord: How far apart both are, (n,) [m].
+    """
+    u = share[:, None]
+    heading = np.column_stack([np.cos(way.yaws), np.sin(way.yaws)])
+    leave, arrive = heading[row] * chord[:, None], heading[row + 1] * chord[:, None]
+    start, end = way.places[row], way.places[row + 1]
+    place = start * (1.0 + 2.0 * u) * (1.0 - u) ** 2 + end * u**2 * (3.0 - 2.0 * u)
+    place += leave * u * (1.0 - u) ** 2 - arrive * u**2 * (1.0 - u)
+    pointing = heading[row] * (1.0 - u) + heading[row + 1] * u
+    pointing /= np.maximum(np.hypot(*pointing.T), 1e-9)[:, None]
+    return place, np.column_stack([-pointing[:, 1], pointing[:, 0]])

@@ -18,6 +18,7 @@ from sumo3dviz_pt.model.lamps import LampSet, aimed_at
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.model.tyre_tracks import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
@@ -104,9 +105,9 @@ class World:
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
         memory: What was built of it. All shots of a scene file share one.
-        key: A hash of all that it is made from, under which its places are kept on disk; none are
-            if it is empty.
+        key: A hash of all that it is made from, to keep its places on disk; empty keeps none.
         weather: Over time; None for a dry and clear summer.
+        driven: Where all vehicles of the log were, if snow lies.
     """
 
     scenario: Scenario
@@ -116,6 +117,7 @@ class World:
     memory: Memory
     key: str = ""
     weather: WeatherCourse | None = None
+    driven: DrivenWays | None = None
 
     @classmethod
     def of(
@@ -132,7 +134,7 @@ class World:
         Args:
             scenario: As read.
             job: The scene file.
-            clearance: Its cameras that nothing grows into or before; default none.
+            clearance: As the attribute; default none.
             memory: What was built of the same world before.
             key: As the attribute.
 

@@ -17,7 +17,11 @@ from sumo3dviz_pt.render.falling.field import NEAR, NEAREST, Drops
 from sumo3dviz_pt.render.falling.frames import local
 from sumo3dviz_pt.render.falling.kinds import Reach
 from sumo3dviz_pt.render.falling.light import lit
+from sumo3dviz_pt.render.falling.seam import laid
 from sumo3dviz_pt.render.falling.strokes import WIDEST, Strokes
+
+_FASTEST_ROLL = 0.2
+"""Who moves down the picture nearly as fast as rows are read is drawn out at most five times."""
 
 _LONGEST = 2.0
 """Longer strokes, in widths of the picture, pass close by the lens."""
@@ -72,8 +76,12 @@ def _projected(
     )
     starts, before = lens.project(opening, size)
     ends, after = lens.project(closing, size)
-    away = np.linalg.norm(opening + closing, axis=1) * 0.5
-    good = before & after & (away > NEAREST)
+    middles, _ = lens.project(0.5 * (opening + closing), size)
+    strokes = laid(starts, middles, ends, lens=lens, size=size)
+    starts, ends = _rolled(strokes.starts, strokes.ends, falling, rows=size[1])
+    drops = drops.only(strokes.whose)
+    away = (np.linalg.norm(opening + closing, axis=1) * 0.5)[strokes.whose]
+    good = (before & after)[strokes.whose] & (away > NEAREST)
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)
     room = np.minimum(0.02 * size[0] / np.maximum(away, NEAREST), 0.5 * WIDEST) + 2.0
     for axis, count in ((0, size[1]), (1, size[0])):
@@ -82,6 +90,25 @@ def _projected(
         good &= ~inside(falling.cabin, 0.5 * (drops.first + drops.last))
     kept = np.flatnonzero(good)
     return drops.only(kept), starts[:, kept], ends[:, kept]
+
+
+def _rolled(starts: Floats, ends: Floats, falling: Falling, *, rows: int) -> tuple[Floats, Floats]:
+    """Return strokes, (2, n) [px] each, as a rolling shutter sees them: each row at its own time.
+
+    Args:
+        starts: Where they begin if all rows are seen with the middle one.
+        ends: Where they end.
+        falling: Has the shutter.
+        rows: Of the picture.
+    """
+    if falling.rolling == 0.0:
+        return starts, ends
+    # A thing in row r moves on until r is seen, and may be in another row then.
+    speeds = (ends - starts) / falling.exposure
+    by_row = falling.rolling / rows
+    slower = np.maximum(1.0 - speeds[0] * by_row, _FASTEST_ROLL)
+    late = [by_row * (places[0] + 0.5 - 0.5 * rows) / slower for places in (starts, ends)]
+    return starts + speeds * late[0], ends + speeds * late[1]
 
 
 def inside(cabin: Cabin, places: Floats) -> Bools:

@@ -77,6 +77,8 @@ def _refracted(
 ) -> Image:
     """Return a picture with the drops on the pane."""
     height, width = radiance.shape[:2]
+    if pane.wet <= 0.0:
+        return radiance
     drops = _drops(falling.seed, pane, falling.time)
     middles, away, focal = _projected(drops.at, pane, lens, (width, height))
     radii, blur = drops.radii * focal / away, 0.5 * max(falling.aperture, _PUPIL) * focal / away
@@ -183,12 +185,9 @@ def _with_blades(
     light: SkyLight,
     lens: Lens,
 ) -> Image:
-    """Return a picture with the blades before it, out of focus; none is seen where they rest."""
+    """Return a picture with the blades before it, out of focus, also where they rest."""
     height, width = radiance.shape[:2]
-    turned, (low, _) = blade_angle(pane), _ANGLES
-    rising = float(np.clip((turned - low) / 0.1, 0.0, 1.0))
-    if rising <= 0.0:
-        return radiance
+    turned = blade_angle(pane)
     side = 1.0 if pane.pivots[0, 0] >= 0.0 else -1.0
     along = np.array([-side * np.cos(turned), np.sin(turned)])
     steps = np.linspace(pane.reach[0], pane.reach[1], 2)
@@ -198,7 +197,7 @@ def _with_blades(
     good = np.flatnonzero(away > 0.15)
     spread = float(np.hypot(_BLADE, max(falling.aperture, _PUPIL)))
     wide, cover = spread * focal / np.maximum(away, 0.15), _BLADE / spread
-    depths = np.full(len(good), -np.log1p(-0.93 * cover) * rising)
+    depths = np.full(len(good), -np.log1p(-0.93 * cover))
     colours = np.tile(_DARK * np.array(light.sky), (len(good), 1))
     veil = Veil(*before)
     draw(

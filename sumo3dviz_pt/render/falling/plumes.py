@@ -16,6 +16,7 @@ from sumo3dviz_pt.model.geometry import Floats, Image, Ints
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.render.falling.frames import local
 from sumo3dviz_pt.render.falling.light import lit
+from sumo3dviz_pt.render.falling.seam import laid
 from sumo3dviz_pt.render.falling.veil import Veil
 
 _SPANS = (0.5, 6.0, 9.0, 13.5, 20.0, 30.0, 45.0, 70.0, 110.0)
@@ -50,6 +51,10 @@ def draw_puffs(
     seen = local(puffs.at, camera)
     away = np.linalg.norm(seen, axis=1)
     places, ahead = lens.project(seen, size)
+    # A ball on the seam of a picture that goes all around is seen at both of its ends.
+    both = laid(places, places, places, lens=lens, size=size)
+    whose, places = both.whose, both.starts
+    away, ahead, puffs = away[whose], ahead[whose], puffs.only(whose)
     radii = puffs.radii / np.maximum(away, 1e-3) / lens.pixel_width(size[0])
     room = _END * radii
     good = ahead & (places[0] > -room) & (places[0] < size[1] + room)

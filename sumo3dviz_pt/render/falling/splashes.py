@@ -11,6 +11,8 @@ References:
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,7 @@ from sumo3dviz_pt.model.ray_planes import planes_of_rays
 from sumo3dviz_pt.render.falling.chance import keys_of, shares
 from sumo3dviz_pt.render.falling.frames import along, local
 from sumo3dviz_pt.render.falling.light import lit
+from sumo3dviz_pt.render.falling.seam import laid
 from sumo3dviz_pt.render.falling.strokes import Strokes
 
 _LARGE = 1.6
@@ -57,7 +60,7 @@ def splashes(
     level = _level(seen, camera, lens, size)
     if level is None:
         return None
-    events, diameters, ages = _events(falling, camera)
+    events, diameters, ages = _events(falling, camera, all_round=lens.sees_around)
     places = np.column_stack([events, np.full(len(events), level)])
 
     # The picture tells how high the ground lies where a drop strikes.
@@ -76,30 +79,46 @@ def splashes(
     places, away = places[kept], away[kept]
     rise = np.sin(np.pi * ages[kept]) * diameters[kept]
     tops = places + np.column_stack([np.zeros((len(kept), 2)), 1e-3 * _HIGH * rise])
-    ends = [lens.project(local(each, camera), size)[0] for each in (places, tops)]
+    low, middle, high = (
+        lens.project(local(each, camera), size)[0] for each in (places, 0.5 * (places + tops), tops)
+    )
     per_metre = 1.0 / (lens.pixel_width(size[0]) * away)
     width = 1e-3 * _WIDE * diameters[kept] * (0.5 + 0.5 * ages[kept]) * per_metre
     drawn = np.maximum(width, 1.0)
-    length = np.hypot(*(ends[1] - ends[0]))
+    length = np.hypot(*(high - low))
     area = width * (1e-3 * _HIGH * rise * per_metre + width)
     cover = area / (drawn * (length + drawn))
     fade = (1.0 - ages[kept]) * np.clip(3.0 * (1.0 - away / _FARTHEST), 0.0, 1.0)
     colours = lit(tops, falling, light, eye=camera[:3, 3], flakes=False)
-    return Strokes(ends[0], ends[1], drawn, _DENSE * cover * fade, 0.97 * away, colours)
+    crowns = Strokes(low, high, drawn, _DENSE * cover * fade, 0.97 * away, colours)
+    return _whole(crowns, middle, lens, size)
 
 
-def _events(falling: Falling, camera: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return where drops strike, (n, 2) [m], their diameters [mm] and the crowns' ages, [0, 1]."""
+def _whole(crowns: Strokes, middle: Floats, lens: Lens, size: tuple[int, int]) -> Strokes:
+    """Return strokes, half-way at places (2, n) [px], as pictures that go all around show them."""
+    both = laid(crowns.starts, middle, crowns.ends, lens=lens, size=size)
+    return replace(crowns.only(both.whose), starts=both.starts, ends=both.ends)
+
+
+def _events(falling: Falling, camera: Floats, *, all_round: bool) -> tuple[Floats, Floats, Floats]:
+    """Return where drops strike, (n, 2) [m], their diameters [mm] and the crowns' ages, [0, 1].
+
+    Args:
+        falling: Rain, time and seed.
+        camera: Its placement, (4, 4) [m].
+        all_round: Whether it sees what is behind it.
+    """
     sizes = rain_sizes(falling.rain)
     per_second = float(sizes.above(_LARGE) * drop_speed(_LARGE + 1.0 / sizes.slope))
     count = int(np.ceil(per_second * _SQUARE**2 * _TURN))
     middle = np.floor(camera[:2, 3] / _SQUARE).astype(np.int64)
     reach = np.arange(-int(_FARTHEST / _SQUARE), int(_FARTHEST / _SQUARE) + 1)
     x, y = (grid.reshape(-1) for grid in np.meshgrid(middle[0] + reach, middle[1] + reach))
-    # Squares behind the camera do not count.
-    towards = np.column_stack([x + 0.5, y + 0.5]) * _SQUARE - camera[:2, 3]
-    ahead = along(towards, camera[:2, 0]) > -2.0
-    x, y = x[ahead], y[ahead]
+    if not all_round:
+        # Squares behind the camera do not count.
+        towards = np.column_stack([x + 0.5, y + 0.5]) * _SQUARE - camera[:2, 3]
+        ahead = along(towards, camera[:2, 0]) > -2.0
+        x, y = x[ahead], y[ahead]
     squares = np.repeat(np.arange(len(x)), count)
     rank = np.tile(np.arange(count), len(x))
     phase = shares(keys_of(falling.seed + _SALT, x[squares], y[squares], rank), 1)[0]

@@ -40,6 +40,7 @@ POROUS = 0.75
 _DARKEST = 0.2  # what is left of the light that the most porous things reflect when dry
 _FILM = 0.55  # what a film of water leaves of the roughness of paved ground
 _RIPPLED = 0.11  # roughness of water by rings that are too small to be seen
+_RUT = 0.3  # how much sooner ruts are flooded
 _SEEN = 0.02  # rings are seen while a pixel is smaller than this [m]
 
 
@@ -128,11 +129,18 @@ class Deposits:
             open=dr.select(spot.inside, 0.0, under),
             up=dr.select(leaf, dr.abs(spot.normal.z), spot.normal.z),
             low=self._grounds.low(spot.p, spot.active),
+            rut=self._rut(spot),
             above=above,
             leaf=leaf,
             pixel=self._pixel,
             tracks=self._tracks(spot, place) if self._grounds.tracked else None,
         )
+
+    def _rut(self, spot: Spot) -> Any:
+        """Return how deep in a rut a place lies; only puddles ask."""
+        if not (self._flooded and self._grounds.rutted):
+            return mi.Float(0.0)
+        return dr.select(spot.has(Kind.ROAD), self._grounds.sunk(spot.p, spot.active), 0.0)
 
     def _tracks(self, spot: Spot, place: Any) -> tuple[Any, Any, Any, Any]:
         """Return the tracks at a place: drivers meander, and edges are ragged."""
@@ -187,6 +195,8 @@ class Deposits:
         wide = bumps(y, x, cells=1, per=4, salt=5)
         deep = 0.45 * wide.value + 0.35 * broad + 0.15 * middle.value
         level = deep + 0.8 * dr.clip(reach.low, -0.5, 0.7) - (0.72 - 1.1 * self._puddles)
+        # What wheels have worn down fills first.
+        level += _RUT * reach.rut
         return dr.clip(20.0 * self._puddles, 0.0, 1.0) * soft(level * (1.0 / 0.16))
 
     def _water(self, spot: Spot, place: Any) -> tuple[Any, tuple[Any, Any]]:

@@ -27,6 +27,7 @@ class Spot:
         kind: What is special about the material.
         moves: Whether the surface moves.
         rigid: Whether it moves without changing its shape.
+        parked: Whether it could move, but never does.
         active: Which lanes count.
     """
 
@@ -38,6 +39,7 @@ class Spot:
     kind: Any
     moves: Any
     rigid: Any
+    parked: Any
     active: Any
 
     @property
@@ -59,6 +61,7 @@ class Exposure:
         open: How far it lies under the sky, in [0, 1].
         up: Vertical part of its normal; leaves have two sides.
         low: How low the ground lies there.
+        rut: How deep in a rut of wheels it lies, in [0, 1].
         above: Height over what is seen from above, bare of leaves [m].
         leaf: Whether it is a leaf.
         pixel: Angle of a pixel [rad].
@@ -70,6 +73,7 @@ class Exposure:
     open: Any
     up: Any
     low: Any
+    rut: Any
     above: Any
     leaf: Any
     pixel: Any

@@ -41,6 +41,7 @@ _WIDTH = 1.0  # spread of a wheel's track [cells]
 _WIDE = 3.6  # spread of what wheels throw aside [cells]
 _RIM = 4.0  # what lies nearer to a map's border is left out: it would go on beyond [m]
 _OFTEN = 2.2  # passages after which two thirds of the snow are gone
+_ONE_RUT = 1.0 - float(np.exp(-1.0 / _OFTEN))  # what one passage takes away in its middle
 _MESSED = 0.8  # the same of snow that is no longer clean
 
 
@@ -139,20 +140,44 @@ def trodden(tracks: TyreTracks, origin: Floats) -> tuple[Image, Image]:
     return found[0], found[1]
 
 
+def rut_depths(ruts: TyreTracks, origin: Floats) -> Image:
+    """Return how deep in a rut the ground lies, (TRACK_CELLS, TRACK_CELLS) in [0, 1].
+
+    Args:
+        ruts: In the network's coordinates.
+        origin: The renderer's, (3,) [m].
+    """
+    gone, _ = trodden(ruts, origin)
+    return np.asarray(np.minimum(gone / _ONE_RUT, 1.0), np.float32)
+
+
 class Grounds:
     """Maps of the ground for the kernel.
 
     Args:
         meshes: All that stands and keeps rain off, in the network's coordinates.
         tracks: Where wheels have passed, or None.
+        ruts: Where lanes are worn down, or None.
     """
 
-    def __init__(self, meshes: Sequence[Mesh], tracks: TyreTracks | None) -> None:
-        self._meshes, self._given = tuple(meshes), tracks
+    def __init__(
+        self, meshes: Sequence[Mesh], tracks: TyreTracks | None, ruts: TyreTracks | None = None
+    ) -> None:
+        self._meshes, self._given, self._worn = tuple(meshes), tracks, ruts
+        self._ruts: Any = None
         self._corners: Any = None
         self._low: Any = None
         self._tracks: Any = None
         self._origin: Floats | None = None
+
+    @property
+    def rutted(self) -> bool:
+        """Whether it is known where lanes are worn down."""
+        return self._worn is not None
+
+    def sunk(self, p: Any, active: Any) -> Any:
+        """Return how deep in a rut a place lies; see `rut_depths`."""
+        return self._ruts.eval(_place(p, TRACK_CELL * TRACK_CELLS), active)[0]
 
     @property
     def tracked(self) -> bool:
@@ -173,6 +198,8 @@ class Grounds:
             gone, dirty = trodden(self._given, origin)
             slopes = np.gradient(gone, TRACK_CELL)
             self._tracks = _texture(np.stack([gone, dirty, slopes[1], slopes[0]], axis=-1))
+        if self._worn is not None:
+            self._ruts = _texture(rut_depths(self._worn, origin)[..., None])
 
     def openness(self, p: Any, active: Any) -> tuple[Any, Any]:
         """Return how far a place lies under the sky, in [0, 1], and its height above the ground.

@@ -241,7 +241,7 @@ def deposits_of(loaded: LoadedScene, pixel: float) -> Deposits | None:
     course = loaded.weather
     if course is None or not (course.is_wet or course.is_snowy):
         return None
-    return Deposits(course, Grounds(loaded.shelters(), loaded.tracks), pixel)
+    return Deposits(course, Grounds(loaded.shelters(), loaded.tracks, loaded.ruts), pixel)
 
 
 def _of_all(channel: Any, spp: int) -> Any:

@@ -93,7 +93,7 @@ def _held(spot: Spot, reach: Exposure, uneven: Any, depth: Any) -> Any:
     # Wind and warmth leave little on bodies that drive: some on what is level and high.
     rest = 0.9 * soft((reach.up - 0.93) * 16.0) * soft(4.0 * (spot.own.z - 1.2)) * reach.open
     rest *= soft(1.3 * uneven + 0.1 * dr.minimum(full, 1.0) - 0.08)
-    return dr.select(spot.moves, dr.select(spot.rigid, rest, 0.0), cover)
+    return dr.select(spot.moves & ~spot.parked, dr.select(spot.rigid, rest, 0.0), cover)
 
 
 def _on_roads(snow: Lying, reach: Exposure, noise: _Uneven, road: Any, roads: str) -> Lying:

@@ -109,11 +109,17 @@ class Surfaces:
         spot = Spot(si.uv, si.t, si.wi, corners, weights)
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
         if self._deposits is not None:
-            moves = (instanced | tables.moves(face), instanced)
+            moves = (instanced | tables.moves(face), instanced, self._parked(hit, there))
             place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
             finish = _weathered(self._deposits, finish, place, si)
         foreign = there & _has(kind, Kind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face)
+
+    def _parked(self, hit: Any, active: Any) -> Any:
+        """Return whether a ray met who never moves; only snow asks."""
+        if not self._tables.instanced or self._deposits is None or not self._deposits.snowy:
+            return mi.Bool(False)
+        return self._tables.parked(hit, active)
 
     def _finish(
         self, spot: Spot, *, face: Any, material: Any, paint: Any, there: Any

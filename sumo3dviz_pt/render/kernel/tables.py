@@ -164,6 +164,7 @@ class Tables:
                     _copy(self.normals, parameters[f"{name}.vertex_normals"], place.vertex)
             if place.mesh.moving and f"{name}.{TINT_ATTRIBUTE}" in parameters:
                 _copy(self._looks, parameters[f"{name}.{TINT_ATTRIBUTE}"], place.face)
+        self._follow_parked()
         placed = {} if loaded.pool is None else loaded.pool.placed
         numbers = np.zeros((dr.width(self._shapes), _INSTANCE))
         for slot, (matrix, colour) in placed.items():
@@ -172,6 +173,19 @@ class Tables:
         if self.numbered:
             self._number_movers(numbers)
         self._instances = mi.Float(aligned(numbers, np.float32))
+
+    def _follow_parked(self) -> None:
+        """Write which instances show who never moves; only snow asks."""
+        found = np.zeros(dr.width(self._shapes))
+        for slot in () if self._loaded.pool is None else self._loaded.pool.parked:
+            found[self._numbers[slot]] = 1.0
+        self._parked = mi.Float(aligned(found, np.float32))
+
+    def parked(self, hit: Any, active: Any) -> Any:
+        """Return whether the instance that was hit shows who never moves."""
+        number = dr.reinterpret_array(mi.UInt32, hit.instance)
+        there = active & (number != 0)
+        return there & (dr.gather(mi.Float, self._parked, number, there) > 0.5)
 
     def _number_movers(self, instances: Floats) -> None:
         """Write which moving part each instance and each face of a merged mesh belongs to."""

@@ -95,6 +95,7 @@ class InstancePool:
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
+        parked: Slots that show who never moves.
     """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
@@ -103,6 +104,7 @@ class InstancePool:
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
         self.shown: dict[str, str] = {}
+        self.parked: frozenset[str] = frozenset()
         self._entries: dict[str, Any] = {}
         self._slots: dict[str, list[str]] = defaultdict(list)
         self._index: dict[str, int] = {}
@@ -135,6 +137,7 @@ class InstancePool:
             return
         taken = self._taken(frame.instanced)
         self.shown = {key: mover.name for key, mover in taken.items()}
+        self.parked = frozenset(key for key, mover in taken.items() if mover.parked)
         places = self._places(taken, frame.origin)
         self._move(parameters, places)
         colours = {key: np.asarray(mover.colour) for key, mover in taken.items()}

@@ -19,7 +19,7 @@ from sumo3dviz_pt.model.weather import Weather, WeatherCourse
 from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.falling.lamps import Standing, nearest, running_glows, throws
 from sumo3dviz_pt.shot.falling.spray import spray
-from sumo3dviz_pt.shot.falling.windscreen import windscreen_of
+from sumo3dviz_pt.shot.falling.windscreen import has_pane, windscreen_of
 
 EXPOSURE = 1.0 / 125.0
 """How long drops are seen by a camera without a shutter [s], as by a camera in overcast light."""
@@ -81,7 +81,7 @@ class Flying:
             fleet,
             standing,
             job.seed,
-            windscreen=said is None or said.windscreen is not False,
+            windscreen=has_pane(course, job),
             strength=STRONGER if strength is None else strength,
         )
 
@@ -114,6 +114,7 @@ class Flying:
             aperture=2.0 * lens.aperture if lens.aperture > 0.0 else PUPIL,
             focus=lens.focus if lens.aperture > 0.0 else float("inf"),
             ground=_reflectance(weather),
+            rolling=0.0 if camera is None else camera.shutter.rolling,
         )
         falling = self._lit(falling, frame)
         if falling.wetness > 0.0:
@@ -137,7 +138,7 @@ class Flying:
         if cabin is None:
             return falling
         pane = None
-        if self.windscreen and self.course.rains:
+        if self.windscreen:
             body = self.fleet.body(str(view.rides_in))
             pane = windscreen_of(body, cabin, view, course=self.course, time=falling.time)
         return replace(falling, cabin=cabin, windscreen=pane)

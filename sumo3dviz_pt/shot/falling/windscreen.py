@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.falling import Cabin, Windscreen
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.panes import Pane
@@ -25,10 +26,25 @@ _SETTLING = (
 )
 
 
+_RARELY = 0.01  # turns each second that stand for wipers at rest
+
+
+def has_pane(course: WeatherCourse | None, job: Job) -> bool:
+    """Return whether rides look through a wet pane, with wipers, at any time.
+
+    Args:
+        course: The weather over time, or None.
+        job: The scene file.
+    """
+    if course is None or not course.rains:
+        return False
+    return job.weather is None or job.weather.windscreen is not False
+
+
 def windscreen_of(
     body: Body, cabin: Cabin, view: View, *, course: WeatherCourse, time: float
-) -> Windscreen | None:
-    """Return the pane before a camera that sits in a vehicle; None where no rain falls on it.
+) -> Windscreen:
+    """Return the pane before a camera that sits in a vehicle; it is dry while no rain falls.
 
     Args:
         body: What the vehicle shows.
@@ -39,8 +55,6 @@ def windscreen_of(
     """
     weather = course.at(time)
     rate = 0.0 if weather.rain is None else weather.rain.rate
-    if rate <= 0.0:
-        return None
     pane = pane_of(body)
     frame, (across, tall) = pane.world_from_pane.matrix, pane.size
     camera = view.world_from_camera.matrix
@@ -50,7 +64,7 @@ def windscreen_of(
     pivots = np.array([[side * 0.36 * across, -0.04], [-side * 0.12 * across, -0.04]])
     long = min(0.47 * across, 0.95 * tall)
     turns = turned(course, time)
-    per_second = _turns(rate)
+    per_second = max(_turns(rate), _RARELY)
     wet = _SETTLING * rate**0.8
     return Windscreen(
         placed, (across, tall), pivots, (0.1 * long, long), turns, 1.0 / per_second, wet

@@ -31,7 +31,7 @@ def test_nobody_who_is_drawn_is_left_out(read):
     job, times, world, motion = read
     trajectories = motion.smooth()
     for camera in job.cameras.values():
-        seat = partial(with_seat, camera=camera, left_hand=world.left_hand)
+        seat = partial(with_seat, camera=camera, world=world)
         fleet = seat(everyone(world, trajectories))
         built = build_camera(camera, fleet=fleet, left_hand=world.left_hand)
         moments = moments_of(built, times)

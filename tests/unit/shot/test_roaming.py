@@ -8,6 +8,7 @@ from builders import view_at, write_scenario
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.job.weather import WeatherSettings
 from sumo3dviz_pt.pipeline.live import Ground
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.shot.roaming import build_roam, camera_view
@@ -105,3 +106,19 @@ def test_who_was_planned_far_away_is_a_stand_in_near_by(opened):
     assert set(made.data.slots.near) <= set(made.fleet.cockpits.values())
     assert not frame.movers and frame.far
     assert frame.users == shot.frame_of(time, shot.camera.view_at(time)).users
+
+
+def test_rides_in_rain_have_no_wipers_at_rest_beside_those_that_move(opened):
+    job, ground, times, _ = opened
+    parts = {}
+    for name, weather in (
+        ("dry", {"wetness": 0.5}),
+        ("rain", {"rain": {"rate": "5 mm/h"}}),
+        ("no pane", {"rain": {"rate": "5 mm/h"}, "windscreen": False}),
+    ):
+        wet = job.model_copy(update={"weather": WeatherSettings.model_validate(weather)})
+        made = build_roam(
+            World.of(ground.scenario, wet), ground.trajectories, times=times, riding=[RIDE]
+        )
+        parts[name] = len(made.data.prototypes[made.fleet.cockpits["vehicle:v1"]].parts)
+    assert parts["dry"] == parts["no pane"] == parts["rain"] + 6

@@ -36,7 +36,7 @@ _SLOT = (0.10, 0.016)
 
 
 def cockpit(
-    width: float, *, front: float, belt: float, edge: float, eye: Floats
+    width: float, *, front: float, belt: float, edge: float, eye: Floats, wipers: bool = True
 ) -> Iterator[MaterialMesh]:
     """Build dashboard, instruments, steering wheel and what stands around the windscreen.
 
@@ -46,11 +46,13 @@ def cockpit(
         belt: Height of the dashboard [m].
         edge: Height of the bonnet's rear edge [m].
         eye: The driver's, (3,) [m].
+        wipers: Whether there are any; where rain falls, those that move are drawn later.
     """
     half = width / 2.0 - 0.12
     yield "dash_pad", _shelf(half, front=front, belt=belt, edge=edge)
     yield from wheel(eye, belt=belt, large=width > 2.2)
-    yield from _wipers(half, front=front, edge=edge, side=float(np.sign(eye[1]) or 1.0))
+    if wipers:
+        yield from _wipers(half, front=front, edge=edge, side=float(np.sign(eye[1]) or 1.0))
     yield from _pillars(half, front=front, belt=belt, eye=eye)
     if eye[2] - belt < DEEP:
         yield from _defroster(half, front=front, belt=belt)

@@ -40,7 +40,9 @@ _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
 
-def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> Prototype:
+def cutaway(
+    prototype: Prototype, *, cowl: float, belt: float, eye: Floats, wipers: bool = True
+) -> Prototype:
     """Keep what a driver sees of his own vehicle.
 
     Args:
@@ -48,6 +50,7 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
         cowl: x where bonnet and windscreen meet, at most 0 [m].
         belt: Height of the dashboard, about where the side windows begin [m].
         eye: The driver's, (3,) [m].
+        wipers: Whether wipers rest on the windscreen's foot.
 
     Returns:
         A body called `<name>~cockpit`, with its lamps and those of the instruments.
@@ -63,7 +66,8 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
         front = min(cowl, -0.08)
         # The dashboard ends at the doors' own panels.
-        inside = cockpit(2.0 * flank + _DOORS, front=front, belt=belt, edge=edge, eye=eye)
+        across = 2.0 * flank + _DOORS
+        inside = cockpit(across, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
         outside = outer_mirrors(flank, front=front, belt=belt, eye=eye)
         parts = (*parts, *(Part(mesh, material) for material, mesh in (*inside, *outside)))
         lamps = cockpit_lamps(belt=belt, eye=eye)

@@ -134,3 +134,22 @@ def test_a_lens_out_of_focus_spreads_near_flakes():
     one, other = (strokes(drop(place, velocity, f, 0.006), f) for f in (sharp, soft))
     assert other.widths[0] > 2.0 * one.widths[0]
     assert other.depths[0] < 0.5 * one.depths[0]
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 6.0, -8.0), (0.0, -4.0, 3.0), (0.0, 20.0, 0.0)])
+def test_a_rolling_shutter_sees_each_end_of_a_streak_at_its_rows_time(velocity):
+    """What flies across the axis moves evenly in the picture."""
+    falling = falling_at(exposure=0.02, aperture=0.0, rolling=0.03)
+    plain = falling_at(exposure=0.02, aperture=0.0)
+    for up in (-1.2, 0.0, 1.2):
+        flying = drop((5.0, 0.4, 2.0 + up), velocity, falling)
+        rolled, still = strokes(flying, falling), strokes(flying, plain)
+        for now, then, at in (
+            (rolled.starts, still.starts, -0.01),
+            (rolled.ends, still.ends, 0.01),
+        ):
+            late = 0.03 * ((now[0, 0] + 0.5) / SIZE[1] - 0.5)
+            place = np.array([5.0, 0.4, up]) + (at + late) * np.array(velocity)
+            row, column = LENS.project(place, SIZE)[0]
+            np.testing.assert_allclose(now[:, 0], (row, column), atol=1e-6)
+            assert up == 0.0 or np.abs(now - then).max() > 1.0

@@ -96,3 +96,13 @@ def test_pictures_without_a_pane_are_not_bent():
     wet = replace(falling, windscreen=pane())
     again = [with_falling(radiance, seen, view_from(), wet, LIGHT) for _ in range(2)]
     np.testing.assert_array_equal(*again)
+
+
+@pytest.mark.parametrize("wiped", [10.3, 10.9], ids=["moving", "resting"])
+def test_blades_are_always_before_the_pane(wiped):
+    """Traced cabins have no wipers where there is a pane, so none may vanish between turns."""
+    radiance, seen = picture()
+    found = through_pane(radiance, seen, falling_at(windscreen=pane(wiped, wet=0.0)), LIGHT, LENS)
+    darker = (found < 0.8 * radiance).all(axis=-1)
+    assert 20 < darker.sum() < 0.1 * darker.size
+    assert not (found > radiance + 1e-6).any()

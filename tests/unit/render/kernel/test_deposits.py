@@ -168,6 +168,23 @@ def test_what_drives_has_little_snow() -> None:
     assert with_snow[~car].mean() > 0.6 > with_snow[car].mean()
 
 
+def test_who_is_parked_all_the_time_is_snowed_in() -> None:
+    """As what stands; and whoever drives beside it, in the same body, is not."""
+    shown, bare = (
+        scene(weather, prototypes=[cube("cube", side=4.0)], slots=Slots(near={"cube": 2}))
+        for weather in (WHITE, None)
+    )
+    east = mover("a", (4.5, 0.0, 0.0), (0.1, 0.1, 0.5))
+    west = mover("b", (-0.5, 0.0, 0.0), (0.1, 0.1, 0.5))
+    cars = np.abs(seen(bare, movers=[east, west])["albedo"][..., 2] - 0.5) < 1e-3
+    sides = cars & (np.arange(SIZE[0]) >= SIZE[0] // 2), cars & (np.arange(SIZE[0]) < SIZE[0] // 2)
+    assert min(side.sum() for side in sides) > 20
+    for pair in ([replace(east, parked=True), west], [east, replace(west, parked=True)]):
+        albedo = seen(shown, movers=pair)["albedo"]
+        parked, drives = sides if pair[0].parked else sides[::-1]
+        assert albedo[parked].mean() > 0.75 and albedo[drives].mean() < 0.65
+
+
 def test_wheels_leave_tracks() -> None:
     from sumo3dviz_pt.render.kernel.grounds import TRACK_CELL, TRACK_CELLS, trodden
 
@@ -198,6 +215,25 @@ def test_puddles_mirror_and_lie_level() -> None:
     assert flooded["normal"][..., 2].min() > 0.999
     wet = seen(scene(WET))
     assert flooded["albedo"].mean() < wet["albedo"].mean()
+
+
+def test_ruts_are_flooded_before_the_rest_of_a_lane() -> None:
+    """Two ruts run to the east, 4 m apart, each a pixel or two wide."""
+    begins = np.array([[-20.0, -2.0], [-20.0, 2.0]])
+    worn = TyreTracks(begins, begins * [-1.0, 1.0])
+    weather = Weather(wetness=1.0, puddles=0.35)
+    near = view_at((0.0, 0.0, 14.0), pitch=-90, fov=50)
+    even, rutted = (
+        seen(replace(scene(weather), ruts=each), view=near)["albedo"].mean(axis=(1, 2))
+        for each in (None, worn)
+    )
+    wetter = even - rutted
+    # A row is 27 cm, so the ruts lie in rows 8 and 23.
+    north, south = (int(np.argmax(part)) for part in (wetter[:16], wetter[16:]))
+    assert abs(north - 8) <= 1 and abs(south - 7) <= 1
+    beside = np.ones(SIZE[1], dtype=bool)
+    beside[5:12] = beside[20:27] = False
+    assert wetter.max() > 0.002 and np.abs(wetter[beside]).max() < 1e-4
 
 
 def test_rings_move_with_time_alone() -> None:

@@ -120,3 +120,13 @@ def test_the_mirror_shows_the_driver_what_is_behind():
     seen = (middle - EYE) / np.linalg.norm(middle - EYE)
     way = seen - 2.0 * (seen @ facing) * facing
     assert way[0] < -0.97 and abs(way[2]) < 0.1
+
+
+def test_wipers_are_left_out_where_moving_ones_are_drawn():
+    """Two arms, two blades and two knobs lie at the windscreen's foot, and nothing else goes."""
+    with_wipers, without = made(), made(wipers=False)
+    at_rest = [mesh for material, mesh in with_wipers if material == "trim"]
+    others = {mesh.vertices.tobytes() for _, mesh in without}
+    gone = [mesh for mesh in at_rest if mesh.vertices.tobytes() not in others]
+    assert len(gone) == len(with_wipers) - len(without) == 6
+    assert all(abs(mesh.vertices[:, 0] - CAR["front"]).max() < 0.1 for mesh in gone)
