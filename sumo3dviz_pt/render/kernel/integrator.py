@@ -134,10 +134,11 @@ class Kernel:
         Args:
             sensor: One of Mitsuba's, with its sampler.
             view: What it sees.
-            spp: Samples of each pixel where there may be a lamp.
+            spp: As in `trace`, of each pixel where there may be a lamp.
             seed: Of the pass.
             band: First and last row that are traced, shares of the picture's height.
         """
+        spp = _whole_pattern(sensor, spp)
         width, height = _size_of(sensor)
         eye = self.eye(sensor, view)
         places = self._place.lights.shining() + self._tables.origin
@@ -189,9 +190,7 @@ class Kernel:
             limits: Of its paths.
             band: First and last row that are traced, shares of the picture's height.
         """
-        pattern = sensor.sampler().clone()
-        pattern.set_sample_count(spp)
-        spp = pattern.sample_count()
+        spp = _whole_pattern(sensor, spp)
         width, height = _size_of(sensor)
         first, last = rows_of(band, height)
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
@@ -253,6 +252,13 @@ def _of_first(channel: Any, spp: int) -> Any:
     """Return a channel of each pixel's first sample, (pixels,)."""
     pixel = dr.arange(mi.UInt32, len(channel) // spp)
     return dr.gather(mi.Float, channel, pixel * dr.opaque(mi.UInt32, spp))
+
+
+def _whole_pattern(sensor: Any, spp: int) -> int:
+    """Return how many samples a sensor's sampler takes that is asked for some."""
+    pattern = sensor.sampler().clone()
+    pattern.set_sample_count(spp)
+    return int(pattern.sample_count())
 
 
 def _seeded(sensor: Any, *, spp: int, lanes: int, seed: int) -> Any:
