@@ -17,6 +17,7 @@ from contextlib import ExitStack, contextmanager
 
 import pytest
 from builders import write_scenario
+from needed import package
 from one_slurm import slurm
 
 from sumo3dviz_pt.cli import main
@@ -172,7 +173,7 @@ def dask_cluster(folder):
 
 
 def test_a_farm_of_dask(place):
-    pytest.importorskip("distributed")
+    package("distributed")
     with dask_cluster(place) as scheduler:
         farm(place, "dask.mp4", "--engine", "dask", "--scheduler", str(scheduler))
 
