@@ -30,6 +30,13 @@ _DENOISER = {"none": 0.0, "fast": 1.75, "balanced": 2.8, "high": 2.8}
 _NEIGHBOUR = 0.075
 """Averaging with a frame before or after, for each million pixels: one thread's work [CPU-s]."""
 
+_ENCODE = 0.09
+"""Encoding a frame as H.264, for each million pixels [CPU-s]."""
+
+_PAIR, _REPORT = 5.5, 0.23
+"""Comparing two films of a study, and measuring a frame of one, for each million pixels: one
+thread's work [CPU-s]."""
+
 _SERIAL_START = 0.7
 """Share of the start that one thread does."""
 
@@ -92,7 +99,7 @@ def cost_of(
     together = quality.accumulate if frames > 1 else 0
     stages = stages_of(quality, size=size, triangles=triangles, frames=frames)
     frame = stages.trace + stages.develop
-    whole = stages.start + frames * frame
+    whole = stages.start + frames * (frame + stages.encode)
     return Cost(
         cpu_seconds_per_frame=frame.cpu,
         cpu_hours=whole.cpu / 3600,
@@ -139,11 +146,13 @@ class Stages:
         start: Reading, building, loading and compiling, once in every process.
         trace: Tracing one frame.
         develop: Making a picture of one frame.
+        encode: Putting that into the film.
     """
 
     start: Work
     trace: Work
     develop: Work
+    encode: Work = Work()
 
 
 def stages_of(
@@ -165,7 +174,20 @@ def stages_of(
         Work(_SERIAL_START * start, (1.0 - _SERIAL_START) * start),
         Work(_UPDATE * megatriangles, pixels),
         Work(help_cost(quality, size=size, frames=frames), denoiser),
+        Work(shared=_ENCODE * megapixels),
     )
+
+
+def ending_cost(*, size: tuple[int, int], frames: int, films: int, pairs: int) -> Work:
+    """Forecast what certificate and report of a study cost, when all films are there.
+
+    Args:
+        size: Width, height [px].
+        frames: Of a film; 0 where none is measured.
+        films: How many.
+        pairs: That are compared.
+    """
+    return Work(size[0] * size[1] / 1e6 * (_PAIR * pairs + _REPORT * frames * films))
 
 
 def help_cost(quality: Quality, *, size: tuple[int, int], frames: int) -> float:

@@ -57,7 +57,8 @@ def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: st
         prefix: What SUMO puts before the names of the files that it writes.
     """
     extra, log = part / EVENTS, str((part / LOG).absolute())
-    write_whole(extra, events(str((part / SIGNALS).absolute()), _place(order)))
+    place = _place(order) if _is_placed(settings, order) else ""
+    write_whole(extra, events(str((part / SIGNALS).absolute()), place))
     additional = [*settings.additional, extra]
     found = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
     found += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
@@ -82,10 +83,15 @@ def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:
     return [*found, "--device.fcd.radius", f"{order.radius:g}", *people]
 
 
+def _is_placed(settings: SumoSettings, order: RecordOrder) -> bool:
+    """Return whether SUMO has to be told a place: it was asked for, or replaces the owner's."""
+    return order.around is not None or _SHAPES in settings.given
+
+
 def _where(settings: SumoSettings, order: RecordOrder, part: Path) -> list[str]:
     """Return the place that is kept."""
     found = []
-    if order.around is not None or _SHAPES in settings.given:
+    if _is_placed(settings, order):
         found += [f"--{_SHAPES}", _PLACE]
     if _EDGES in settings.given:
         names = part / "edges.txt"

@@ -34,7 +34,8 @@ _NAMELESS = -(2**30)
 class Recorder:
     """Keeps what is on the road after every step of a simulation.
 
-    It asks and changes nothing, so the simulation runs as it would without it::
+    It asks and changes nothing, so the simulation runs as it would without it. The log has the rows
+    that `record` would keep, but for containers, of which SUMO tells a connection nothing::
 
         libsumo.start(["sumo", "-c", "city.sumocfg"])
         with Recorder(libsumo, "out") as recorder:
