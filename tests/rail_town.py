@@ -7,9 +7,9 @@ street that gives way and one that has to stop.
 
 from __future__ import annotations
 
-import shutil
-import subprocess
 from pathlib import Path
+
+from any_network.programs import call, program
 
 NEEDED = ("netconvert", "sumo")
 """Programs without which nothing can be made."""
@@ -79,7 +79,7 @@ SCENE = """scenario:
 
 def missing() -> bool:
     """Whether SUMO's programs are not installed."""
-    return any(shutil.which(name) is None for name in NEEDED)
+    return any(program(name) is None for name in NEEDED)
 
 
 def build_network(folder: Path, *, left_hand: bool = False) -> Path:
@@ -87,10 +87,10 @@ def build_network(folder: Path, *, left_hand: bool = False) -> Path:
     (folder / "town.nod.xml").write_text(NODES)
     (folder / "town.edg.xml").write_text(_edges())
     made = folder / "town.net.xml"
-    words = ["netconvert", "-n", "town.nod.xml", "-e", "town.edg.xml", "-o", made.name]
+    words = ["-n", "town.nod.xml", "-e", "town.edg.xml", "-o", made.name]
     words += ["--crossings.guess", "--walkingareas", "--no-turnarounds"]
     words += ["--lefthand"] * left_hand
-    subprocess.run(words, cwd=folder, check=True, capture_output=True)
+    call("netconvert", words, folder=folder)
     return made
 
 
@@ -103,10 +103,10 @@ def build_town(folder: Path) -> Path:
         for tls in ("T", "X", "R1", "R2")
     )
     (folder / "town.add.xml").write_text(f"<additional>{savers}</additional>")
-    words = ["sumo", "-n", "town.net.xml", "-r", "town.rou.xml", "-a", "town.add.xml"]
+    words = ["-n", "town.net.xml", "-r", "town.rou.xml", "-a", "town.add.xml"]
     words += ["--fcd-output", "fcd.xml", "--fcd-output.signals", "-e", "120"]
     words += ["--step-length", "0.5", "--no-step-log"]
-    subprocess.run(words, cwd=folder, check=True, capture_output=True)
+    call("sumo", words, folder=folder)
     scene = folder / "scene.yaml"
     scene.write_text(SCENE)
     return scene

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.colour import linear_from_srgb
@@ -261,7 +262,7 @@ def test_edge_networks():
 
 
 def test_geo_and_utm_logs_are_the_same_traffic():
-    pytest.importorskip("pyproj")
+    package("pyproj")
     network = DATA / "bologna_acosta" / "net.net.xml.gz"
     logs = {}
     for name in ("geo.xml.gz", "utm.xml.gz"):
@@ -277,7 +278,7 @@ def test_geo_and_utm_logs_are_the_same_traffic():
 @pytest.mark.parametrize("name", ["default.csv", "default.csv.gz", "default.parquet"])
 def test_tables_equal_xml(name):
     if name.endswith("parquet"):
-        pytest.importorskip("pyarrow")
+        package("pyarrow")
     expected = read_trajectories([EDGE / "default.xml.gz"])
     found = read_trajectories([EDGE / name])
     assert [t.key for t in found.traces] == [t.key for t in expected.traces]

@@ -14,12 +14,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
-from sumo3dviz_pt.pipeline.farm.making import MEASURE, FarmOrder
+from sumo3dviz_pt.pipeline.farm.making import FarmOrder
 from sumo3dviz_pt.pipeline.farm.plan import chunks
 from sumo3dviz_pt.pipeline.progress.costs import Stages, Work, stages_of, time_in_words
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 FILMS, FRAMES, SIZE, CORES = 32, 250, (1280, 720), 16
+PAIRS = 80
+"""Of a design of five factors with two levels each: every film has five partners."""
+_PAIR, _MEASURED = 5.5, 0.23
+"""Comparing two films, and measuring a frame of one, for each million pixels [CPU-s], by
+`tests/bench/farm_costs.py`."""
+
 NODES = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512)
 LOOK = 5.0
 """A worker that waits looks at the disk every 10 s: so long it is late on average [s]."""
@@ -49,10 +55,20 @@ def tasks_of(stages: Stages, *, minutes: float | None, workers: int | None = Non
             work = stages.start + (after - first) * stages.trace
             tasks.append(Task(work.wall(CORES)))
     for own in needs:
-        film = stages.start + FRAMES * stages.develop
-        tasks.append(Task(film.wall(CORES), tuple(own)))
+        tasks.append(Task(film_of(stages).wall(CORES), tuple(own)))
     made = tuple(range(len(tasks) - FILMS, len(tasks)))
-    return [*tasks, Task(FILMS * Work(MEASURE).wall(CORES), made)]
+    return [*tasks, Task(ending().wall(CORES), made)]
+
+
+def film_of(stages: Stages) -> Work:
+    """Making a film of its frames."""
+    return stages.start + FRAMES * (stages.develop + stages.encode)
+
+
+def ending() -> Work:
+    """What is done when all films are there, by one thread of a process without a renderer."""
+    megapixels = SIZE[0] * SIZE[1] / 1e6
+    return Work(megapixels * (_PAIR * PAIRS + _MEASURED * FRAMES * FILMS))
 
 
 def simulated(tasks: Sequence[Task], nodes: int) -> float:
@@ -97,8 +113,7 @@ def main() -> None:
 def longest_path(stages: Stages) -> float:
     """What nobody can do at once, with a node for every frame [s]."""
     frame = (stages.start + stages.trace).wall(CORES)
-    film = (stages.start + FRAMES * stages.develop).wall(CORES)
-    return frame + film + FILMS * Work(MEASURE).wall(CORES) + 2 * LOOK
+    return frame + film_of(stages).wall(CORES) + ending().wall(CORES) + 2 * LOOK
 
 
 def write_table(path: Path, columns: dict[str, list[float]]) -> None:

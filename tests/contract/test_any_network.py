@@ -13,6 +13,7 @@ from any_network.programs import why_missing
 from any_network.recipes import RECIPES
 from any_network.simulation import LOG, NET, SIGNALS, TYPES, simulate
 from any_network.towns import BUILT, Town, made_town, name_of
+from needed import skip_if
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.pipeline.production import Request, prepare
@@ -20,7 +21,7 @@ from sumo3dviz_pt.world.signals.build import build_signals
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(bool(why_missing()), reason=why_missing() or "SUMO is here"),
+    skip_if(bool(why_missing()), why_missing() or "SUMO is here"),
 ]
 
 

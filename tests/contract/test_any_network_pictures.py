@@ -16,6 +16,7 @@ from any_network.laws import before_camera, standing_on_roads
 from any_network.programs import why_missing
 from any_network.proposed import Pose, badly_placed, filled, lonely, poses_of
 from any_network.towns import PICTURED, Town, made_town, name_of
+from needed import skip_if
 
 from sumo3dviz_pt.job.meanings import default
 from sumo3dviz_pt.job.settings import Job
@@ -27,7 +28,7 @@ SIZE = (96, 54)
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(bool(why_missing()), reason=why_missing() or "SUMO is here"),
+    skip_if(bool(why_missing()), why_missing() or "SUMO is here"),
 ]
 
 

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from needed import lacking
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "sumo3dviz_pt"
@@ -202,7 +203,7 @@ def test_stages_do_not_import_each_other() -> None:
     linter = Path(sys.executable).with_name("lint-imports")
     found = shutil.which("lint-imports", path=str(linter.parent))
     if found is None:
-        pytest.skip("import-linter is not installed; CI runs it")
+        lacking("import-linter is not installed")
     done = subprocess.run(
         [found, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False
     )

@@ -13,10 +13,12 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
 
 import pytest
 from builders import write_scenario
+from needed import package
 from one_slurm import slurm
 
 from sumo3dviz_pt.cli import main
@@ -81,26 +83,80 @@ def mishaps(folder, name, process):
     plan = read_plan(farm)
     for number in (FLAKY, POISON):  # where a folder lies, no frame can be stored
         (frames / f"{number:06d}.exr").mkdir(parents=True)
+    seen.append(right_status(folder, name))
     while process.poll() is None:
         assert time.monotonic() < until, (farm, read_state(plan).states)
         state = read_state(plan)
         if len(failures(state, FLAKY)) == 2 and (frames / f"{FLAKY:06d}.exr").is_dir():
             (frames / f"{FLAKY:06d}.exr").rmdir()
-        amid = 0 < len(state.missing(KILLED)) < 6
-        if killed is None and amid and state.states[KILLED] is TaskState.RUNNING:
-            killed = state.last(KILLED).pid
-            os.kill(killed, signal.SIGKILL)
-            seen.append(status(folder, name))
+        if len(seen) == 1 and TaskState.RUNNING in state.states:
+            seen.append(right_status(folder, name))
+        if killed is None and kill_amid_a_frame(frames, state):
+            killed = time.time()
+            seen.append(right_status(folder, name))
         time.sleep(0.05)
     assert killed is not None
+    # The frame that the dead worker's command was at was stored after its death.
+    stored = [(frames / f"{n:06d}.exr").stat().st_mtime for n in range(6 * KILLED, 6 * KILLED + 6)]
+    assert min(stored) < killed < max(stored)
     return seen
+
+
+def right_status(folder, name):
+    """What `farm status` says, held against the disk before and after."""
+    plan = read_plan(folder / f"{name.removesuffix('.mp4')}.farm")
+    before = read_state(plan).frames[0]
+    found = status(folder, name)
+    assert before <= found["frames"]["done"] <= read_state(plan).frames[0]
+    assert found["frames"]["total"] == 24 and sum(found["tasks"].values()) == 5
+    assert (found["state"] == "working") == bool(found["workers"])
+    assert found["tasks"].get("running", 0) == len(found["workers"])
+    assert all(one["pid"] > 0 and 0 <= one["task"] < 5 for one in found["workers"])
+    return found
+
+
+def kill_amid_a_frame(frames, state):
+    """Kill the worker of a task while its command renders a frame; whether that could be done.
+
+    The command stands still meanwhile, with frames before and after, and none half written.
+    """
+    plan, last = state.plan, state.last(KILLED)
+    if state.states[KILLED] is not TaskState.RUNNING or not 0 < len(state.missing(KILLED)) < 6:
+        return False
+    (command,) = children(last.pid) or (None,)
+    if command is None:
+        return False
+    os.kill(command, signal.SIGSTOP)
+    try:
+        now = read_state(plan)
+        amid = 0 < len(now.missing(KILLED)) < 6 and not list(frames.glob("*.part"))
+        same = now.last(KILLED).pid == last.pid and now.last(KILLED).end is None
+        if amid and same:
+            os.kill(last.pid, signal.SIGKILL)
+        return amid and same
+    finally:
+        os.kill(command, signal.SIGCONT)
+
+
+def children(pid):
+    """Processes that one has begun."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            after_name = path.read_text("utf-8", "replace").rpartition(")")[2].split()
+            if int(after_name[1]) == pid and after_name[0] != "Z":
+                found.append(int(path.parent.name))
+    return found
 
 
 def check_end(folder, name, process, seen):
     """The poison frame is named; when it is mended, the film is that of a plain command."""
     stem = name.removesuffix(".mp4")
     assert process.returncode == 1
-    assert seen[0]["state"] in ("working", "waiting") and 0 < seen[0]["frames"]["done"] < 24
+    begin, working, after = seen
+    assert begin["state"] in ("working", "waiting") and begin["frames"]["done"] < 24
+    assert working["state"] == "working" and working["workers"]
+    assert after["state"] in ("working", "waiting") and 0 < after["frames"]["done"] < 24
     found = status(folder, name)
     assert found["state"] == "failed" and found["frames"] == {"done": 23, "total": 24}
     assert found["set_aside"] == {name: [POISON]}
@@ -172,17 +228,57 @@ def dask_cluster(folder):
 
 
 def test_a_farm_of_dask(place):
-    pytest.importorskip("distributed")
+    package("distributed")
     with dask_cluster(place) as scheduler:
         farm(place, "dask.mp4", "--engine", "dask", "--scheduler", str(scheduler))
+        address = json.loads(scheduler.read_text("utf-8"))["address"]
+        assert address.startswith("tcp://127.0.0.1:")
+        words = ("--task-frames", "12", "--engine", "dask", "--scheduler", address)
+        run(place, "farm", *FILM, *words, "-o", "address.mp4")
+        check_same(place, "address.mp4")
+
+
+def test_a_farm_of_dask_makes_a_cluster_of_its_own(place):
+    package("distributed")
+    words = ("--task-frames", "12", "--engine", "dask", "--workers", "2")
+    said = run(place, "farm", *FILM, *words, "-o", "cluster.mp4")
+    assert "2 Dask workers of tcp://127.0.0.1:" in said and "wrote cluster.mp4: 24 frames" in said
+    check_same(place, "cluster.mp4")
 
 
 def test_a_farm_of_slurm(place, tmp_path):
     with slurm(tmp_path) as env:
         words = ("--engine", "slurm", "--cpus-per-task", "1", "--time", "0:30:00")
         farm(place, "slurm.mp4", *words, env=env)
+        detach(place, env)
     scripts = place / "slurm.farm" / "slurm"
     assert "--array=0-3" in (scripts / "frames.sbatch").read_text("utf-8")
+
+
+def detach(place, env):
+    """Jobs are submitted and left; at a stop those that wait are taken back."""
+    words = ("--engine", "slurm", "--cpus-per-task", "2", "--time", "0:30:00", "--detach")
+    said = run(place, "farm", *FILM, "--task-frames", "6", *words, "-o", "left.mp4", env=env)
+    assert "0 of 24 frames are there: sumo3dviz-pt farm status left.mp4" in said
+    assert status(place, "left.mp4")["state"] in ("waiting", "working")
+    until, frames = time.monotonic() + PATIENCE, place / "left.frames"
+    while len(list(frames.glob("*.exr"))) < 2:
+        assert time.monotonic() < until
+        time.sleep(0.1)
+    assert "PENDING" in jobs_of(env)
+    run(place, "farm", "stop", "left.mp4", env=env)
+    while jobs_of(env):  # the one that runs finishes its frame; nobody else begins
+        assert time.monotonic() < until and "PENDING" not in jobs_of(env)
+        time.sleep(0.5)
+    found = status(place, "left.mp4")
+    assert found["state"] == "stopped" and 2 <= found["frames"]["done"] <= 6
+
+
+def jobs_of(env):
+    """States of all jobs that Slurm has."""
+    words = ["squeue", "--noheader", "--format=%T", "--states=PENDING,RUNNING,COMPLETING"]
+    done = subprocess.run(words, env=env, capture_output=True, text=True, check=True)
+    return done.stdout.split()
 
 
 def test_without_slurm_the_scripts_are_written_and_the_command_is_named(place, monkeypatch):

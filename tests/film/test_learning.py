@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from needed import package
 
-pytest.importorskip("libsumo", reason="needs the extra sumo; CI has it")
-checks = pytest.importorskip("gymnasium.utils.env_checker", reason="CI has it")
+package("libsumo", "needs the extra sumo")
+checks = package("gymnasium.utils.env_checker")
 
 pytestmark = pytest.mark.slow
 

@@ -3,10 +3,11 @@
 import importlib
 
 import pytest
+from needed import package
 
-nbformat = pytest.importorskip("nbformat", reason="the extra dev is not installed; CI has it")
-pytest.importorskip("nbclient", reason="the extra dev is not installed; CI has it")
-pytest.importorskip("ipykernel", reason="the extra dev is not installed; CI has it")
+nbformat = package("nbformat", "the extra dev is not installed")
+package("nbclient", "the extra dev is not installed")
+package("ipykernel", "the extra dev is not installed")
 
 
 @pytest.fixture(scope="module")

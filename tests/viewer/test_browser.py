@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders import write_scenario
+from needed import skip_if
 from PIL import Image
 from viewer.browser import Browser, Page, chromium
 from viewer.program import Program
@@ -32,7 +33,7 @@ from sumo3dviz_pt.viewer.walk import HASTE, SPEED, TURN, Eye
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(chromium() is None, reason="there is no Chromium on the PATH"),
+    skip_if(chromium() is None, "there is no Chromium on the PATH"),
 ]
 
 SIZE = (160, 90)

@@ -15,6 +15,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from needed import skip_if
 from psychds_rules import problems, unknown_files
 from viewer.browser import Browser, chromium
 
@@ -96,7 +97,7 @@ def test_the_folder_is_a_psychds_data_set(folder):
 
 
 @pytest.mark.skipif(not PACKAGES.is_dir(), reason="jsPsych is not here")
-@pytest.mark.skipif(chromium() is None, reason="there is no Chromium on the PATH")
+@skip_if(chromium() is None, "there is no Chromium on the PATH")
 def test_a_browser_plays_all_films_and_records_the_answers(folder, address):
     shutil.copytree(PACKAGES, folder / "node_modules", dirs_exist_ok=True)
     with Browser() as browser:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from needed import skip_if
 from viewer.browser import Browser, chromium
 
 from sumo3dviz_pt.experiments.playlists import build_playlists
@@ -31,7 +32,7 @@ PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(chromium() is None, reason="there is no Chromium on the PATH"),
+    skip_if(chromium() is None, "there is no Chromium on the PATH"),
 ]
 WORDS = Words("How safe?", "Which?", ("1", "2", "3"), "not", "very", "None", "en", "Gaps", "x")
 DAY, NIGHT = ("day",), ("night",)

@@ -32,16 +32,13 @@ from sumo3dviz_pt.pipeline.preflight import check_choices
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.progress.costs import Stages, stages_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
-from sumo3dviz_pt.pipeline.studies.forecast import frames_of
+from sumo3dviz_pt.pipeline.studies.forecast import forecast, frames_of
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import film_path
 from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study
 
 _USUAL, _SHORTEST = 1200.0, 120.0
 """Length of a task, and the least that it is cut to so that all workers have one [s]."""
-
-MEASURE = 10.0
-"""Certificate and report of a study, for each film [CPU-s]; assumed, not measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +172,7 @@ def plan_study_films(
     more = _flag("--discard-frames", order.discard_frames)
     made = tuple(n for n, task in enumerate(tasks) if task.frames is None)
     line = (*words, "--resume", *more, *output)
-    tasks.append(FarmTask(line, None, None, made, MEASURE * len(films)))
+    tasks.append(FarmTask(line, None, None, made, round(forecast(plan, ()).measuring_seconds, 1)))
     return _plan(order.folder / IN_STUDY, tasks, films, farm)
 
 
@@ -199,7 +196,7 @@ def _tasks(
             needs[-1].append(len(tasks))
             tasks.append(FarmTask(words, number, (first, after), (), round(cost.cpu, 1)))
     for number, film in enumerate(films):
-        cost = film.stages.start + film.frames * film.stages.develop
+        cost = film.stages.start + film.frames * (film.stages.develop + film.stages.encode)
         words = (*film.words, "--resume", *more, *output)
         tasks.append(FarmTask(words, number, None, tuple(needs[number]), round(cost.cpu, 1)))
     return tasks

@@ -32,6 +32,9 @@ _DENOISER = {"none": 0.0, "fast": 1.75, "balanced": 2.8, "high": 2.8}
 _NEIGHBOUR = 0.075
 """Averaging with a frame before or after, for each million pixels: one thread's work [CPU-s]."""
 
+_ENCODE = 0.09
+"""Encoding a frame as H.264, for each million pixels [CPU-s]."""
+
 _SERIAL_START = 0.7
 """Share of the start that one thread does."""
 
@@ -113,7 +116,7 @@ def cost_of(
     together = quality.accumulate if frames > 1 else 0
     stages = stages_of(quality, size=size, triangles=triangles, frames=frames)
     frame = stages.trace + stages.develop
-    whole = stages.start + frames * frame
+    whole = stages.start + frames * (frame + stages.encode)
     return Cost(
         cpu_seconds_per_frame=frame.cpu,
         cpu_hours=whole.cpu / 3600,
@@ -189,11 +192,13 @@ class Stages:
         start: Reading, building, loading and compiling, once in every process.
         trace: Tracing one frame.
         develop: Making a picture of one frame.
+        encode: Putting that into the film.
     """
 
     start: Work
     trace: Work
     develop: Work
+    encode: Work = Work()
 
 
 def stages_of(
@@ -215,6 +220,7 @@ def stages_of(
         Work(_SERIAL_START * start, (1.0 - _SERIAL_START) * start),
         Work(update_cost(triangles), pixels),
         Work(help_cost(quality, size=size, frames=frames), denoiser),
+        Work(shared=_ENCODE * megapixels),
     )
 
 

@@ -22,6 +22,7 @@ class SumoSettings:
         additional: Its additional files.
         begin: First time of the simulation [s].
         end: Last time [s]; None until nobody is left.
+        given: Names of all options that it gives.
     """
 
     path: Path
@@ -30,6 +31,7 @@ class SumoSettings:
     additional: tuple[Path, ...]
     begin: float
     end: float | None
+    given: frozenset[str] = frozenset()
 
 
 def events(dest: str, more: str = "") -> str:

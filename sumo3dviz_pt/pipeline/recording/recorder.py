@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gzip
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
@@ -23,6 +24,7 @@ from sumo3dviz_pt.pipeline.recording.files import (
     configuration,
     events,
 )
+from sumo3dviz_pt.pipeline.recording.network import has_heights
 
 _CONFIGURATION = "recording.sumocfg"
 _NAMELESS = -(2**30)
@@ -32,7 +34,8 @@ _NAMELESS = -(2**30)
 class Recorder:
     """Keeps what is on the road after every step of a simulation.
 
-    It asks and changes nothing, so the simulation runs as it would without it::
+    It asks and changes nothing, so the simulation runs as it would without it. The log has the rows
+    that `record` would keep, but for containers, of which SUMO tells a connection nothing::
 
         libsumo.start(["sumo", "-c", "city.sumocfg"])
         with Recorder(libsumo, "out") as recorder:
@@ -61,9 +64,14 @@ class Recorder:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._connection = connection
         self._settings = _settings_of(connection)
+        self._has = _Has.of(connection, self._settings)
         self._log: IO[str] | None = _opened(self._part(LOG), "fcd-export")
         self._lights: IO[str] | None = None
         self._states: dict[str, str] = {}
+        self._sideways: dict[str, float] = {}
+        if self._has.sublanes:
+            domain = connection.vehicle
+            self._sideways = {id_: domain.getLateralSpeed(id_) for id_ in domain.getIDList()}
         self._steps = 0
 
     def __enter__(self) -> Recorder:
@@ -89,12 +97,30 @@ class Recorder:
         connection = self._connection
         # A connection's clock already shows the step to come.
         time = connection.simulation.getTime() - connection.simulation.getDeltaT()
-        rows = [_vehicle(connection.vehicle, id_) for id_ in connection.vehicle.getIDList()]
-        rows += [_person(connection.person, id_) for id_ in connection.person.getIDList()]
-        here = [row for row in rows if row]
-        self._log.write(f'<timestep time="{time:.2f}">\n{"".join(here)}</timestep>\n')
+        people, heights = connection.person, self._has.heights
+        rows = self._vehicles(connection.simulation.getDeltaT())
+        rows += [_person(people, id_, heights=heights) for id_ in people.getIDList()]
+        self._log.write(f'<timestep time="{time:.3f}">\n{"".join(rows)}</timestep>\n')
         self._note_signals(time)
         self._steps += 1
+
+    def _vehicles(self, step: float) -> list[str]:
+        """Return the rows of all vehicles.
+
+        Args:
+            step: Length of a step [s].
+        """
+        domain, found = self._connection.vehicle, []
+        ids = domain.getIDList()
+        before, self._sideways = self._sideways, {}
+        for id_ in ids:
+            more = {}
+            if self._has.sublanes:
+                speed = self._sideways[id_] = domain.getLateralSpeed(id_)
+                change = (speed - before.get(id_, 0.0)) / step
+                more = {"accelerationLat": f"{change:.3f}"}
+            found.append(_vehicle(domain, id_, more, heights=self._has.heights))
+        return found
 
     def _note_signals(self, time: float) -> None:
         """Keep the signals that have changed."""
@@ -108,7 +134,7 @@ class Recorder:
                 self._lights = _opened(self._part(SIGNALS), "tlsStates")
             phase, program = lights.getPhase(id_), lights.getProgram(id_)
             self._lights.write(
-                f'<tlsState time="{time:.2f}" id={quoteattr(id_)} programID={quoteattr(program)}'
+                f'<tlsState time="{time:.3f}" id={quoteattr(id_)} programID={quoteattr(program)}'
                 f' phase="{phase}" state="{state}"/>\n'
             )
 
@@ -157,6 +183,25 @@ class Recorder:
         return self.folder / f"{name}.part"
 
 
+@dataclass(frozen=True, slots=True)
+class _Has:
+    """What SUMO writes only of some simulations.
+
+    Attributes:
+        heights: Whether the network is not flat.
+        sublanes: Whether vehicles share lanes.
+    """
+
+    heights: bool
+    sublanes: bool
+
+    @classmethod
+    def of(cls, connection: Any, settings: SumoSettings) -> _Has:
+        """Return what a simulation has."""
+        resolution = float(connection.simulation.getOption("lateral-resolution"))
+        return cls(has_heights(settings.network), resolution > 0.0)
+
+
 def _settings_of(connection: Any) -> SumoSettings:
     """Return the inputs of a running simulation."""
     option = connection.simulation.getOption
@@ -189,7 +234,7 @@ def _closed(stream: IO[str], root: str) -> None:
     stream.close()
 
 
-def _vehicle(domain: Any, id_: str) -> str:
+def _vehicle(domain: Any, id_: str, more: Mapping[str, str], *, heights: bool) -> str:
     """Return a vehicle's row; empty for one that is nowhere."""
     x, y, z = domain.getPosition3D(id_)
     if x < _NAMELESS:
@@ -197,29 +242,36 @@ def _vehicle(domain: Any, id_: str) -> str:
     return _row(
         "vehicle",
         id_,
-        (x, y, z),
+        (x, y, z) if heights else (x, y),
         domain.getAngle(id_),
         {
             "type": domain.getTypeID(id_),
             "speed": f"{domain.getSpeed(id_):.3f}",
             "pos": f"{domain.getLanePosition(id_):.3f}",
-            "lane": domain.getLaneID(id_),
+            "lane": domain.getLaneID(id_) or _stop_lane(domain, id_),
             "slope": f"{domain.getSlope(id_):.3f}",
             "signals": str(domain.getSignals(id_)),
             "acceleration": f"{domain.getAcceleration(id_):.3f}",
+            **more,
         },
     )
 
 
-def _person(domain: Any, id_: str) -> str:
-    """Return a person's row; empty for one who rides or is nowhere."""
+def _stop_lane(domain: Any, id_: str) -> str:
+    """Return the lane beside which a vehicle is parked; it is on none itself."""
+    stops = domain.getStops(id_, 1)
+    return str(stops[0].lane) if stops else ""
+
+
+def _person(domain: Any, id_: str, *, heights: bool) -> str:
+    """Return a person's row; empty for one who is nowhere."""
     x, y, z = domain.getPosition3D(id_)
-    if x < _NAMELESS or domain.getVehicle(id_):
+    if x < _NAMELESS:
         return ""
     return _row(
         "person",
         id_,
-        (x, y, z),
+        (x, y, z) if heights else (x, y),
         domain.getAngle(id_),
         {
             "type": domain.getTypeID(id_),
@@ -232,11 +284,10 @@ def _person(domain: Any, id_: str) -> str:
 
 
 def _row(
-    kind: str, id_: str, place: tuple[float, float, float], angle: float, more: Mapping[str, str]
+    kind: str, id_: str, place: tuple[float, ...], angle: float, more: Mapping[str, str]
 ) -> str:
     """Return a row of a vehicle log."""
-    x, y, z = place
-    numbers = {"x": x, "y": y} | ({"z": z} if z else {}) | {"angle": angle}
+    numbers = {**dict(zip("xyz", place, strict=False)), "angle": angle}
     places = "".join(f' {key}="{value:.3f}"' for key, value in numbers.items())
     words = "".join(f" {key}={quoteattr(value)}" for key, value in more.items())
     return f"<{kind} id={quoteattr(id_)}{places}{words}/>\n"

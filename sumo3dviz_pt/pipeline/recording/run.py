@@ -6,7 +6,6 @@ owner would replace what an earlier run wrote; so it gets other names, and is re
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import shutil
@@ -14,7 +13,6 @@ import subprocess
 import tempfile
 import uuid
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
@@ -22,7 +20,7 @@ from typing import IO
 from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.motion import MARGIN
+from sumo3dviz_pt.pipeline.recording.arguments import PEOPLE, arguments, end_of
 from sumo3dviz_pt.pipeline.recording.files import (
     EVENTS,
     LOG,
@@ -31,53 +29,12 @@ from sumo3dviz_pt.pipeline.recording.files import (
     configuration,
     events,
 )
+from sumo3dviz_pt.pipeline.recording.near import join_steps, keep_near
+from sumo3dviz_pt.pipeline.recording.notes import pass_on
+from sumo3dviz_pt.pipeline.recording.order import RecordOrder as RecordOrder
 from sumo3dviz_pt.pipeline.recording.settings import read_settings
 
-_PLACE = "sumo3dviz_place"
-_CORNERS = 48
-_DIGITS = "3"
-"""Decimals of places: SUMO's two would move the wheels of a slow car by half a centimetre."""
-
 _STEP = re.compile(rb"Step #(\d+(?:\.\d+)?)")
-
-
-@dataclass(frozen=True, slots=True)
-class RecordOrder:
-    """What `record` is to keep.
-
-    Attributes:
-        folder: Where it goes.
-        start: First time that a film may show [s]; None is the simulation's.
-        end: Last time that a film may show [s]; None is the simulation's.
-        around: East, north and radius of the place to keep [m]; None is everywhere.
-        follow: Id of a vehicle around which is kept; None is everywhere.
-        radius: How far around the one that is followed [m].
-        seed: SUMO's, instead of the configuration's.
-        overwrite: Whether a recording that is there is replaced.
-    """
-
-    folder: Path
-    start: float | None = None
-    end: float | None = None
-    around: tuple[float, float, float] | None = None
-    follow: str | None = None
-    radius: float = 300.0
-    seed: int | None = None
-    overwrite: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse what is no choice.
-
-        Raises:
-            ConfigError: If the window ends before it begins, or a radius is none.
-        """
-        if self.start is not None and self.end is not None and self.end <= self.start:
-            raise ConfigError(f"--to ({self.end:g}) must be later than --from ({self.start:g})")
-        if self.around is not None and self.follow is not None:
-            raise ConfigError("give either --around or --follow")
-        radius = self.radius if self.around is None else self.around[2]
-        if not 0.0 < radius < math.inf:
-            raise ConfigError(f"a radius must be above 0 m, not {radius:g}")
 
 
 def record(path: Path, order: RecordOrder) -> tuple[Path, ...]:
@@ -122,12 +79,17 @@ def _recorded(settings: SumoSettings, order: RecordOrder, program: str) -> list[
         part = Path(name)
         prefix = f"s3d{uuid.uuid4().hex[:8]}_"
         try:
-            _run([program, *_arguments(settings, order, part, prefix)], settings, order)
+            _run([program, *arguments(settings, order, part, prefix)], settings, order)
         finally:
             _remove(settings, prefix)
-        _check_log(part / f"{prefix}{LOG}", settings)
+        log = part / f"{prefix}{LOG}"
+        if order.follow is not None:
+            keep_near(log, order.follow, radius=order.radius)
+        elif PEOPLE in settings.given:
+            join_steps(log)
+        _check_log(log, settings)
         kept = [order.folder / LOG]
-        (part / f"{prefix}{LOG}").replace(kept[0])
+        log.replace(kept[0])
         signals = part / f"{prefix}{SIGNALS}"
         if signals.is_file():
             kept += [order.folder / SIGNALS, order.folder / EVENTS]
@@ -155,64 +117,13 @@ def sumo_program() -> str:
     return found
 
 
-# What SUMO is told ------------------------------------------------------------------------
-
-
-def _arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: str) -> list[str]:
-    """Return SUMO's command line, without the program."""
-    extra = part / EVENTS
-    place = "" if order.around is None else _place(*order.around)
-    write_whole(extra, events(str((part / SIGNALS).absolute()), place))
-    additional = [*settings.additional, extra]
-    found = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
-    found += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
-    found += ["--fcd-output", str((part / LOG).absolute()), "--fcd-output.acceleration", "true"]
-    found += ["--fcd-output.signals", "true", "--precision", _DIGITS]
-    # The configuration may thin its own log.
-    found += ["--device.fcd.period", "0", "--no-step-log", "false", "--step-log.period", "10"]
-    if order.follow is None:
-        found += ["--device.fcd.probability", "1", "--person-device.fcd.probability", "1"]
-    else:
-        found += ["--device.fcd.probability", "0", "--device.fcd.explicit", order.follow]
-        found += ["--device.fcd.radius", f"{order.radius:g}"]
-    if order.around is not None:
-        found += ["--fcd-output.filter-shapes", _PLACE]
-    if order.start is not None:
-        begin = max(order.start - MARGIN, settings.begin)
-        found += ["--device.fcd.begin", f"{begin:g}"]
-    if order.end is not None:
-        found += ["--end", f"{_end(settings, order):g}"]
-    return found + (["--seed", str(order.seed)] if order.seed is not None else [])
-
-
-def _end(settings: SumoSettings, order: RecordOrder) -> float | None:
-    """Return when the simulation ends [s]; None when nobody is left."""
-    if order.end is None:
-        return settings.end
-    asked = order.end + MARGIN
-    return asked if settings.end is None else min(asked, settings.end)
-
-
-def _place(east: float, north: float, radius: float) -> str:
-    """Return a circle as a polygon of SUMO."""
-    turns = [2.0 * math.pi * k / _CORNERS for k in range(_CORNERS)]
-    shape = " ".join(
-        f"{east + radius * math.cos(turn):.2f},{north + radius * math.sin(turn):.2f}"
-        for turn in turns
-    )
-    return f'    <poly id="{_PLACE}" shape="{shape}" color="0,0,0"/>\n'
-
-
-# Running it -------------------------------------------------------------------------------
-
-
 def _run(command: Sequence[str], settings: SumoSettings, order: RecordOrder) -> None:
     """Run SUMO and say how far it is.
 
     Raises:
         InputError: If it stops with an error; has SUMO's own words.
     """
-    end = _end(settings, order)
+    end = end_of(settings, order)
     total = 0 if end is None else max(1, round(end - settings.begin))
     announce(Doing.SIMULATE, 0, total)
     with tempfile.TemporaryFile() as errors:
@@ -230,6 +141,7 @@ def _run(command: Sequence[str], settings: SumoSettings, order: RecordOrder) -> 
         faults = [line.strip() for line in said.splitlines() if "rror" in line]
         why = " ".join(faults[:2]) or f"it ended with code {process.returncode}"
         raise InputError(f"SUMO stopped: {why}", file=settings.path)
+    pass_on(said)
 
 
 def _steps(stream: IO[bytes]) -> Iterator[float]:

@@ -19,6 +19,7 @@ _SYNONYMS = {
     "a": "additional-files",
     "b": "begin",
     "e": "end",
+    "H": "human-readable-time",
 }
 """Short names of options, which configurations may use."""
 
@@ -45,6 +46,7 @@ def read_settings(path: Path) -> SumoSettings:
         _files(path, given.get("additional-files", "")),
         _seconds(path, given, "begin") or 0.0,
         None if end is None or end < 0.0 else end,
+        frozenset(given),
     )
 
 

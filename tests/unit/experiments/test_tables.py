@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import ConfigError, InputError, MissingExtraError
 from sumo3dviz_pt.experiments.tables.build import trials_in
@@ -318,7 +319,7 @@ def test_a_level_out_of_range_is_refused(tmp_path):
 
 
 def book(path, rows, title="Design"):
-    openpyxl = pytest.importorskip("openpyxl")
+    openpyxl = package("openpyxl")
     made = openpyxl.Workbook()
     made.active.title = title
     for row in rows:
@@ -342,7 +343,7 @@ def test_excel_sheets_are_named(tmp_path):
 
 
 def test_damaged_excel_is_refused(tmp_path):
-    pytest.importorskip("openpyxl")
+    package("openpyxl")
     with pytest.raises(InputError, match=r"is damaged, or no \.xlsx"):
         read_table(write(tmp_path, b"PK nothing", "a.xlsx"))
 

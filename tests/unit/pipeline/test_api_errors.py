@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders import write_scenario
+from needed import package
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.pipeline.stills.still import Still
@@ -137,7 +138,7 @@ def test_vehicles(scene, choices):
     ],
 )
 def test_viewers(scene, choices):
-    pytest.importorskip("aiohttp")
+    package("aiohttp")
     with pytest.raises(sv.ConfigError):
         scene.view(**choices)
 

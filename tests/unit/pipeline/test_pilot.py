@@ -8,6 +8,7 @@ import pytest
 from builders import write_scenario
 from hypothesis import given
 from hypothesis import strategies as st
+from needed import package
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
@@ -105,7 +106,7 @@ def test_a_film_keeps_what_its_pilot_chose(place, tmp_path, capsys):
 
 
 def test_a_still_of_an_error(place, tmp_path):
-    pytest.importorskip("flip_evaluator")
+    package("flip_evaluator")
     import sumo3dviz_pt as sv
 
     still = sv.load(place).still(

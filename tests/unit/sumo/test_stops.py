@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from needed import skip_if
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo.network import read_network
@@ -127,7 +128,7 @@ def program(name):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(program("sumo") is None, reason="SUMO is not installed")
+@skip_if(program("sumo") is None, "SUMO is not installed")
 @pytest.mark.parametrize("hand", [[], ["--lefthand"]])
 def test_sumo_parks_cars_in_these_bays(tmp_path, hand):
     def run(name, *words):

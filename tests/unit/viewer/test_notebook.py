@@ -10,11 +10,12 @@ from html.parser import HTMLParser
 
 import pytest
 from builders import write_scenario
+from needed import package
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.viewer.notebook import Choices
 
-pytest.importorskip("aiohttp")
+package("aiohttp")
 
 
 class Frames(HTMLParser):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.layers.numbers import read_numbers, write_numbers
@@ -18,7 +19,7 @@ def test_all_numbers_come_back(tmp_path, dtype, shape):
 
 
 def test_another_program_reads_the_same(tmp_path):
-    pillow = pytest.importorskip("PIL.Image")
+    pillow = package("PIL.Image")
     numbers = np.random.default_rng(4).integers(0, 65535, (9, 8), np.uint16)
     write_numbers(tmp_path / "a.png", numbers)
     np.testing.assert_array_equal(np.asarray(pillow.open(tmp_path / "a.png")), numbers)

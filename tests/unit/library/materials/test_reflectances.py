@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW, paint_of
@@ -41,7 +42,7 @@ def values_of(texture):
         return np.array(texture["value"])
     if "roughness" in texture:
         return np.array([texture["roughness"]])
-    mi = pytest.importorskip("mitsuba")
+    mi = package("mitsuba")
     mi.set_variant("scalar_rgb")
     codes = np.array(mi.Bitmap(texture["filename"]))
     assert codes.dtype == np.uint8

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.library.mesh.ply import read_ply, write_ply
@@ -48,7 +49,7 @@ def test_empty_mesh(tmp_path):
 
 
 def test_trimesh_agrees(tmp_path):
-    trimesh = pytest.importorskip("trimesh")
+    trimesh = package("trimesh")
     mesh = triangle(normals=True, uvs=True)
     write_ply(tmp_path / "a.ply", mesh)
     other = trimesh.load(tmp_path / "a.ply", process=False)

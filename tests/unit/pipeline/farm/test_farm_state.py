@@ -294,6 +294,23 @@ def test_status_tells_pace_and_time_left(plan):
     assert status_of(read_state(plan)).word == "stopped"
 
 
+def test_status_before_anybody_came_and_with_workers(plan):
+    found = status_of(read_state(plan)).as_dict()
+    assert (found["state"], found["frames"]) == ("waiting", {"done": 0, "total": 8})
+    assert found["tasks"] == {"ready": 2, "waiting": 1}
+    assert found["workers"] == [] and found["frames_per_hour"] is None
+    assert found["seconds_left"] is None and found["problems"] == []
+    own = take(plan.folder, 1, 1)
+    store(plan, 4, 5)
+    status = status_of(read_state(plan), now=own.began + 90)
+    found = status.as_dict()
+    assert (found["state"], found["frames"]) == ("working", {"done": 2, "total": 8})
+    assert found["tasks"] == {"running": 1, "ready": 1, "waiting": 1}
+    host, pid = this_host(), os.getpid()
+    assert found["workers"] == [{"task": 1, "try": 1, "host": host, "pid": pid}]
+    assert f"  worker    {host.split()[0]}, task 1, for 2 min" in str(status)
+
+
 def test_nobody_begins_anything_after_a_stop(plan):
     stop_farm(plan)
     state = work(plan, Orders(), tell=pytest.fail)

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import InputError, MissingExtraError
 from sumo3dviz_pt.sumo import find_scenario, read_roster, read_trajectories, whereabouts
@@ -65,7 +66,7 @@ def write_xml(tmp_path, rows=ROWS):
 
 
 def write_parquet(tmp_path, rows=ROWS, style="tag", times=float):
-    arrow = pytest.importorskip("pyarrow")
+    arrow = package("pyarrow")
     import pyarrow.parquet
 
     columns = [list(cells) for cells in zip(*(row.split(";") for row in rows), strict=True)]

@@ -4,6 +4,7 @@ import gzip
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import MissingExtraError
 from sumo3dviz_pt.model.network import Location
@@ -44,7 +45,7 @@ XY = np.column_stack([np.arange(100.0, 900.0, 20.0), np.full(40, 700.0)])
 
 
 def degrees(location=HERE):
-    pyproj = pytest.importorskip("pyproj")
+    pyproj = package("pyproj")
     lon, lat = pyproj.Proj(location.projection)(*(XY - location.net_offset).T, inverse=True)
     return np.round(np.column_stack([lon, lat]), 6)
 

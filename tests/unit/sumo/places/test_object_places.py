@@ -4,6 +4,7 @@ import logging
 
 import numpy as np
 import pytest
+from needed import package
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import read_additional, read_network
@@ -43,7 +44,7 @@ def test_pois_beside_lanes(tmp_path, words, place):
 
 
 def test_degrees(tmp_path):
-    pyproj = pytest.importorskip("pyproj")
+    pyproj = package("pyproj")
     x, y = np.array([[100.0, 60.0], [100.0, 90.0], [130.0, 90.0]]).T
     lon, lat = pyproj.Proj(UTM)(x + 683542.41, y + 4928877.56, inverse=True)
     shape = " ".join(f"{a:.9f},{b:.9f}" for a, b in zip(lon, lat, strict=True))
@@ -64,14 +65,14 @@ def test_what_has_no_place_is_counted(tmp_path, caplog):
 
 
 def test_places_off_the_projection_are_refused(tmp_path):
-    pytest.importorskip("pyproj")
+    package("pyproj")
     with pytest.raises(InputError, match="does not reach"):
         read(tmp_path, '<poi id="p" lon="-80" lat="400"/>')
 
 
 @pytest.mark.slow
 def test_sumo_agrees(tmp_path):
-    libsumo = pytest.importorskip("libsumo")
+    libsumo = package("libsumo")
     lines = {"p": 'pos="10" posLat="2"', "q": 'pos="-7"', "r": 'pos="33" posLat="-1.5"'}
     objects = "".join(f'<poi id="{n}" lane="a_0" {words}/>' for n, words in lines.items())
     pois, _ = read(tmp_path, objects)

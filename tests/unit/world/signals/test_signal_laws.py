@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from needed import lacking
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.library.street.road_styles import STYLES
@@ -41,7 +42,7 @@ def place(request, tmp_path_factory):
         net = read_network(folder / f"{request.param}.net.xml.gz")
         return net, read_signals([folder / "signals.xml.gz"])
     if rail_town.missing():
-        pytest.skip("SUMO's programs are not installed")
+        lacking("SUMO's programs are not installed")
     return town(tmp_path_factory.getbasetemp())
 
 

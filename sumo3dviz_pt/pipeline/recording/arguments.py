@@ -1,0 +1,132 @@
+"""The command line that makes SUMO write what a film needs, whatever its owner makes it write.
+
+An option of the command line beats one of the configuration. Some of SUMO's cannot be taken back,
+because an empty value counts as none given; they get a value that has no effect.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.motion import MARGIN
+from sumo3dviz_pt.pipeline.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, events
+from sumo3dviz_pt.pipeline.recording.network import edge_names
+from sumo3dviz_pt.pipeline.recording.order import RecordOrder
+
+PEOPLE = "person-fcd-output"
+"""The option that sends people and containers to a log of their own."""
+
+_PLACE = "sumo3dviz_place"
+_CORNERS = 48
+_EVERYWHERE = 1e7
+"""Half the side of a square that holds every network [m]."""
+
+_DIGITS = "3"
+"""Decimals of places: SUMO's two would move the wheels of a slow car by half a centimetre."""
+
+_SHAPES, _EDGES = "fcd-output.filter-shapes", "fcd-output.filter-edges.input-file"
+
+_ATTRIBUTES = "id,x,y,z,angle,type,speed,pos,lane,edge,slope,signals,acceleration,accelerationLat"
+
+_TAKEN_BACK = {
+    "fcd-output.attributes": _ATTRIBUTES,
+    "fcd-output.geo": "false",
+    "fcd-output.utm": "false",
+    "fcd-output.distance": "false",
+    "fcd-output.speed-relative": "false",
+    "fcd-output.max-leader-distance": "-1",
+    "fcd-output.params": "",
+    "fcd-output.skip-empty": "false",
+    "human-readable-time": "false",
+    "output.format": "xml",
+    "device.fcd.begin": "-1",
+}
+"""Options that change a log, and values that change nothing; given only where the configuration
+has the option, because older versions of SUMO do not know all of them."""
+
+
+def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: str) -> list[str]:
+    """Return SUMO's command line, without the program.
+
+    Args:
+        settings: Of the simulation.
+        order: What is to be kept.
+        part: Folder for what is written; it exists.
+        prefix: What SUMO puts before the names of the files that it writes.
+    """
+    extra, log = part / EVENTS, str((part / LOG).absolute())
+    place = _place(order) if _is_placed(settings, order) else ""
+    write_whole(extra, events(str((part / SIGNALS).absolute()), place))
+    additional = [*settings.additional, extra]
+    found = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
+    found += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
+    found += ["--fcd-output", log, "--fcd-output.acceleration", "true"]
+    found += ["--fcd-output.signals", "true", "--precision", _DIGITS]
+    # The configuration may thin its own log.
+    found += ["--device.fcd.period", "0", "--no-step-log", "false", "--step-log.period", "10"]
+    for name, value in _TAKEN_BACK.items():
+        found += [f"--{name}", value] if name in settings.given else []
+    found += [f"--{PEOPLE}", log] if PEOPLE in settings.given else []
+    return found + _whom(settings, order) + _where(settings, order, part) + _when(settings, order)
+
+
+def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:
+    """Return who is kept."""
+    people = ["--person-device.fcd.probability", "1"]
+    if "person-device.fcd.period" in settings.given:
+        people += ["--person-device.fcd.period", "0"]
+    if order.follow is None:
+        return ["--device.fcd.probability", "1", *people]
+    found = ["--device.fcd.probability", "0", "--device.fcd.explicit", order.follow]
+    return [*found, "--device.fcd.radius", f"{order.radius:g}", *people]
+
+
+def _is_placed(settings: SumoSettings, order: RecordOrder) -> bool:
+    """Return whether SUMO has to be told a place: it was asked for, or replaces the owner's."""
+    return order.around is not None or _SHAPES in settings.given
+
+
+def _where(settings: SumoSettings, order: RecordOrder, part: Path) -> list[str]:
+    """Return the place that is kept."""
+    found = []
+    if _is_placed(settings, order):
+        found += [f"--{_SHAPES}", _PLACE]
+    if _EDGES in settings.given:
+        names = part / "edges.txt"
+        write_whole(names, "".join(f"edge:{name}\n" for name in edge_names(settings.network)))
+        found += [f"--{_EDGES}", str(names.absolute())]
+    return found
+
+
+def _when(settings: SumoSettings, order: RecordOrder) -> list[str]:
+    """Return the window that is kept, and the seed."""
+    found = []
+    if order.start is not None:
+        begin = max(order.start - MARGIN, settings.begin)
+        found += ["--device.fcd.begin", f"{begin:g}"]
+    if order.end is not None:
+        found += ["--end", f"{end_of(settings, order):g}"]
+    return found + (["--seed", str(order.seed)] if order.seed is not None else [])
+
+
+def end_of(settings: SumoSettings, order: RecordOrder) -> float | None:
+    """Return when the simulation ends [s]; None when nobody is left."""
+    if order.end is None:
+        return settings.end
+    asked = order.end + MARGIN
+    return asked if settings.end is None else min(asked, settings.end)
+
+
+def _place(order: RecordOrder) -> str:
+    """Return the place that is kept as a polygon of SUMO: a circle, or everywhere."""
+    if order.around is None:
+        side = _EVERYWHERE
+        points = [(-side, -side), (side, -side), (side, side), (-side, side)]
+    else:
+        east, north, radius = order.around
+        turns = [2.0 * math.pi * k / _CORNERS for k in range(_CORNERS)]
+        points = [(east + radius * math.cos(t), north + radius * math.sin(t)) for t in turns]
+    shape = " ".join(f"{x:.2f},{y:.2f}" for x, y in points)
+    return f'    <poly id="{_PLACE}" shape="{shape}" color="0,0,0"/>\n'
