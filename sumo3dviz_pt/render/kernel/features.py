@@ -17,7 +17,7 @@ OPERATIONS: Mapping[str, int] = {
     "leaves": 58,
     "metal": 54,
     "foreign materials": 1570,
-    "instances": 120,
+    "instances": 155,
     "lamps": 740,
     "beams": 250,
     "fog": 180,
