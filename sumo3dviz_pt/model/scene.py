@@ -24,6 +24,7 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.skies import CloudLayer as CloudLayer
 from sumo3dviz_pt.model.skies import Haze as Haze
 from sumo3dviz_pt.model.skies import Sky as Sky
+from sumo3dviz_pt.model.swaying import Swaying
 from sumo3dviz_pt.model.tyre_tracks import TyreTracks
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
 
@@ -203,6 +204,7 @@ class SceneData:
         left_out: What was left out, and why.
         weather: Over time; None for a dry and clear summer.
         tracks: Where wheels have passed, if snow lies on roads; else None.
+        swaying: How wind moves parts of `static`, by their ids; all others stand still.
     """
 
     materials: Mapping[str, Bsdf]
@@ -216,6 +218,7 @@ class SceneData:
     left_out: tuple[LeftOut, ...] = ()
     weather: WeatherCourse | None = None
     tracks: TyreTracks | None = None
+    swaying: Mapping[str, Swaying] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -38,6 +39,7 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
+from sumo3dviz_pt.shot.in_wind import in_wind
 from sumo3dviz_pt.shot.listed import absent_users, used_materials
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
@@ -297,9 +299,17 @@ class ShotBuilder:
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
+        job = self.world.job
+        windswept = in_wind(
+            place.static,
+            weather,
+            camera_path,
+            pixels=math.hypot(*job.output.size),
+            seed=job.seed,
+        )
         data = SceneData(
             materials=used_materials(place, bodies.values(), fleet.materials),
-            static=place.static,
+            static=windswept.static,
             prototypes=bodies,
             lamps=place.lamps,
             sky=self.world.sky,
@@ -311,6 +321,7 @@ class ShotBuilder:
             left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
             tracks=wheel_tracks(weather, fleet, camera_path.positions),
+            swaying=windswept.swaying,
         )
         return Shot(
             data=data,
@@ -326,7 +337,7 @@ class ShotBuilder:
             dark=dark,
             tracks=place.tracks,
             road_owners=place.road_owners,
-            flying=Flying.of(data, fleet, job=self.world.job),
+            flying=Flying.of(data, fleet, job=job),
         )
 
 
