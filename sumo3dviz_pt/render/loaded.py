@@ -206,14 +206,18 @@ class LoadedScene:
         """Return the merged mesh that shows a mover, or None."""
         return next((crowd for crowd in self._crowds if mover.name in crowd.shown), None)
 
+    def plants(self, mesh: str) -> WindsweptMesh | None:
+        """Return the plants of a mesh that wind moves, by its name; None if it is no such mesh."""
+        return next((plants for plants in self._windswept if plants.name == mesh), None)
+
     def things(self, mesh: str) -> tuple[tuple[str, int], ...]:
         """Return what the faces of a mesh that stands belong to; see `Mesh.things`."""
         for number, merged in enumerate(self._static):
             if mesh == f"static_{number}":
                 return merged.mesh.things
-        for plants in self._windswept:
-            if mesh == plants.name:
-                return plants.merged.mesh.things
+        plants = self.plants(mesh)
+        if plants is not None:
+            return plants.merged.mesh.things
         return self._lamps.things(mesh)
 
     def _load(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:

@@ -139,7 +139,9 @@ def _plants(parts: Iterable[StaticPart]) -> dict[str, _Plant]:
             faces[run.plant] = faces.get(run.plant, 0) + run.faces.stop - run.faces.start
     return {
         name: _Plant(
-            foot + [0.0, 0.0, _ROOT], max(tops[name] - float(foot[2]) - _ROOT, 0.3), faces[name]
+            foot + np.array([0.0, 0.0, _ROOT]),
+            max(tops[name] - float(foot[2]) - _ROOT, 0.3),
+            faces[name],
         )
         for name, foot in lowest.items()
     }

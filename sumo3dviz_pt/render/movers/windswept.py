@@ -70,7 +70,7 @@ def wind_of(frame: FrameState) -> Wind | None:
 
 def windswept(data: SceneData) -> list[WindsweptMesh]:
     """Make the meshes of all parts that wind moves."""
-    found = []
+    found: list[WindsweptMesh] = []
     for part in data.static:
         if part.id in data.swaying:
             (merged,) = merged_meshes([part.part], data.materials)
