@@ -25,6 +25,7 @@ from sumo3dviz_pt.model.panes import Pane
 from sumo3dviz_pt.model.skies import CloudLayer as CloudLayer
 from sumo3dviz_pt.model.skies import Haze as Haze
 from sumo3dviz_pt.model.skies import Sky as Sky
+from sumo3dviz_pt.model.swaying import Swaying
 from sumo3dviz_pt.model.tyre_tracks import TyreTracks
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
 
@@ -210,6 +211,7 @@ class SceneData:
         weather: Over time; None for a dry and clear summer.
         tracks: Where wheels have passed, if snow lies on roads; else None.
         ruts: Where lanes are worn down by wheels, if puddles stand there; else None.
+        swaying: How wind moves parts of `static`, by their ids; all others stand still.
     """
 
     materials: Mapping[str, Bsdf]
@@ -224,6 +226,7 @@ class SceneData:
     weather: WeatherCourse | None = None
     tracks: TyreTracks | None = None
     ruts: TyreTracks | None = None
+    swaying: Mapping[str, Swaying] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

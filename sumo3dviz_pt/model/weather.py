@@ -226,6 +226,11 @@ class WeatherCourse:
         return any(moment.wetness > 0.0 or moment.puddles > 0.0 for moment in self.moments)
 
     @property
+    def strongest_wind(self) -> float:
+        """The speed of its strongest wind [m/s]; 0 where none ever blows."""
+        return max(0.0 if each.wind is None else each.wind.speed for each in self.moments)
+
+    @property
     def is_seen(self) -> bool:
         """Whether it changes how light goes: more than a season and wind do."""
         return self.is_foggy or self.is_wet or self.is_snowy

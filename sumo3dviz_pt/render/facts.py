@@ -87,8 +87,8 @@ def carried(
     """Return where all that pixels show is in another frame, (h, w, 3) [m], and if that is known.
 
     What stands stays. Bodies that keep their shape move rigidly, and their wheels turn. Of those
-    that take poses, as walking people, the very place on the body's face is followed. Unknown is
-    what is not drawn in the other frame.
+    that take poses, as walking people, and of plants in wind the very place on the body's face is
+    followed. Unknown is what is not drawn in the other frame.
 
     Args:
         facts: With `OWNERS` and `corners`.
@@ -114,6 +114,11 @@ def carried(
         else:
             step = then.world_from_body.matrix @ np.linalg.inv(before[name].world_from_body.matrix)
             moved[here] = points[here] @ step[:3, :3].T + step[:3, 3]
+    for name, (first, faces) in facts.owners.windswept.items():
+        plants, face = loaded.plants(name), facts.found["face"].astype(np.int64) - first
+        here = (face >= 0) & (face < faces) & (facts.found["depth"] > 0.0)
+        if plants is not None and here.any():
+            moved[here] = plants.place_on(frames[1], face[here], facts.found["corners"][here])
     return moved, known
 
 

@@ -21,6 +21,7 @@ from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
 from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
+from sumo3dviz_pt.render.movers.windswept import WindsweptMesh, windswept
 from sumo3dviz_pt.render.sensors import view_parameters
 from sumo3dviz_pt.render.sky.weather import Veil
 
@@ -36,12 +37,14 @@ class HeldMesh:
         bsdf: Its material, with our own words.
         body: Name of the body that it is a part of, if that is instanced; else empty.
         moving: Whether its vertices differ from frame to frame.
+        rooted: Whether it stands where it is, though wind moves its vertices.
     """
 
     name: str
     bsdf: Bsdf
     body: str = ""
     moving: bool = False
+    rooted: bool = False
 
 
 class LoadedScene:
@@ -86,8 +89,10 @@ class LoadedScene:
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
-        self._static = merged_meshes([part.part for part in data.static], data.materials)
-        floor = lowest([merged.mesh for merged in self._static])
+        still = [part.part for part in data.static if part.id not in data.swaying]
+        self._static = merged_meshes(still, data.materials)
+        self._windswept = windswept(data)
+        floor = lowest([merged.mesh for merged in self._standing()])
         self.weather, self.tracks, self.ruts = data.weather, data.tracks, data.ruts
         self.running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
@@ -112,6 +117,9 @@ class LoadedScene:
         """Go through all meshes but the sun's, if that is one."""
         for number, merged in enumerate(self._static):
             yield HeldMesh(f"static_{number}", self._materials.bsdf(merged.material))
+        for plants in self._windswept:
+            bsdf = self._materials.bsdf(plants.merged.material)
+            yield HeldMesh(plants.name, bsdf, moving=True, rooted=True)
         for crowd in self._crowds:
             if crowd:
                 yield HeldMesh(crowd.name, COMPOUND, moving=True)
@@ -127,9 +135,14 @@ class LoadedScene:
         """Return all that stands and keeps rain off, in the network's coordinates."""
         return [
             merged.mesh
-            for merged in self._static
+            for merged in self._standing()
             if self._materials.bsdf(merged.material).get("type") != _LEAVES
         ]
+
+    def _standing(self) -> Iterator[MergedMesh]:
+        """Go through all that stands, plants in wind at rest."""
+        yield from self._static
+        yield from (plants.merged for plants in self._windswept)
 
     def show(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Bring the scene to a frame's state.
@@ -156,13 +169,18 @@ class LoadedScene:
         for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):
             for mover in movers:
                 (rigid if crowd.is_rigid(mover.prototype) else deforming).append(mover)
-        return numbered(rigid, deforming)
+        return numbered(rigid, deforming, plants=[plants.name for plants in self._windswept])
 
     @property
     def shown(self) -> Mapping[str, Mapping[str, slice]]:
         """Faces of what is shown by merged meshes, by mesh, then by name."""
         crowds = {crowd.name: crowd.shown for crowd in self._crowds if crowd}
         return {**crowds, **self.running.shown}
+
+    @property
+    def numbered_faces(self) -> Mapping[str, Mapping[str, slice]]:
+        """The same, and plants in wind: all faces that have a moving part's number."""
+        return {**self.shown, **{plants.name: plants.shown for plants in self._windswept}}
 
     def glows(self) -> list[Glow]:
         """Return how all lamps that paths aim at shine in the frame that is shown."""
@@ -199,18 +217,25 @@ class LoadedScene:
     def _moves(self) -> bool:
         """Whether anything of the shot ever moves or changes."""
         pooled = self.pool is not None and bool(self.pool.entries)
-        return pooled or bool(self.running) or any(map(bool, self._crowds))
+        return pooled or bool(self.running) or any(map(bool, (*self._crowds, self._windswept)))
 
     def shapes(self) -> Iterator[Any]:
         """Go through Mitsuba's shapes of the scene, or both."""
         for scene in (self.scene, self.standing):
             yield from () if scene is None else scene.shapes()
 
+    def plants(self, mesh: str) -> WindsweptMesh | None:
+        """Return the plants of a mesh that wind moves, by its name; None if it is no such mesh."""
+        return next((plants for plants in self._windswept if plants.name == mesh), None)
+
     def things(self, mesh: str) -> tuple[tuple[str, int], ...]:
         """Return what the faces of a mesh that stands belong to; see `Mesh.things`."""
         for number, merged in enumerate(self._static):
             if mesh == f"static_{number}":
                 return merged.mesh.things
+        plants = self.plants(mesh)
+        if plants is not None:
+            return plants.merged.mesh.things
         return self._lamps.things(mesh)
 
     def _load(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
@@ -219,9 +244,11 @@ class LoadedScene:
         self.origin = frame.origin
         parts = {name: load(it) if isinstance(it, dict) else it for name, it in fixed.items()}
         standing = {
-            f"static_{number}": self._place(merged, number, frame.origin)
+            f"static_{number}": self._place(merged, f"static_{number}", frame.origin)
             for number, merged in enumerate(self._static)
         }
+        for plants in self._windswept:
+            parts[plants.name] = self._place(plants.merged, plants.name, frame.origin)
         parts |= self._lamps.entries(frame.origin)
         if self.running:
             parts |= self.running.entries(self._lens())
@@ -253,6 +280,8 @@ class LoadedScene:
         for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):
             if crowd:
                 crowd.update(parameters, movers, frame.origin)
+        for plants in self._windswept:
+            plants.update(parameters, frame)
         self._lamps.update(parameters, frame)
         self.running.update(parameters, frame)
         parameters.update()
@@ -264,13 +293,13 @@ class LoadedScene:
         self._lamps.recentre(self.parameters, origin)
         self.origin = origin
 
-    def _place(self, merged: MergedMesh, number: int, origin: Floats) -> Any:
+    def _place(self, merged: MergedMesh, name: str, origin: Floats) -> Any:
         """Return a static mesh relative to an origin."""
         mesh = replace(merged.mesh, vertices=merged.mesh.vertices - origin)
         bsdf = self._materials.get(merged.material, convert.face_tint(), worn=is_worn(mesh))
         wear = wear_attributes(self._materials.dicts.get(merged.material, {}), mesh)
         attributes = {**merged.attributes, **wear}
-        return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=attributes)
+        return convert.make_mesh(name, mesh, bsdf=bsdf, attributes=attributes)
 
     def _lens(self) -> Any:
         """Return the material of the lamps' glass."""

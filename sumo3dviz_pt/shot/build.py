@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -39,6 +40,7 @@ from sumo3dviz_pt.shot.crowd import (
 from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
 from sumo3dviz_pt.shot.falling.windscreen import has_pane
+from sumo3dviz_pt.shot.in_wind import in_wind
 from sumo3dviz_pt.shot.listed import absent_users, used_materials
 from sumo3dviz_pt.shot.ruts import ruts
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
@@ -300,9 +302,11 @@ class ShotBuilder:
         opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
         eyes, lanes = camera_path.positions, scenario.network.lanes.values()
+        job, across = self.world.job, math.hypot(*self.world.job.output.size)
+        windswept = in_wind(place.static, weather, camera_path, pixels=across, seed=job.seed)
         data = SceneData(
             materials=used_materials(place, bodies.values(), fleet.materials),
-            static=place.static,
+            static=windswept.static,
             prototypes=bodies,
             lamps=place.lamps,
             sky=self.world.sky,
@@ -313,8 +317,9 @@ class ShotBuilder:
             ),
             left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
-            tracks=wheel_tracks(weather, self.world.driven, eyes, seed=self.world.job.seed),
+            tracks=wheel_tracks(weather, self.world.driven, eyes, seed=job.seed),
             ruts=ruts(weather, lanes, eyes),
+            swaying=windswept.swaying,
         )
         return Shot(
             data=data,
@@ -330,7 +335,7 @@ class ShotBuilder:
             dark=dark,
             tracks=place.tracks,
             road_owners=place.road_owners,
-            flying=Flying.of(data, fleet, job=self.world.job),
+            flying=Flying.of(data, fleet, job=job),
         )
 
 

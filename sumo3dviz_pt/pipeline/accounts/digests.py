@@ -26,8 +26,12 @@ _Feed = Callable[[bytes | memoryview], None]
 
 
 def world_digest(data: SceneData) -> str:
-    """Return a digest of what stands: ground, roads, houses, plants, lamps, and their materials."""
-    return _digest(data.static, data.materials, data.lamps)
+    """Return a digest of what stands: ground, roads, houses, plants, lamps, and their materials.
+
+    How plants move counts where any do.
+    """
+    swaying = (data.swaying,) if data.swaying else ()
+    return _digest(data.static, data.materials, data.lamps, *swaying)
 
 
 def light_digest(data: SceneData) -> str:

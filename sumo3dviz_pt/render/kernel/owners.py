@@ -8,7 +8,7 @@ renderer's kernels: they find a face's number, and it is looked up here, where s
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,12 +28,14 @@ class Owners:
         starts: The first face of each run, (n,), increasing.
         owner: Number of the name of each run, (n,).
         of_instance: Number of the name that an instance shows, by Mitsuba's number of it, (k,).
+        windswept: First face and number of faces of each mesh that wind moves, by its name.
     """
 
     names: tuple[str, ...]
     starts: Ints
     owner: Ints
     of_instance: Ints
+    windswept: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     def of(self, depth: Image, face: Image, instance: Image) -> Ints:
         """Return the number of the name at each pixel; 0 where there is none.
@@ -63,8 +65,11 @@ def owners_of(tables: Tables, loaded: LoadedScene) -> Owners:
     """
     numbers = {"": 0}
     starts, owner = [0], [0]
+    windswept: dict[str, tuple[int, int]] = {}
     for first, name, faces in tables.meshes():
         at = first
+        if loaded.plants(name) is not None:
+            windswept[name] = (first, faces)
         for thing, count in _runs(loaded, name, faces):
             starts.append(at)
             owner.append(numbers.setdefault(thing, len(numbers)))
@@ -74,7 +79,7 @@ def owners_of(tables: Tables, loaded: LoadedScene) -> Owners:
     of_instance = np.zeros(max(of_slot, default=0) + 1, np.int64)
     for number, name in of_slot.items():
         of_instance[number] = numbers.setdefault(name, len(numbers))
-    return Owners(tuple(numbers), np.array(starts), np.array(owner), of_instance)
+    return Owners(tuple(numbers), np.array(starts), np.array(owner), of_instance, windswept)
 
 
 def _runs(loaded: LoadedScene, mesh: str, faces: int) -> Iterator[Run]:

@@ -82,10 +82,15 @@ class Tables:
         self.movers: tuple[MovingPart, ...] = ()
         parameters = loaded.parameters
         # Worn meshes come first, so that the table of wear ends with them; merged meshes of what
-        # moves come last, so that the table of their faces' numbers begins with them.
+        # moves come last, so that the table of their faces' numbers begins with them; and of
+        # these, what is rooted comes first, as weather treats it like all that stands.
         meshes = sorted(
             (mesh for mesh in loaded.meshes() if len(parameters[f"{mesh.name}.faces"])),
-            key=lambda mesh: (mesh.moving, f"{mesh.name}.{WEAR_ATTRIBUTE}" not in parameters),
+            key=lambda mesh: (
+                mesh.moving,
+                not mesh.rooted,
+                f"{mesh.name}.{WEAR_ATTRIBUTE}" not in parameters,
+            ),
         )
         self.textures = RowMaker()
         self.lamps = tuple(m.name for m in meshes if f"{m.name}.emitter.radiance" in parameters)
@@ -95,8 +100,8 @@ class Tables:
         self._fill(rows)
         self._number_shapes()
         self._instances = self._faces = self._first_moving = None
-        merged = [place.face for place in self._places if place.mesh.moving]
-        self._mover_face = dr.opaque(mi.UInt32, merged[0]) if merged else None
+        movers = [p.face for p in self._places if p.mesh.moving and not p.mesh.rooted]
+        self._mover_face = dr.opaque(mi.UInt32, movers[0]) if movers else None
         self.follow()
 
     def _fill(self, rows: list[Row]) -> None:
@@ -162,7 +167,11 @@ class Tables:
                 _copy(self.points, parameters[f"{name}.vertex_positions"], place.vertex)
                 if place.smooth:
                     _copy(self.normals, parameters[f"{name}.vertex_normals"], place.vertex)
-            if place.mesh.moving and f"{name}.{TINT_ATTRIBUTE}" in parameters:
+            if (
+                place.mesh.moving
+                and not place.mesh.rooted
+                and f"{name}.{TINT_ATTRIBUTE}" in parameters
+            ):
                 _copy(self._looks, parameters[f"{name}.{TINT_ATTRIBUTE}"], place.face)
         self._follow_parked()
         placed = {} if loaded.pool is None else loaded.pool.placed
@@ -199,7 +208,8 @@ class Tables:
             instances[self._numbers[slot], 15] = known.by_name[name]
         merged = [place for place in self._places if place.mesh.moving]
         if merged:
-            faces = [known.of_faces(p.faces, loaded.shown[p.mesh.name]) for p in merged]
+            shown = loaded.numbered_faces
+            faces = [known.of_faces(p.faces, shown[p.mesh.name]) for p in merged]
             self._first_moving = dr.opaque(mi.UInt32, merged[0].face)
             self._faces = mi.Float(aligned(np.concatenate(faces), np.float32))
 

@@ -37,13 +37,16 @@ class Numbers:
         return numbers
 
 
-def numbered(rigid: Iterable[Mover], deforming: Iterable[Mover]) -> Numbers:
+def numbered(
+    rigid: Iterable[Mover], deforming: Iterable[Mover], *, plants: Iterable[str] = ()
+) -> Numbers:
     """Number what moves.
 
     Args:
         rigid: What keeps its shape.
         deforming: What does not, as walking people.
+        plants: Names of meshes that wind moves; they have no shape to keep either.
     """
     parts = [MovingPart(mover.name, mover.world_from_body) for mover in rigid]
-    parts += [MovingPart(mover.name, None) for mover in deforming]
+    parts += [MovingPart(name, None) for name in (*(each.name for each in deforming), *plants)]
     return Numbers(tuple(parts), {part.name: k + 1 for k, part in enumerate(parts)})

@@ -27,6 +27,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import Beam, LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import Sky, Slots
+from sumo3dviz_pt.model.swaying import Swaying
 from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.features import OPERATIONS, features_of
@@ -207,3 +208,14 @@ def test_lamps_that_are_only_seen_are_not_aimed_at() -> None:
         for sampled in (False, True)
     )
     assert aimed > seen + 300
+
+
+def test_plants_in_wind_add_nothing_to_the_kernel() -> None:
+    """Their vertices are other ones in every frame, and that is all."""
+    windy, leaves = Weather(wind=Wind(3.0, 0.0)), heap("leaf")
+    count = len(leaves.part.mesh.vertices)
+    plants = Swaying(
+        np.zeros((1, 3)), np.array([3.0]), np.array([1]), np.ones(1), np.array([count]), True
+    )
+    moving = replace(scene(leaves), swaying={leaves.id: plants})
+    assert operations(moving, weather=windy) == operations(scene(leaves), weather=windy)
