@@ -210,12 +210,13 @@ def test_lamps_that_are_only_seen_are_not_aimed_at() -> None:
     assert aimed > seen + 300
 
 
-def test_plants_in_wind_add_nothing_to_the_kernel() -> None:
-    """Their vertices are other ones in every frame, and that is all."""
+def test_plants_in_wind_add_what_any_moving_thing_adds() -> None:
+    """Their vertices are other ones in every frame: rays ask what moves and what stands apart."""
     windy, leaves = Weather(wind=Wind(3.0, 0.0)), heap("leaf")
     count = len(leaves.part.mesh.vertices)
     plants = Swaying(
         np.zeros((1, 3)), np.array([3.0]), np.array([1]), np.ones(1), np.array([count]), True
     )
     moving = replace(scene(leaves), swaying={leaves.id: plants})
-    assert operations(moving, weather=windy) == operations(scene(leaves), weather=windy)
+    still = operations(scene(leaves), weather=windy)
+    assert still < operations(moving, weather=windy) < still + 50
