@@ -24,6 +24,7 @@ from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of, matches
         ("weather.fog.visibility: 100.0 -> 200.0", (), ("home:4", "vehicle:x", "edge:3"), ()),
         ("weather.wetness: 0.0 -> 1.0", (), ("home:4", "vehicle:x", "edge:3"), ()),
         ("weather.snow.depth: 0.0 -> 0.03", ("tree:3", "edge:3"), ("vehicle:x", "home:4"), ()),
+        ("weather.wind.speed: 0.0 -> 8.0", ("tree:3", "shrub:9"), (), ("vehicle:x", "home:4")),
         ("weather.season: summer -> winter", ("tree:3",), (), ("vehicle:x", "home:4")),
     ],
 )  # fmt: skip
