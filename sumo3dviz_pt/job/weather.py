@@ -108,7 +108,7 @@ class WeatherSettings(Settings):
         None, description="share of low places that are flooded; default half of the wetness"
     )
     snow: SnowSettings | None = Field(None, description="snow that lies or falls")
-    wind: WindSettings | None = Field(None, description="moves leaves, rain, snow and flags")
+    wind: WindSettings | None = Field(None, description="moves leaves, boughs, rain and snow")
     windscreen: bool | None = Field(
         None,
         description="drops and wipers on the pane that rides look through in rain; default yes",

@@ -6,9 +6,10 @@ decides how far it moves, so wind that changes makes no jumps.
 
 References:
     Moore and Maguire, "Natural sway frequencies and damping ratios of trees", Trees 18 (2004)
-        195-203: the lowest frequency is 0.0766 + 3.1219 D / H^2 Hz, D in cm and H in m.
+        195-203: the lowest frequency is linear in D / H^2; here about 0.08 + 3.1 D / H^2 Hz, with
+        the trunk's diameter D in cm and the height H in m.
     James, "A study of branch dynamics on an open-grown tree", Arboriculture & Urban Forestry 40
-        (2014) 125-134: boughs sway at frequencies of their own, above the stem's.
+        (2014) 125-134: boughs of trees that stand alone sway each by itself.
     de Langre, "Effects of wind on plants", Annual Review of Fluid Mechanics 40 (2008) 141-168:
         drag grows less than with the square of the speed, as plants give way (Vogel's exponent).
     Beaufort's scale (WMO-No. 8): from 1.6 m/s leaves rustle, from 3.4 m/s they and small twigs are
@@ -34,6 +35,7 @@ FARTHEST = 0.1
 _USUAL = 10.0  # speed that amplitudes are given for [m/s]
 _GIVING_WAY = 1.3  # exponent of the speed: 2 less 0.7, as crowns give way
 _LEAN, _GUST, _SWAY, _ACROSS = 0.010, 0.006, 0.006, 0.4  # of the stem's tip, by the height
+_SLOW, _BEAM = 0.08, 3.1  # the stem's frequency [Hz], and that by D / H^2 [Hz m2/cm]
 _SLENDER = 1.0  # trunks are as thick as a hundredth of their height [cm/m]
 _SLOWEST, _FASTEST = 0.15, 3.0  # of stems and boughs [Hz]
 _BOUGHS = np.array([1.6, 2.2, 3.0])  # frequencies of boughs, by the stem's
@@ -145,7 +147,7 @@ class Sway:
         plants, count = self._plants, len(self._chance)
         drawn = np.array([chance.random(5 * _WAVES + 3) for chance in self._chance])
         drawn = drawn.reshape(count, -1)
-        stem = 0.0766 + 3.1219 * _SLENDER / np.maximum(plants.heights, 0.5)
+        stem = _SLOW + _BEAM * _SLENDER / np.maximum(plants.heights, 0.5)
         own = 0.9 + 0.2 * drawn[:, : _WAVES + 1]
         stem = np.clip(stem * own[:, 0], _SLOWEST, _FASTEST)
         boughs = np.minimum(stem[:, None] * _BOUGHS, _FASTEST)

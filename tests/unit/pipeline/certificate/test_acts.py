@@ -33,6 +33,7 @@ from sumo3dviz_pt.pipeline.studies.plan import plan_study
         ("weather.windscreen: null -> false", (), ("home:4", "vehicle:x", "edge:3"), ()),
         ("weather.course.0.rain.rate: 0.0 -> 5.0", ("tree:3", "edge:3"), ("vehicle:x",), ()),
         ("weather.snow.depth: 0.0 -> 0.03", ("tree:3", "edge:3"), ("vehicle:x", "home:4"), ()),
+        ("weather.wind.speed: 0.0 -> 8.0", ("tree:3", "shrub:9"), (), ("vehicle:x", "home:4")),
         ("weather.season: summer -> winter", ("tree:3",), (), ("vehicle:x", "home:4")),
     ],
 )  # fmt: skip
