@@ -37,7 +37,9 @@ class Solids:
             return self.scene.ray_intersect_preliminary(ray, coherent, active=active)
         stands = self.standing.ray_intersect_preliminary(ray, coherent, active=active)
         shorter = mi.Ray3f(ray)
-        shorter.maxt = dr.minimum(ray.maxt, stands.t)  # which is inf where nothing stands
+        # The distance is inf where nothing stands. Where both are in one place, chance decided
+        # in one scene; here it is what moves.
+        shorter.maxt = dr.minimum(ray.maxt, stands.t)
         moves = self.scene.ray_intersect_preliminary(shorter, coherent, active=active)
         return dr.select(moves.is_valid(), moves, stands)
 
