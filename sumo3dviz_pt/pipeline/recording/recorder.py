@@ -24,7 +24,6 @@ from sumo3dviz_pt.pipeline.recording.files import (
     configuration,
     events,
 )
-from sumo3dviz_pt.pipeline.recording.network import has_heights
 
 _CONFIGURATION = "recording.sumocfg"
 _NAMELESS = -(2**30)
@@ -198,6 +197,9 @@ class _Has:
     @classmethod
     def of(cls, connection: Any, settings: SumoSettings) -> _Has:
         """Return what a simulation has."""
+        # Here, as a network is read with packages that the first import has to do without.
+        from sumo3dviz_pt.pipeline.recording.network import has_heights
+
         resolution = float(connection.simulation.getOption("lateral-resolution"))
         return cls(has_heights(settings.network), resolution > 0.0)
 
