@@ -1,6 +1,6 @@
 """Which rays our kernel traces, and how near to Embree's own pace it traces each kind.
 
-Scenes are watched from outside: a stand-in for Mitsuba's scene counts the rays that paths ask it
+Scenes are watched from outside: a stand-in for what rays may meet counts the rays that paths ask it
 for and keeps them, so normal renders pay nothing. The kept rays are then traced once more by
 Embree alone, which is the limit that no kernel can pass. What the kernel needs for a kind comes
 from renders that leave it out: those of one segment have primary rays only, and those in which
@@ -58,18 +58,18 @@ class RayRow:
 
 
 class Watched:
-    """Stands in for Mitsuba's scene: counts rays by kind, and keeps them.
+    """Stands in for `Solids`: counts rays by kind, and keeps them.
 
     Args:
-        scene: Mitsuba's.
+        solids: What rays may meet.
         samples: Of the whole picture.
     """
 
-    def __init__(self, scene: Any, samples: int) -> None:
+    def __init__(self, solids: Any, samples: int) -> None:
         import drjit as dr
         import mitsuba as mi
 
-        self._scene, self._room = scene, _KEPT * samples
+        self._solids, self._room = solids, _KEPT * samples
         self._counts = {kind: dr.zeros(mi.UInt32, 1) for kind in KINDS}
         # A place that was drawn can be written to only once, so every field has its own memory.
         self._kept = {
@@ -78,16 +78,16 @@ class Watched:
         # Recorded loops write only to what lies in memory already.
         dr.make_opaque(self._counts, self._kept)
 
-    def ray_intersect_preliminary(self, ray: Any, coherent: Any, active: Any = True) -> Any:
+    def nearest(self, ray: Any, coherent: Any, active: Any = True) -> Any:
         """Find what rays meet first."""
         import mitsuba as mi
 
         first, active = mi.Bool(coherent), mi.Bool(active)
         self._keep(PRIMARY, ray, active & first)
         self._keep(BOUNCE, ray, active & ~first)
-        return self._scene.ray_intersect_preliminary(ray, coherent, active=active)
+        return self._solids.nearest(ray, coherent, active)
 
-    def ray_test(self, ray: Any, active: Any = True) -> Any:
+    def hide(self, ray: Any, active: Any) -> Any:
         """Find whether rays meet anything."""
         import mitsuba as mi
 
@@ -96,7 +96,7 @@ class Watched:
         near, active = ray.maxt < FAR, mi.Bool(active)
         self._keep(TO_LAMPS, ray, active & near)
         self._keep(TO_SKY, ray, active & ~near)
-        return self._scene.ray_test(ray, active)
+        return self._solids.hide(ray, active)
 
     def _keep(self, kind: str, ray: Any, active: Any) -> None:
         """Count rays, and keep those that there is room for."""
@@ -136,9 +136,9 @@ class Watched:
 
         def trace() -> None:
             found = (
-                self._scene.ray_intersect_preliminary(ray, kind == PRIMARY).t
+                self._solids.nearest(ray, kind == PRIMARY).t
                 if nearest
-                else self._scene.ray_test(ray)
+                else self._solids.hide(ray, True)
             )
             dr.eval(found)
             dr.sync_thread()
@@ -147,18 +147,18 @@ class Watched:
 
 
 class Unhidden:
-    """Stands in for Mitsuba's scene: nothing hides some lights, whose rays are not traced.
+    """Stands in for `Solids`: nothing hides some lights, whose rays are not traced.
 
     Args:
-        scene: Mitsuba's.
+        solids: What rays may meet.
         sky: Whether sky and sun are hidden as ever, and only lamps are not.
     """
 
-    def __init__(self, scene: Any, *, sky: bool) -> None:
-        self._scene, self._sky = scene, sky
-        self.ray_intersect_preliminary = scene.ray_intersect_preliminary
+    def __init__(self, solids: Any, *, sky: bool) -> None:
+        self._solids, self._sky = solids, sky
+        self.nearest = solids.nearest
 
-    def ray_test(self, ray: Any, active: Any = True) -> Any:
+    def hide(self, ray: Any, active: Any) -> Any:
         """Find whether rays to the sky meet anything, if those are traced."""
         import mitsuba as mi
 
@@ -166,7 +166,7 @@ class Unhidden:
 
         if not self._sky:
             return mi.Bool(False) & active
-        return self._scene.ray_test(ray, mi.Bool(active) & (ray.maxt >= FAR))
+        return self._solids.hide(ray, mi.Bool(active) & (ray.maxt >= FAR))
 
 
 def seconds_of(work: Callable[[], Any]) -> float:
@@ -181,10 +181,10 @@ def seconds_of(work: Callable[[], Any]) -> float:
 
 
 @contextmanager
-def through(kernel: Any, scene: Any) -> Iterator[None]:
-    """Let a kernel ask another scene for as long as it lasts."""
+def through(kernel: Any, solids: Any) -> Iterator[None]:
+    """Let a kernel ask other solids for as long as it lasts."""
     place = kernel._place
-    kernel._place = replace(place, scene=scene)
+    kernel._place = replace(place, solids=solids)
     try:
         yield
     finally:
@@ -211,12 +211,13 @@ def rays_of(scene: str, session: Any, state: Any) -> list[RayRow]:
     def trace(limits: Limits) -> Callable[[], Any]:
         return lambda: kernel.trace(sensor, eye, spp=quality.spp, seed=1, limits=limits)
 
-    watched = Watched(kernel.scene, width * height * quality.spp)
+    solids = kernel._place.solids
+    watched = Watched(solids, width * height * quality.spp)
     with through(kernel, watched):
         trace(whole)()
     costs = [seconds_of(trace(replace(whole, most=1)))]
     for sky in (False, True):
-        with through(kernel, Unhidden(kernel.scene, sky=sky)):
+        with through(kernel, Unhidden(solids, sky=sky)):
             costs.append(seconds_of(trace(whole)))
     costs.append(seconds_of(trace(whole)))
     raw = {kind: watched.raw(kind) for kind in KINDS}
@@ -229,7 +230,7 @@ def rays_of(scene: str, session: Any, state: Any) -> list[RayRow]:
     rows.append(RayRow(scene, "all", every, sum(raw.values()), costs[-1]))
     if not apart:
         return rows
-    seen = Watched(kernel.scene, width * height * quality.spp)
+    seen = Watched(solids, width * height * quality.spp)
 
     def glow() -> None:
         kernel.glow(sensor, state.view, spp=GLOW_SPP, seed=1)

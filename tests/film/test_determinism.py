@@ -110,7 +110,8 @@ def test_broken_off_and_resumed_equals_uninterrupted(place, whole, capsys):
 
     with pytest.raises(KeyboardInterrupt):
         render_film(load_job(place), CHEAP.__class__(camera="post", spp=1), order, on_frame=stop)
-    assert len(frames_in(place.parent / "broken.frames")) == 3 and not broken.exists()
+    # The fourth was traced while the third was written, and what was traced is kept.
+    assert len(frames_in(place.parent / "broken.frames")) == 4 and not broken.exists()
     assert [news.done for news in seen] == [1, 2, 3] and seen[0].total == 8
     # A half-written and a foreign frame are rendered anew.
     damaged = place.parent / "broken.frames" / "000001.exr"

@@ -110,9 +110,14 @@ def matches(patterns: Iterable[str], name: str, label: str = "") -> bool:
 
 
 _AIR = Acts(looks=("*",), light=True, picture=True)
-"""Fog, rain and water on things: all look otherwise, and nothing has another shape."""
+"""Fog and water on things: all look otherwise, and nothing has another shape."""
 
-_SNOW = Acts(things=(*_PLANTS, *_ROADS, *_GROUND), looks=("*",), light=True, picture=True)
+_RAIN = Acts(things=("{rider}",), looks=("*",), light=True, picture=True)
+"""Rain: as fog, but wipers that rest by dry weather move before the picture, and are no shape."""
+
+_SNOW = Acts(
+    things=(*_PLANTS, *_ROADS, *_GROUND, "{rider}"), looks=("*",), light=True, picture=True
+)
 """Snow, or weather that may be any: it lies on the ground and on plants, and all look otherwise."""
 
 _RULES: tuple[tuple[str, Acts], ...] = (
@@ -121,7 +126,8 @@ _RULES: tuple[tuple[str, Acts], ...] = (
     (r"template", Acts()),  # what it holds stands under the keys themselves
     (r"output\.(exposure|tone|glare)", Acts(picture=True)),
     (r"overlays\b.*|output\.(codec|half|layers|sound)\b.*", Acts()),  # not in what is compared
-    (r"weather\.(preset|fog|rain|wetness|puddles|windscreen)\b.*", _AIR),
+    (r"weather\.(fog|wetness|puddles)\b.*", _AIR),
+    (r"weather\.(preset|rain|windscreen)\b.*", _RAIN),
     (r"weather\.wind\b.*", Acts(things=_PLANTS, light=True)),
     (r"weather\.season", Acts(things=(*_PLANTS, *_GROUND), looks=_GROUND)),
     (r"weather\b.*", _SNOW),  # a course may bring any of them at other times
@@ -152,18 +158,20 @@ _RULES: tuple[tuple[str, Acts], ...] = (
     (r"scenario\.trajectories\b.*", Acts(camera=True, motion=True)),
     (r"scenario\.signals\b.*", Acts(motion=True)),
 )
-"""What keys act on, the first that fits; all others act on anything. `{id}` is what a key names."""
+"""What keys act on, the first that fits; all others act on anything. `{id}` is what a key names,
+`{rider}` the vehicle that the camera rides in."""
 
 
-def acts_of(changes: Iterable[str]) -> Acts:
+def acts_of(changes: Iterable[str], *, rider: str = "") -> Acts:
     """Return where a factor acts, by what differs in the scenes of its levels.
 
     Args:
         changes: Each begins with a dotted key and a colon, as in `StimulusPair.changed`.
+        rider: Id of the vehicle that the camera rides in, if it does.
     """
     whole = Acts()
     for change in changes:
-        whole |= _acts_of_key(key_of(change))
+        whole |= _acts_of_key(key_of(change), rider)
     return whole
 
 
@@ -172,16 +180,23 @@ def key_of(change: str) -> str:
     return change.partition(": ")[0]
 
 
-def _acts_of_key(key: str) -> Acts:
+def _acts_of_key(key: str, rider: str) -> Acts:
     """Return what a key acts on."""
+    own = f"vehicle:{_literal(rider)}" if rider else ""
     for pattern, acts in _RULES:
         found = re.fullmatch(pattern, key)
         if found:
             # Ids are patterns of * and ? in scene files; brackets stand for themselves there.
-            named = {name: id_.replace("[", "[[]") for name, id_ in found.groupdict().items()}
+            named = {name: _literal(id_) for name, id_ in found.groupdict().items()}
+            things = (each.format(rider=own, **named) for each in acts.things)
             return Acts(
-                tuple(each.format(**named) for each in acts.things),
+                tuple(each for each in things if each),
                 tuple(each.format(**named) for each in acts.looks),
                 *(getattr(acts, word) for word in ("light", "picture", "camera", "motion")),
             )
     return Acts(anything=True)
+
+
+def _literal(id_: str) -> str:
+    """Return an id as a pattern in which brackets stand for themselves."""
+    return id_.replace("[", "[[]")

@@ -93,18 +93,29 @@ def certify(folder: Path, plan: StudyPlan) -> Certificate:
     return Certificate(tuple(verdicts), files)
 
 
-def where(plan: StudyPlan, pair: StimulusPair) -> Acts:
-    """Return where the factor of a pair acts."""
+def where(plan: StudyPlan, pair: StimulusPair, *, rider: str = "") -> Acts:
+    """Return where the factor of a pair acts.
+
+    Args:
+        plan: The study.
+        pair: Two of its films.
+        rider: Id of the vehicle that the camera of the first rides in, if it does.
+    """
     asked = plan.file.settings.factors[pair.factor].acts_on
-    return acts_of(pair.changed) if asked is None else Acts.asked(asked)
+    return acts_of(pair.changed, rider=rider) if asked is None else Acts.asked(asked)
+
+
+def _rider(account: Mapping[str, Any]) -> str:
+    """Return the id of the vehicle that a film's camera rides in, or nothing."""
+    return str(account["scene"]["cameras"][account["camera"]].get("vehicle") or "")
 
 
 def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
     """Return what there is to say of a pair, and write its picture."""
-    acts = where(plan, pair)
     stimuli = {each.name: each for each in plan.stimuli}
     films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
     accounts = [read_film_account(film) for film in films]
+    acts = where(plan, pair, rider=_rider(accounts[0]))
     verdict = PairVerdict(
         pair.factor,
         pair.levels,

@@ -45,6 +45,18 @@ def test_keys_act_on_what_they_are_about(change, reshaped, repainted, left):
     assert not acts.anything
 
 
+@pytest.mark.parametrize(
+    ("key", "reshaped"),
+    [("weather.rain.rate", True), ("weather.preset", True), ("weather.course", True),
+     ("weather.windscreen", True), ("weather.fog.visibility", False), ("weather.wetness", False)],
+)  # fmt: skip
+def test_wipers_of_the_own_vehicle_rest_by_dry_weather_only(key, reshaped):
+    acts = acts_of([f"{key}: a -> b"], rider="car[7]")
+    assert acts.may_reshape("vehicle:car[7]") is reshaped
+    assert not acts.may_reshape("vehicle:car7") and "{" not in str(acts)
+    assert not any("vehicle" in each for each in acts_of([f"{key}: a -> b"]).things)
+
+
 def test_light_keeps_all_shapes_and_brings_its_exposure():
     acts = acts_of(["sky.preset: a -> b", "lights: auto -> on", "template: a -> b"])
     assert acts.light and acts.develops and not acts.moves
