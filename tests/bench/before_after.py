@@ -21,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,8 @@ class Case:
     start: float
     template: str = ""
     size: tuple[int, int] = (1280, 720)
+    more: dict[str, Any] = field(default_factory=dict)
+    """Further settings that differ from the scene file."""
 
     @property
     def stands(self) -> bool:
@@ -52,9 +54,9 @@ class Case:
         return self.camera != "driver"
 
     @property
-    def changes(self) -> dict[str, str]:
+    def changes(self) -> dict[str, Any]:
         """What differs from the scene file."""
-        return {"template": self.template} if self.template else {}
+        return {**({"template": self.template} if self.template else {}), **self.more}
 
 
 CASES = (

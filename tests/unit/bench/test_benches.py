@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bench import before_after, curves, finishing, growth, presets, rays, viewer
+from bench import before_after, curves, finishing, growth, presets, rays, viewer, weathers
 from builders import write_scenario
 from viewer.browser import chromium
 
@@ -113,6 +113,17 @@ def test_films_are_compared_before_and_after(scene: Path, tmp_path: Path) -> Non
     assert 0 < wrong["flip"] < 0.3 and wrong["psnr"] > 15 and wrong["flicker"] >= 0
     row = {"case": case.name, "preset": "draft", "state": "after", **cost, **wrong}
     assert "| tiny | draft | after |" in before_after.table([row])
+
+
+@pytest.mark.slow
+def test_weathers_and_lenses_are_measured(scene: Path) -> None:
+    hours, few = (("day", ("city_day", 4.0)),), ("fog",)
+    plan = weathers.Plan(scene, "post", hours, few, SIZE, "draft", sizes=(SIZE,))
+    rows = [line.split("|")[1:-1] for line in weathers.measured(plan) if line.startswith("|")]
+    assert [row[1].strip() for row in rows[2:4]] == ["dry", "fog"]
+    assert float(rows[2][-1]) == 1.0 and 0.1 < float(rows[3][-1]) < 10.0
+    assert [row[0].strip() for row in rows[6:]] == list(weathers.LENSES)
+    assert float(rows[6][-1]) == 1.0 and all(float(row[-1]) > 0.1 for row in rows[6:])
 
 
 @pytest.mark.slow

@@ -1,0 +1,140 @@
+"""What weathers cost beside dry air, and shutters and apertures beside a pinhole, in one run.
+
+Run from the repository's root, on a quiet machine:
+
+    python tests/bench/weathers.py -o docs/_bench/weathers.md
+
+Films of `crossing` are rendered and developed, camera `corner`, `preview`, by day and by night:
+CPU-seconds of a frame are the median of those after the third, and developing's share of one frame.
+The dry film is rendered first and last, and counts with its mean. Lenses are compared by whole
+frames of as many samples, without help of other frames.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from bench.before_after import Case, render
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
+
+SCENE = example("crossing")
+HOURS = {"day": ("city_day", 456.0), "night": ("city_night", 458.0)}
+SIZES = ((640, 360), (1280, 720))
+SAMPLES, FRAMES = 16, 4
+
+LENSES: dict[str, dict[str, Any]] = {
+    "pinhole": {},
+    "depth of field": {"lens.f_number": 2.8, "lens.focus": "20 m"},
+    "shutter, 4 moments": {"shutter": {"angle": 180, "moments": 4}},
+    "shutter, 8 moments": {"shutter": {"angle": 180, "moments": 8}},
+}
+"""Settings of the camera."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is measured.
+
+    Attributes:
+        scene: The scene file.
+        camera: A standing camera of it.
+        hours: Template and time by the hour's name.
+        weathers: Presets.
+        size: Of weathers' films.
+        preset: Their quality.
+        sizes: Of lenses' frames.
+    """
+
+    scene: Path = SCENE
+    camera: str = "corner"
+    hours: tuple[tuple[str, tuple[str, float]], ...] = tuple(HOURS.items())
+    weathers: Sequence[str] = tuple(catalog.template_names("weather"))
+    size: tuple[int, int] = (640, 360)
+    preset: str = "preview"
+    sizes: tuple[tuple[int, int], ...] = SIZES
+
+
+def of_weathers(plan: Plan) -> Iterator[str]:
+    """Yield the lines of a table: each weather beside dry air."""
+    yield "| hour | weather | picture | developing | frame | beside dry |"
+    yield "|---|---|" + "--:|" * 4
+    for hour, (template, start) in plan.hours:
+
+        def costs(more: dict[str, Any], template: str = template, start: float = start) -> Any:
+            case = Case("", str(plan.scene), plan.camera, start, template, plan.size, more)
+            with tempfile.TemporaryDirectory() as folder:
+                found = render(case, plan.preset, Path(folder))
+            return np.array([found["later"] - found["developing"], found["developing"]])
+
+        dry = [costs({})]
+        found = {name: costs({"weather": {"preset": name}}) for name in plan.weathers}
+        dry.append(costs({}))
+        usual = np.mean(dry, axis=0)
+        for name, (picture, developing) in {"dry": usual, **found}.items():
+            frame = picture + developing
+            yield (
+                f"| {hour} | {name} | {picture:.2f} | {developing:.2f} | {frame:.2f}"
+                f" | {frame / usual.sum():.2f} |"
+            )
+
+
+def of_lenses(plan: Plan) -> Iterator[str]:
+    """Yield the lines of a table: lenses and shutters beside a pinhole."""
+    yield "| camera | size | frame [CPU-s] | beside a pinhole |"
+    yield "|---|---|--:|--:|"
+    _, (template, start) = plan.hours[0]
+    for size in plan.sizes:
+        usual = None
+        for name, settings in LENSES.items():
+            changes = {f"cameras.{plan.camera}.{key}": value for key, value in settings.items()}
+            seconds = _of_frames(plan, {"template": template, **changes}, start, size)
+            usual = usual or seconds
+            yield f"| {name} | {size[0]}x{size[1]} | {seconds:.2f} | {seconds / usual:.2f} |"
+
+
+def _of_frames(plan: Plan, changes: dict[str, Any], start: float, size: tuple[int, int]) -> float:
+    """Return CPU-seconds of a later frame by itself: the median of those after the first."""
+    times = frame_times(start, start + FRAMES / 25, 25)
+    request = Request(plan.camera, plan.preset, size, spp=SAMPLES)
+    made = prepare(load_job(plan.scene, changes), request, times)
+    seconds = []
+    with opened(made) as session:
+        for moment in times:
+            began = time.process_time()
+            session.render(made.frame_at(float(moment)))
+            seconds.append(time.process_time() - began)
+    return float(np.median(seconds[1:]))
+
+
+def measured(plan: Plan) -> Iterator[str]:
+    """Yield all lines of the page."""
+    yield from of_weathers(plan)
+    yield ""
+    yield from of_lenses(plan)
+
+
+def main() -> None:
+    """Measure, and write the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path)
+    options = parser.parse_args()
+    lines = []
+    for line in measured(Plan()):
+        print(line, flush=True)
+        lines.append(line)
+    if options.output:
+        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
