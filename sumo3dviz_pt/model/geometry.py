@@ -123,6 +123,18 @@ class Mesh:
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
+def on_faces(vertices: Floats, faces: Ints, corners: Floats) -> Floats:
+    """Return places on triangles, (n, 3) [m].
+
+    Args:
+        vertices: (v, 3) [m].
+        faces: Numbers of each triangle's vertices, (n, 3).
+        corners: Weights of the triangles' second and third corner, (n, 2).
+    """
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    return np.asarray(a + corners[:, :1] * (b - a) + corners[:, 1:] * (c - a))
+
+
 def belonging(mesh: Mesh, thing: str) -> Mesh:
     """Return a mesh whose faces all belong to a thing of that name."""
     return replace(mesh, things=((thing, len(mesh.faces)),))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, on_faces
 from sumo3dviz_pt.model.scene import Mover, Part, Poses, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.materials.compound import (
@@ -187,9 +187,7 @@ class Crowd:
         """
         body = self._bodies[mover.prototype]
         vertices, _ = body.points(mover)
-        a, b, c = np.moveaxis(vertices[body.mesh.faces[faces]], 1, 0)
-        second, third = corners[:, :1], corners[:, 1:]
-        places = a + second * (b - a) + third * (c - a)
+        places = on_faces(vertices, body.mesh.faces[faces], corners)
         return mover.world_from_body.points(places)
 
     def update(self, parameters: Any, movers: Sequence[Mover], origin: Floats) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints, on_faces
 from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.model.swaying import Sway
 from sumo3dviz_pt.model.weather import Wind
@@ -58,8 +58,7 @@ class WindsweptMesh:
             corners: Weights of the faces' second and third corner, (n, 2).
         """
         vertices, _ = self._sway.at(frame.time, wind_of(frame))
-        a, b, c = np.moveaxis(vertices[self.merged.mesh.faces[faces]], 1, 0)
-        return np.asarray(a + corners[:, :1] * (b - a) + corners[:, 1:] * (c - a))
+        return on_faces(vertices, self.merged.mesh.faces[faces], corners)
 
 
 def wind_of(frame: FrameState) -> Wind | None:

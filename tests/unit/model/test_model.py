@@ -11,6 +11,7 @@ from sumo3dviz_pt.model.geometry import (
     Mesh,
     Transform,
     merge_meshes,
+    on_faces,
     product,
     settled,
     turned,
@@ -127,6 +128,12 @@ def test_the_origin_is_near_and_on_the_grid(x, y):
     frame = FrameState(0.0, view_at([x, y, 7.0]), ())
     assert np.abs(frame.origin - [x, y, 7.0]).max() <= 125 + 1e-6
     np.testing.assert_array_equal(frame.origin % 250, 0)
+
+
+def test_places_on_triangles_are_weighted_corners():
+    corners = np.array([[0, 0], [1, 0], [0, 1], [0.25, 0.5]])
+    places = on_faces(2 * np.eye(3), np.array([[2, 0, 1]] * 4), corners)
+    np.testing.assert_allclose(places, [[0, 0, 2], [2, 0, 0], [0, 2, 0], [0.5, 1, 0.5]])
 
 
 def test_mitsubas_sensor_looks_forward():
