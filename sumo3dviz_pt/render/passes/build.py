@@ -52,12 +52,17 @@ class Tally:
     @property
     def capped_share(self) -> float:
         """Share of the energy that the cap took, in [0, 1]."""
-        return self.capped / self.energy if self.energy > 0 else 0.0
+        return _share(self.capped, self.energy)
 
     @property
     def dimmed_share(self) -> float:
         """Share of the light of pixels darker than white that the cap took, in [0, 1]."""
-        return self.dimmed / self.dark if self.dark > 0 else 0.0
+        return _share(self.dimmed, self.dark)
+
+
+def _share(part: float, whole: float) -> float:
+    """Return a part's share, in [0, 1]; sums of single precision may say a little more."""
+    return min(part / whole, 1.0) if whole > 0 else 0.0
 
 
 def capped(radiance: Image, limit: float) -> tuple[Image, Image]:

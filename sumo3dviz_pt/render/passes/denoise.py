@@ -9,11 +9,14 @@ import numpy as np
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from sumo3dviz_pt.model.colour import LUMINANCE
-from sumo3dviz_pt.model.geometry import Bools, Image
+from sumo3dviz_pt.model.geometry import Bools, Image, Ints
 
 _LUMINANCE = LUMINANCE.astype(np.float32)
 _WINDOW = 5
 """Side of the window that tells texture from noise [px]."""
+
+_BLOCK = 16
+"""The denoiser's network halves pictures four times [px]."""
 
 
 def denoise(
@@ -75,6 +78,28 @@ def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
         own = np.float32(share) * texture(smooth, held)[..., None]
         smooth = (smooth + own * (held - smooth)).astype(np.float32, copy=False)
     return np.where(open_sky(hit)[..., None], raw, smooth)
+
+
+def noisy_box(hit: Image) -> tuple[slice, slice]:
+    """Return the rows and columns outside of which nothing but the sky is seen.
+
+    Between frames of a moving camera the box grows and shrinks by whole blocks of the denoiser's
+    network, or all that it finds would change a little.
+
+    Args:
+        hit: Share of samples that hit something, (h, w) in [0, 1].
+    """
+    noisy = ~open_sky(hit)
+    rows, columns = np.flatnonzero(noisy.any(axis=1)), np.flatnonzero(noisy.any(axis=0))
+    return _reach(rows, noisy.shape[0]), _reach(columns, noisy.shape[1])
+
+
+def _reach(lines: Ints, count: int) -> slice:
+    """Return the blocks around some of so many lines, ascending, and one more on either side."""
+    if not len(lines):
+        return slice(0, 0)
+    first, after = int(lines[0]) // _BLOCK - 1, int(lines[-1]) // _BLOCK + 2
+    return slice(max(first, 0) * _BLOCK, min(after * _BLOCK, count))
 
 
 def open_sky(hit: Image) -> Bools:

@@ -10,7 +10,7 @@ from sumo3dviz_pt.model.falling import Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scene import Haze, View
-from sumo3dviz_pt.render.passes.denoise import denoise, mixed
+from sumo3dviz_pt.render.passes.denoise import denoise, mixed, noisy_box
 from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
 
 
@@ -51,18 +51,28 @@ def finished(seen: Layers, view: View, how: Finishing) -> Image:
     Returns:
         Radiance, (h, w, 3).
     """
-    radiance = seen["radiance"]
-    if how.denoiser != "none":
-        # Layers may be here because they are wanted, not as guides.
-        known = seen if how.guided else Layers()
-        albedo, normal = known.get("albedo"), known.get("normal")
-        smooth = denoise(radiance, quality=how.denoiser, albedo=albedo, normal=normal)
-        hit = np.ones_like(seen["hit"]) if how.grainy_sky else seen["hit"]
-        radiance = mixed(smooth, radiance, hit=hit, share=how.raw_share)
+    radiance = seen["radiance"] if how.denoiser == "none" else _denoised(seen, how)
     if "excess" in seen:
         # Lamps are so bright that the denoiser would smear them.
         radiance = radiance + seen["excess"]
     return hazed(seen | {"radiance": radiance}, view, how)
+
+
+def _denoised(seen: Layers, how: Finishing) -> Image:
+    """Return the radiance of a picture without noise; only the part that has any is touched."""
+    radiance, hit = seen["radiance"], seen["hit"]
+    box = (slice(None), slice(None)) if how.grainy_sky else noisy_box(hit)
+    # Layers may be here because they are wanted, not as guides.
+    known = seen if how.guided else Layers()
+    guides = {name: known[name][box] for name in ("albedo", "normal") if name in known}
+    raw = radiance[box]
+    if not raw.size:
+        return radiance
+    smooth = denoise(raw, quality=how.denoiser, **guides)
+    seen_there = np.ones_like(hit) if how.grainy_sky else hit[box]
+    picture = radiance.copy()
+    picture[box] = mixed(smooth, raw, hit=seen_there, share=how.raw_share)
+    return picture
 
 
 def hazed(seen: Layers, view: View, how: Finishing) -> Image:

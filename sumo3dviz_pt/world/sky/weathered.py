@@ -31,8 +31,9 @@ where it would be f/16, is one."""
 _WHITE_FROM = 0.025
 """Depth from which snow hides what it lies on [m]."""
 
-_LAMPLIT, _SUNLIT = -6.0, 0.0
-"""Elevations of the sun between which lamps take over, whatever the weather [deg]."""
+_LAMPLIT, _SUNLIT = -12.0, 0.0
+"""Elevations of the sun between which lamps take over, whatever the weather [deg]; the first is
+the end of nautical twilight."""
 
 
 def in_weather(sky: Sky, course: WeatherCourse | None) -> Sky:
@@ -53,7 +54,9 @@ def in_weather(sky: Sky, course: WeatherCourse | None) -> Sky:
     sky = replace(sky, exposure=sky.exposure + float(np.mean(stops)))
     if sky.image is not None or not any(cover(moment) > 0.0 for moment in course.moments):
         return sky
-    return replace(sky, overcast=read_clouds(CLOUDS)[0])
+    clouds = read_clouds(CLOUDS)[0]
+    # Through the least gap a bright evening would sparkle.
+    return replace(sky, overcast=replace(clouds, cover=np.ones_like(clouds.cover)))
 
 
 def _stops(sky: Sky, weather: Weather) -> float:

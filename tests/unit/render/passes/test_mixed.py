@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.render.passes.denoise import mixed, open_sky, texture
+from sumo3dviz_pt.render.passes.denoise import mixed, noisy_box, open_sky, texture
 
 SHAPE = (24, 32, 3)
 HIT = np.full(SHAPE[:2], 0.3)
@@ -65,6 +65,27 @@ def test_gaps_between_leaves_are_no_open_sky():
     found = mixed(smooth, raw, hit=hit, share=0.0)
     np.testing.assert_array_equal(found[:, :12], smooth[:, :12])
     np.testing.assert_array_equal(found[:, 12:], raw[:, 12:])
+
+
+@given(st.integers(4, 90), st.integers(4, 90), st.integers(0, 89), st.integers(0, 89))
+def test_the_noisy_box_leaves_out_nothing_but_open_sky(height, width, row, column):
+    """Its edges are those of the picture, or of the network's blocks, a block from what is seen."""
+    hit = np.zeros((height, width))
+    hit[row % height :, column % width] = 1.0
+    rows, columns = noisy_box(hit)
+    noisy = ~open_sky(hit)
+    outside = noisy.copy()
+    outside[rows, columns] = False
+    assert not outside.any()
+    assert rows.start % 16 == columns.start % 16 == 0
+    assert columns.stop == width or columns.stop % 16 == 0
+    first = int(np.flatnonzero(noisy.any(axis=1))[0])
+    assert rows.start == 0 or 16 <= first - rows.start < 32
+
+
+def test_an_open_sky_has_no_noisy_box():
+    rows, columns = noisy_box(np.zeros((20, 30)))
+    assert np.zeros((20, 30))[rows, columns].size == 0
 
 
 @given(st.floats(0.0, 1.0), st.floats(3.0, 1e6))

@@ -94,6 +94,14 @@ def test_what_white_pixels_lose_is_not_dimming():
     assert accumulator.tally.dimmed_share == pytest.approx(216 / (240 + rest), rel=1e-5)
 
 
+def test_no_more_is_capped_than_there_is():
+    """Though single precision rounds what was taken up."""
+    accumulator = Accumulator()
+    for light in (2.0**18, 0.0, 1e6 / 3.0):
+        accumulator.add(*capped(image(light, SHAPE), 0.015625))
+    assert 0.99 < accumulator.tally.capped_share <= 1.0
+
+
 def test_nothing_seen_is_nothing_capped():
     assert Accumulator().tally.capped_share == 0.0
 

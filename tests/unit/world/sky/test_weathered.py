@@ -9,7 +9,9 @@ from sumo3dviz_pt.model.weather import CONTRAST, Fog, Rain, Snow, Weather, Weath
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.weathered import in_weather
 
-DAY, NIGHT = (build_sky(SkySettings(preset=name)) for name in ("sky_blue", "sky_night3"))
+DAY, DUSK, NIGHT = (
+    build_sky(SkySettings(preset=name)) for name in ("sky_blue", "sky_dusk", "sky_night3")
+)
 RAIN, FOG = Weather(rain=Rain(5.0)), Weather(fog=Fog(CONTRAST / 50.0, 80.0))
 
 
@@ -33,6 +35,17 @@ def test_dense_fog_is_shown_as_light_grey():
     share = left(FOG, float(DAY.sun_direction[2]))
     shown = share * 2.0 ** (under(DAY, FOG).exposure - DAY.exposure)
     assert shown == pytest.approx(0.45, rel=0.05) and under(DAY, FOG).overcast is None
+
+
+def test_rain_clouds_have_no_gaps():
+    """Through the least of them the evening sky behind would sparkle."""
+    assert under(DUSK, RAIN).overcast.cover.min() == 1.0
+
+
+def test_a_dusk_in_rain_is_no_night():
+    """Lamps count, but the sky does, too, until nautical twilight ends."""
+    gains = [under(sky, RAIN).exposure - sky.exposure for sky in (NIGHT, DUSK, DAY)]
+    assert gains[0] == 0.0 and 0.8 < gains[1] < 0.7 * gains[2]
 
 
 def test_by_night_lamps_say_what_the_exposure_is():
