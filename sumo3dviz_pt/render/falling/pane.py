@@ -29,8 +29,9 @@ _WIDE_VIEW = 9.0  # how many times its own size of the scene a drop shows
 _STRONG = 0.9  # share of light that comes through a drop instead
 _SWEEP = 0.95  # time of a blade's way up and down [s]
 _ANGLES = (0.03, 1.75)  # between which it turns, from lying [rad]
-_BLADE = 0.011  # its width [m]
-_DARK = 0.03  # its radiance, in the sky's
+_RUBBER, _ARM = (0.009, 0.02), (0.007, 0.05)  # widths [m], and radiance in the sky's
+_HELD = 0.62  # share of a blade's reach at which the arm holds it
+_BESIDE = 0.03  # how far below the blade its arm begins [m]
 _COARSE = 8
 _BEHIND = 1.1  # what is seen through the pane is at least so many times as far away
 _PUPIL = 0.004  # at least so wide is the hole through which the pane is seen [m]
@@ -187,31 +188,35 @@ def _with_blades(
 ) -> Image:
     """Return a picture with the blades before it, out of focus, also where they rest."""
     height, width = radiance.shape[:2]
-    turned = blade_angle(pane)
-    side = 1.0 if pane.pivots[0, 0] >= 0.0 else -1.0
-    along = np.array([-side * np.cos(turned), np.sin(turned)])
-    steps = np.linspace(pane.reach[0], pane.reach[1], 2)
-    ends = pane.pivots[:, None, :] + steps[None, :, None] * along
-    places, away, focal = _projected(ends.reshape(-1, 2), pane, lens, (width, height))
-    places, away = places.reshape(2, -1, 2), away.reshape(-1, 2).mean(axis=1)
-    good = np.flatnonzero(away > 0.15)
-    spread = float(np.hypot(_BLADE, max(falling.aperture, _PUPIL)))
-    wide, cover = spread * focal / np.maximum(away, 0.15), _BLADE / spread
-    depths = np.full(len(good), -np.log1p(-0.93 * cover))
-    colours = np.tile(_DARK * np.array(light.sky), (len(good), 1))
     veil = Veil(*before)
-    draw(
-        veil,
-        Strokes(
+    for ends, (thick, pale) in zip(_wiper_ends(pane), (_ARM, _RUBBER), strict=True):
+        places, away, focal = _projected(ends.reshape(-1, 2), pane, lens, (width, height))
+        places, away = places.reshape(2, -1, 2), away.reshape(-1, 2).mean(axis=1)
+        good = np.flatnonzero(away > 0.15)
+        spread = float(np.hypot(thick, max(falling.aperture, _PUPIL)))
+        wide, cover = spread * focal / np.maximum(away, 0.15), thick / spread
+        strokes = Strokes(
             places[:, good, 0],
             places[:, good, 1],
             np.maximum(wide[good], 1.0),
-            depths,
+            np.full(len(good), -np.log1p(-0.93 * cover)),
             away[good],
-            colours,
-        ),
-    )
+            np.tile(pale * np.array(light.sky), (len(good), 1)),
+        )
+        draw(veil, strokes)
     return veil.over(radiance)
+
+
+def _wiper_ends(pane: Windscreen) -> tuple[Floats, Floats]:
+    """Return both ends of the wipers' arms, and of their blades, (n, 2, 2) each [m]."""
+    turned = blade_angle(pane)
+    side = 1.0 if pane.pivots[0, 0] >= 0.0 else -1.0
+    along = np.array([-side * np.cos(turned), np.sin(turned)])
+    below = np.array([-side * np.sin(turned), -np.cos(turned)])
+    roots, (first, last) = pane.pivots[:, None, :], pane.reach
+    blades = roots + np.stack([first * along, last * along])
+    arms = roots + np.stack([first * along + _BESIDE * below, _HELD * last * along])
+    return arms, blades
 
 
 def _projected(
