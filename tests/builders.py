@@ -10,6 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import (
     FrameState,
@@ -232,6 +233,17 @@ def constant_sky(radiance=1.0) -> Sky:
 def static(name, mesh, material, tint=None) -> StaticPart:
     """A part that does not move."""
     return StaticPart(name, "test", Part(mesh, material, tint))
+
+
+LAMPS = LampSet(
+    "lamps",
+    "signals",
+    Mesh(np.array([[-1, 9, 1], [1, 9, 1], [1, 9, 2]]), np.array([[0, 1, 2]])),
+    np.zeros(1, int),
+    ("one",),
+    sampled=True,
+)
+"""A triangle that shines and that paths aim at."""
 
 
 def scene_of(parts, materials, *, sky=None, prototypes=(), slots=None, lamps=(), haze=None):

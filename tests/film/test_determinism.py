@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from builders import fcd_xml, network_xml, write_scenario, z_scores
+from film_frames import assert_equal_frames, frames_in, run
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
@@ -20,20 +21,6 @@ pytestmark = pytest.mark.slow
 
 CHEAP = Request(camera="post", quality="draft", spp=1)
 TIMES = ["--from", "4", "--to", "4.8", "--fps", "10", "--spp", "1"]
-
-
-def run(*arguments):
-    assert main([str(argument) for argument in arguments]) == 0
-
-
-def frames_in(folder):
-    return {path.name: read_exr(path)[0] for path in sorted(folder.glob("*.exr"))}
-
-
-def assert_equal_frames(some, others):
-    assert some and set(some) <= set(others)
-    for name, picture in some.items():
-        np.testing.assert_array_equal(picture, others[name], err_msg=name)
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 from builders import write_scenario
+from film_frames import run
 
-from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.pipeline.films.traced import FALLING, StoredFrame
 
@@ -15,10 +15,6 @@ pytestmark = pytest.mark.slow
 
 FILM = ["--camera", "post", "--from", "4", "--to", "4.4", "--fps", "10", "--quality", "draft"]
 RAIN = ["--set", "weather.preset=downpour"]
-
-
-def run(*arguments):
-    assert main([str(argument) for argument in arguments]) == 0
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from builders import write_scenario
+from film_frames import run
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
@@ -18,10 +19,6 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 pytestmark = pytest.mark.slow
 
 FILM = ["--camera", "post", "--from", "4", "--to", "4.8", "--fps", "10", "--quality", "preview"]
-
-
-def run(*arguments):
-    assert main([str(argument) for argument in arguments]) == 0
 
 
 def bytes_in(folder, suffix="exr"):

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pytest
 from builders import write_scenario
+from film_frames import frames_of, run
 
-from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.image.layers.flow import read_flow
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -35,15 +34,6 @@ def compiled():
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
     return write_scenario(tmp_path_factory.mktemp("lens"), vehicles=6, persons=1)
-
-
-def run(*arguments):
-    assert main([str(argument) for argument in arguments]) == 0
-
-
-def frames_of(film):
-    folder = film.with_suffix(".frames")
-    return {path.name: read_exr(path)[0] for path in sorted(folder.glob("*.exr"))}
 
 
 @pytest.fixture(scope="module")

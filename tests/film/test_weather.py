@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 from builders import write_scenario
+from film_frames import assert_equal_frames, frames_in, run
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.image.exr import read_exr
 
 pytestmark = pytest.mark.slow
 
@@ -30,20 +30,6 @@ WEATHERS = {
         "{preset: sky_blue}",
     ),
 }
-
-
-def run(*arguments):
-    assert main([str(argument) for argument in arguments]) == 0
-
-
-def frames_in(folder):
-    return {path.name: read_exr(path)[0] for path in sorted(folder.glob("*.exr"))}
-
-
-def assert_equal_frames(some, others):
-    assert some and set(some) <= set(others)
-    for name, picture in some.items():
-        np.testing.assert_array_equal(picture, others[name], err_msg=name)
 
 
 @pytest.fixture(scope="module", params=WEATHERS)

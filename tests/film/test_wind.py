@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from builders import SCENE, write_scenario
+from film_frames import frames_of, run
 
-from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 
@@ -13,15 +12,6 @@ pytestmark = pytest.mark.slow
 
 TIMES = ["--from", "4", "--to", "4.3", "--fps", "10", "--spp", "1", "--size", "96x54"]
 WINDY = "weather={wind: {speed: 7 m/s}}"
-
-
-def run(*arguments):
-    assert main([str(argument) for argument in arguments]) == 0
-
-
-def frames_in(film):
-    folder = film.with_suffix(".frames")
-    return {path.name: read_exr(path)[0] for path in sorted(folder.glob("*.exr"))}
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +32,7 @@ def test_a_frame_alone_is_that_of_the_film(place, film):
     alone = place.parent / "part.mp4"
     words = ["--camera", "post", *TIMES, "--set", WINDY, "--frames", "1:2", "-o", alone]
     run("render", place, *words)
-    whole, one = frames_in(film), frames_in(alone)
+    whole, one = frames_of(film), frames_of(alone)
     assert list(one) == ["000001.exr"] and len(whole) == 3
     np.testing.assert_array_equal(one["000001.exr"], whole["000001.exr"])
 

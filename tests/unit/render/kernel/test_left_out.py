@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import (
+    LAMPS,
     RAW,
     ball,
     box,
@@ -25,7 +26,7 @@ from builders import (
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import Beam, LampSet, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.lamps import Beam, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import Sky, Slots
 from sumo3dviz_pt.model.swaying import Swaying
 from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
@@ -34,14 +35,6 @@ from sumo3dviz_pt.render.kernel.features import OPERATIONS, features_of
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
 STEEL = principled((0.6, 0.6, 0.6), roughness=0.4, metallic=1.0)
-LAMPS = LampSet(
-    "lamps",
-    "signals",
-    Mesh(np.array([[-1, 9, 1], [1, 9, 1], [1, 9, 2]]), np.array([[0, 1, 2]])),
-    np.zeros(1, int),
-    ("one",),
-    sampled=True,
-)
 
 
 @pytest.fixture(autouse=True)

@@ -6,22 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from builders import RAW, diffuse, frame_of, plane, scene_of, session_of, static, view_at
+from builders import LAMPS, RAW, diffuse, frame_of, plane, scene_of, session_of, static, view_at
 
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.integrator import Limits
-
-LAMPS = LampSet(
-    "lamps",
-    "signals",
-    Mesh(np.array([[-1, 9, 1], [1, 9, 1], [1, 9, 2]]), np.array([[0, 1, 2]])),
-    np.zeros(1, int),
-    ("one",),
-    sampled=True,
-)
 
 
 @pytest.fixture(autouse=True)
