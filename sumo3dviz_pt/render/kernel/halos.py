@@ -2,9 +2,10 @@
 
 Each path looks at one lamp. Which one, a table says by the part of the picture: lamps are likely
 there in proportion to the light that they scatter along a ray through the part's middle. A point
-of the path's first segment is picked so that all angles from the lamp are equally likely, which
-cancels the square of the distance, and one shadow ray tells whether the lamp reaches it. Nothing
-is biased but that lamps count as points, and that all but the strongest are left out.
+of the path's first segment is picked by its angle from the lamp, which cancels the square of the
+distance: evenly, and the nearer the eye looks past a lamp, the more of them as droplets scatter,
+which is mostly forwards. One shadow ray tells whether the lamp reaches it. Nothing is biased but
+that lamps count as points, and that all but the strongest are left out.
 
 References:
     Kulla, C. and Fajardo, M., Importance sampling techniques for path tracing in participating
@@ -47,6 +48,12 @@ _END = 2000.0
 
 _WIDE = 0.1
 """Angle of parts where there is only one column of them [rad]."""
+
+_MOST_FORWARDS = 0.6
+"""Share of angles that are picked as droplets scatter, where the eye looks at a lamp."""
+
+_FORWARDS = (1.0 - ASYMMETRY) / ASYMMETRY**0.5
+"""Angle in which the phase function falls: it goes by (a^2 + angle^2)^-1.5 where that is small."""
 
 _PLACES = (0.15, 0.5, 0.85)
 """Shares of the angle along a ray at which tables look at a lamp."""
@@ -126,7 +133,8 @@ class Halos:
         nearest = dr.dot(to, ray.d)
         aside = dr.maximum(dr.norm(to - ray.d * nearest), _NEAREST)
         first, last = dr.atan(-nearest / aside), dr.atan((end - nearest) / aside)
-        t = nearest + aside * dr.tan(dr.lerp(first, last, chance.y))
+        angle, density = _picked_angle(first, last, self._faces(number, to), chance.y)
+        t = nearest + aside * dr.tan(angle)
         t = dr.clip(t, 0.0, end)
         point = ray.o + ray.d * t
         away = place - point
@@ -136,7 +144,7 @@ class Halos:
         passes = self._air.through(ray.o, ray.d, t, mi.Bool(True))
         passes *= self._air.reach(point, d, reach, mi.Bool(True))
         scattered = self._air.extinction(point) * phase(dr.dot(d, ray.d)) * passes
-        gain = light * (scattered * (last - first) / (aside * dr.maximum(likely, 1e-20)))
+        gain = light * (scattered / (density * aside * dr.maximum(likely, 1e-20)))
         lit = (likely > 0.0) & ~dr.all(gain == 0.0)
         shadow = mi.Ray3f(point, d)
         shadow.maxt = dr.maximum(reach - size, 0.0)
@@ -159,6 +167,16 @@ class Halos:
         row = dr.gather(mi.Vector4f, self._rows, 3 * number)
         return mi.Point3f(row.x, row.y, row.z), row.w
 
+    def _faces(self, number: Any, to: Any) -> Any:
+        """Return whether a lamp shines towards the eye.
+
+        Args:
+            number: Of the lamp.
+            to: From the eye to the lamp [m].
+        """
+        axis = dr.gather(mi.Vector4f, self._rows, 3 * number + 1)
+        return dr.dot(mi.Vector3f(axis.x, axis.y, axis.z), to) < 0.0
+
     def _intensity(self, number: Any, point: Any, d: Any, reach: Any) -> Any:
         """Return the radiant intensity of a lamp towards a point, a colour.
 
@@ -178,6 +196,35 @@ class Halos:
         beam = number >= self._room
         thrown = self._lights.beam_at(point, dr.select(beam, number - self._room, 0), beam)
         return dr.select(beam, thrown * dr.square(reach), light)
+
+
+def _picked_angle(first: Any, last: Any, faces: Any, chance: Any) -> tuple[Any, Any]:
+    """Pick an angle along a ray as seen from a lamp; return it and its density.
+
+    Args:
+        first: Where the ray begins, against the ray's nearest point [rad].
+        last: Where it ends [rad].
+        faces: Whether the lamp shines towards the eye.
+        chance: In [0, 1).
+    """
+    # How far light turns is the angle and a right one.
+    low, high = _summed_forwards(first + 0.5 * dr.pi), _summed_forwards(last + 0.5 * dr.pi)
+    aimed = _MOST_FORWARDS * dr.maximum(first * (-2.0 / dr.pi), 0.0)
+    even = 1.0 - dr.select(faces, aimed, 0.0)
+    evenly = chance < even
+    share = dr.select(evenly, chance / even, (chance - even) / dr.maximum(1.0 - even, 1e-6))
+    summed = dr.lerp(low, high, share)
+    turned = _FORWARDS * summed * dr.rsqrt(dr.maximum(1.0 - dr.square(summed), 1e-6))
+    angle = dr.select(evenly, dr.lerp(first, last, share), turned - 0.5 * dr.pi)
+    angle = dr.clip(angle, first, last)
+    there = dr.square(_FORWARDS) + dr.square(angle + 0.5 * dr.pi)
+    peaked = _FORWARDS**2 / (there * dr.sqrt(there) * dr.maximum(high - low, 1e-12))
+    return angle, even / dr.maximum(last - first, 1e-12) + (1.0 - even) * peaked
+
+
+def _summed_forwards(turned: Any) -> Any:
+    """Return how likely light turns less than an angle, but for a factor."""
+    return turned * dr.rsqrt(_FORWARDS**2 + dr.square(turned))
 
 
 def _middles(eye: Eye, size: tuple[int, int]) -> tuple[Floats, Floats]:
