@@ -95,7 +95,12 @@ def noisy_box(hit: Image) -> tuple[slice, slice]:
 
 
 def _reach(lines: Ints, count: int) -> slice:
-    """Return the blocks around some of so many lines, ascending, and one more on either side."""
+    """Return the rows or columns of whole blocks that hold some lines, with a block at each side.
+
+    Args:
+        lines: Numbers of rows or columns, ascending.
+        count: How many rows or columns the picture has.
+    """
     if not len(lines):
         return slice(0, 0)
     first, after = int(lines[0]) // _BLOCK - 1, int(lines[-1]) // _BLOCK + 2

@@ -60,8 +60,9 @@ def finished(seen: Layers, view: View, how: Finishing) -> Image:
 
 def _denoised(seen: Layers, how: Finishing) -> Image:
     """Return the radiance of a picture without noise; only the part that has any is touched."""
-    radiance, hit = seen["radiance"], seen["hit"]
-    box = (slice(None), slice(None)) if how.grainy_sky else noisy_box(hit)
+    radiance = seen["radiance"]
+    hit = np.ones_like(seen["hit"]) if how.grainy_sky else seen["hit"]
+    box = noisy_box(hit)
     # Layers may be here because they are wanted, not as guides.
     known = seen if how.guided else Layers()
     guides = {name: known[name][box] for name in ("albedo", "normal") if name in known}
@@ -69,9 +70,8 @@ def _denoised(seen: Layers, how: Finishing) -> Image:
     if not raw.size:
         return radiance
     smooth = denoise(raw, quality=how.denoiser, **guides)
-    seen_there = np.ones_like(hit) if how.grainy_sky else hit[box]
     picture = radiance.copy()
-    picture[box] = mixed(smooth, raw, hit=seen_there, share=how.raw_share)
+    picture[box] = mixed(smooth, raw, hit=hit[box], share=how.raw_share)
     return picture
 
 
