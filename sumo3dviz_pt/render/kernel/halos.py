@@ -55,8 +55,11 @@ _MOST_FORWARDS = 0.6
 _FORWARDS = (1.0 - ASYMMETRY) / ASYMMETRY**0.5
 """Angle in which the phase function falls: it goes by (a^2 + angle^2)^-1.5 where that is small."""
 
-_PLACES = (0.15, 0.5, 0.85)
-"""Shares of the angle along a ray at which tables look at a lamp."""
+_PLACES = ((0.025, 0.05), (0.125, 0.15), (0.35, 0.3), (0.75, 0.5))
+"""Shares of the angle along a ray at which tables look at a lamp, and what part each stands for.
+
+They are closer where light of lamps that shine towards the eye is scattered forwards.
+"""
 
 
 class Halos:
@@ -271,12 +274,13 @@ def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) 
     first = np.arctan(-nearest / aside)
     span = np.float32(0.5 * np.pi) - first
     found = np.zeros_like(aside)
-    for share in _PLACES:
+    for share, part in _PLACES:
         beyond = aside * np.tan(first + span * np.float32(share))
         reach: Image = np.sqrt(square + beyond * beyond)
         light = _shining(sources, ways, to, np.asarray(nearest + beyond), reach)
         light *= np.float32(1.0 - _BY_CHANCE) * _phase(-beyond / reach)
         light += (_BY_CHANCE / (4.0 * np.pi) * sources.mean).astype(np.float32)
+        light *= np.float32(part)
         found += light * np.exp(np.float32(-fading) * (nearest + beyond + reach))
     return np.asarray(found * span / aside, np.float64)
 
