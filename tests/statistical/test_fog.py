@@ -77,14 +77,16 @@ def test_rain_takes_as_much_as_was_measured():
     assert near / far == pytest.approx(0.5, rel=0.01)
 
 
-def test_guides_are_as_pale_as_the_fog_before_them():
+def test_guides_are_as_pale_and_flat_as_the_fog_before_them():
     """Else the denoiser would look for textures that nobody sees, and neighbours scale fog."""
     fog = Weather(fog=Fog(CONTRAST / 200.0))
     scene = replace(black_wall(100.0), weather=always(fog))
-    with session_of(scene, size=SIZE, quality=RAW, layers=("radiance", "albedo")) as session:
+    with session_of(scene, size=SIZE, quality=RAW, layers=("albedo", "normal")) as session:
         state = replace(frame_of(view((0.0, 0.0, 1.2), fov=2.0)), weather=fog)
-        albedo = session.render(state).layers["albedo"]
-    assert albedo == pytest.approx(1.0 - np.sqrt(0.02), abs=2e-3)
+        layers = session.render(state).layers
+    assert layers["albedo"] == pytest.approx(1.0 - np.sqrt(0.02), abs=2e-3)
+    lengths = np.linalg.norm(layers["normal"], axis=-1)
+    assert lengths == pytest.approx(np.sqrt(0.02), abs=2e-3)
 
 
 def test_fog_is_thinner_above():

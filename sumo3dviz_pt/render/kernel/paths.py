@@ -216,7 +216,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     path.light = dr.select(lit, path.light + gain, path.light)
 
     first = surface.there & primary
-    _note(path.seen, first, surface, emitted, _whitened(scattered.albedo, clear))
+    _note(path.seen, first, surface, emitted, *_guides(surface, scattered.albedo, clear))
     if place.surfaces.numbered:
         _number(path.seen, place.surfaces.mover(found, surface, first), first)
 
@@ -277,12 +277,23 @@ def _veiled(path: _Path, surface: Surface, air: Air | None) -> Any:
     return clear
 
 
-def _whitened(albedo: Any, clear: Any) -> Any:
-    """Return how bright a surface is as a guide: as pale as the fog before it."""
-    return albedo if clear is None else dr.lerp(1.0, albedo, clear)
+def _guides(surface: Surface, albedo: Any, clear: Any) -> tuple[Any, Any]:
+    """Return a surface's reflectance and normal as guides: as pale and flat as the fog before it.
+
+    Args:
+        surface: The surface.
+        albedo: Its own reflectance.
+        clear: Share of its light that passes the air before it, or None without air.
+    """
+    normal = mi.Vector3f(surface.si.sh_frame.n)
+    if clear is None:
+        return albedo, normal
+    return dr.lerp(1.0, albedo, clear), normal * clear
 
 
-def _note(seen: _Seen, first: Any, surface: Surface, emitted: Any, albedo: Any) -> None:
+def _note(
+    seen: _Seen, first: Any, surface: Surface, emitted: Any, albedo: Any, normal: Any
+) -> None:
     """Keep what a path met first.
 
     In a mirror the reflectance and normal are those of the first thing which is none: the pane
@@ -294,7 +305,7 @@ def _note(seen: _Seen, first: Any, surface: Surface, emitted: Any, albedo: Any) 
     if surface.finish.lobes.mirrors:
         first = surface.there & ~surface.finish.mirror & dr.all(seen.normal == 0.0)
     seen.albedo = dr.select(first, albedo, seen.albedo)
-    seen.normal = dr.select(first, mi.Vector3f(surface.si.sh_frame.n), seen.normal)
+    seen.normal = dr.select(first, normal, seen.normal)
 
 
 def _number(seen: _Seen, mover: Any, first: Any) -> None:
