@@ -2,10 +2,10 @@
 
 What a neighbour saw counts where the same thing is seen in both frames, at the distance that
 exact motion tells, and its light has not changed. Where nothing moves before a camera that
-stands still, pixels are averaged with themselves. Elsewhere the neighbour's nearest pixel is
-taken, with its texture replaced by that of this frame: values between pixels would blur it. The
-sky has no noise and is left alone where the camera moves. A frame without neighbours comes out
-as it was.
+stands still, pixels are averaged with themselves; so are the rims of the vehicle that a camera
+rides in. Elsewhere the neighbour's nearest pixel is taken, with its texture replaced by that of
+this frame: values between pixels would blur it. The sky has no noise and is left alone where the
+camera moves. A frame without neighbours comes out as it was.
 
 References:
     Nehab et al., "Accelerating real-time shading with reverse reprojection caching",
@@ -93,10 +93,11 @@ def accumulated(
     """
     threads = threads or min(os.cpu_count() or 1, _MOST_THREADS)
     others = [(other, motion_between(centre, other)) for other in neighbours]
+    rims = rims_of(centre, others)
     planes, frames = np.empty_like(centre.planes), np.empty_like(centre.distance)
 
     def average(band: Band) -> None:
-        planes[:, band.own], frames[band.own] = _average(band, centre, others)
+        planes[:, band.own], frames[band.own] = _average(band, centre, others, rims)
 
     with ThreadPoolExecutor(threads) as pool:
         # Threads only read what frames have worked out before.
@@ -105,14 +106,39 @@ def accumulated(
     return Accumulated(centre.layers | layers_of(planes), frames)
 
 
+def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]) -> Bools | None:
+    """Return the pixels that what rides with a camera covers in part, (h, w); None if nothing does.
+
+    These are those that show it in some frames and what is behind it in others, as chance goes.
+    Alone, each such frame would show mostly the one or the other, and the rim would be ragged.
+
+    Args:
+        centre: The frame.
+        others: Its neighbours, and where things went until then.
+    """
+    riding = [(other, motion) for other, motion in others if motion.riding.any()]
+    if not riding:
+        return None
+    shown = np.logical_and.reduce([motion.riding for _, motion in riding])[centre.numbers]
+    ever, always = shown, shown
+    for other, motion in riding:
+        shown = motion.riding_there[other.numbers]
+        ever, always = ever | shown, always & shown
+    return np.asarray(ever & ~always)
+
+
 def _average(
-    band: Band, centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]
+    band: Band,
+    centre: TracedFrame,
+    others: Sequence[tuple[TracedFrame, Motion]],
+    rims: Bools | None,
 ) -> tuple[Image, Image]:
     """Return a band's averaged planes, (channels, h, w), and how many frames they have."""
     total = centre.planes[:, band.own].copy()
     frames = np.ones(total.shape[1:], dtype=np.float32)
     for other, motion in others:
-        seen = seen_by(other, centre, motion, band=band)
+        own = rims[band.rows] if rims is not None and motion.riding.any() else None
+        seen = seen_by(other, centre, motion, band=band, rims=own)
         share = likeness(band.padded(seen.change), band.padded(seen.known))
         frames += share
         _add(total, seen, other.planes[:, band.own], share=share, core=band.core)
@@ -146,7 +172,14 @@ def _add(total: Image, seen: Seen, planes: Image, *, share: Image, core: slice) 
         plane[pixels] += more * moved
 
 
-def seen_by(other: TracedFrame, centre: TracedFrame, motion: Motion, *, band: Band) -> Seen:
+def seen_by(
+    other: TracedFrame,
+    centre: TracedFrame,
+    motion: Motion,
+    *,
+    band: Band,
+    rims: Bools | None = None,
+) -> Seen:
     """Return what another frame holds of what a band of a frame shows.
 
     Args:
@@ -154,10 +187,13 @@ def seen_by(other: TracedFrame, centre: TracedFrame, motion: Motion, *, band: Ba
         centre: The frame.
         motion: From the frame to the other one.
         band: Rows of the frame.
+        rims: Pixels of the band that what rides with the camera covers in part, (h, w).
     """
     width, _ = centre.layers.size
     # Where nothing moves, pixels correspond, whatever else they see.
     same = _corresponding(band, centre, other, motion)
+    if rims is not None:
+        same |= rims
     change = np.zeros(same.shape, dtype=np.float32)
     if same.any():
         np.subtract(centre.levels[band.rows], other.levels[band.rows], out=change)
@@ -183,8 +219,7 @@ def _corresponding(band: Band, centre: TracedFrame, other: TracedFrame, motion: 
     if not motion.still.any():
         return resting
     flat = resting.reshape(-1)
-    there = np.append(motion.still, False)[motion.back]
-    for frame, still in ((centre, motion.still), (other, there)):
+    for frame, still in ((centre, motion.still), (other, motion.still_there)):
         moving = band.among(frame.moving, width)
         flat[moving] = still[band.of(frame.numbers)[moving]]
     return all_around(resting)

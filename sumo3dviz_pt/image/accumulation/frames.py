@@ -21,6 +21,7 @@ _NEAR, _NEAR_SHARE = 0.02, 0.01  # how far distances may differ [m], and as a sh
 _GRAZING = 0.05  # least cosine by which a surface stretches a pixel
 _DARK = 0.02  # share of white that is added before logarithms, so that black has one
 _EXACT = 1e-9  # how far a placement may lie from another that counts as the same
+_ABOUT = 3e-4  # the same for what rides with a camera: less than a pixel, half a metre away
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +148,31 @@ class Motion:
     @cached_property
     def still(self) -> Bools:
         """Which parts are where they were, as the camera sees them, (1 + parts,)."""
-        apart = np.abs(self.placements - np.eye(4)).max(axis=(1, 2))
-        return np.asarray(self.known & (apart < _EXACT))
+        return np.asarray(self.known & (self._moved < _EXACT))
+
+    @property
+    def still_there(self) -> Bools:
+        """The same of the second frame's parts, (1 + its parts,)."""
+        return self._in_second(self.still)
+
+    @cached_property
+    def riding(self) -> Bools:
+        """Which parts go with a camera that moves, (1 + parts,)."""
+        return np.asarray(self.known & (self._moved < _ABOUT) & ~self.still[0])
+
+    @property
+    def riding_there(self) -> Bools:
+        """The same of the second frame's parts, (1 + its parts,)."""
+        return self._in_second(self.riding)
+
+    @cached_property
+    def _moved(self) -> Floats:
+        """By how much placements differ from none, (1 + parts,) [m, rad]."""
+        return np.asarray(np.abs(self.placements - np.eye(4)).max(axis=(1, 2)))
+
+    def _in_second(self, which: Bools) -> Bools:
+        """Return for the second frame's parts what holds for the first one's."""
+        return np.asarray(np.append(which, False)[self.back])
 
 
 def motion_between(centre: TracedFrame, other: TracedFrame) -> Motion:

@@ -25,6 +25,27 @@ def known_by(other, frame):
     return seen_by(other, frame, motion, band=Band(0, height, height, 0)).known
 
 
+def sampled(stage, seed=None, *, samples=2, places=16):
+    """Trace a stage through places side by side in each pixel: all, or some by chance."""
+    pixel = np.radians(60.0) / 96
+    offsets = (np.arange(places) + 0.5) / places - 0.5
+    traced = [replace(stage, yaw=stage.yaw + pixel * at).frame() for at in offsets]
+    shape = traced[0].numbers.shape
+    if seed is None:
+        picks = np.arange(places)[:, None, None] + np.zeros(shape, int)
+    else:
+        picks = np.random.default_rng(seed).integers(places, size=(samples, *shape))
+    layers = {}
+    for name in traced[0].layers:
+        stack = np.stack([np.atleast_3d(one.layers[name]) for one in traced])
+        found = np.take_along_axis(stack, picks[..., None], axis=0)
+        first = name in ("ids", "first_depth")
+        layers[name] = np.squeeze(found[0] if first else found.mean(axis=0), -1 if first else ())
+        layers[name] = layers[name].reshape(traced[0].layers[name].shape)
+    exact = stage.frame()
+    return replace(exact, layers=Layers(layers), samples=samples)
+
+
 def test_a_frame_alone_stays_as_it_is():
     frame = Stage(noise=0.2).frame()
     alone = accumulated(frame, [])
@@ -99,6 +120,32 @@ def test_a_moving_camera_gets_rid_of_noise():
     result = accumulated(frame, frames)
     near = (truth.distance > 0) & (truth.distance < 30)
     assert error(result, truth)[near].mean() < 0.5 * error(frame, truth)[near].mean()
+
+
+def riding(k, wobble=0.0):
+    """A camera that follows a box at the same speed, about."""
+    return Stage(eye=(0.5 * k, wobble * k, 3.0), box=(6.0 + 0.5 * k, 0.0, 1.5))
+
+
+@pytest.mark.parametrize("wobble", [0.0, 3e-5])
+def test_rims_of_what_rides_with_the_camera_are_smooth(wobble):
+    steps = [k for k in range(-4, 5) if k]
+    others = [sampled(riding(k, wobble), k + 10) for k in steps]
+    frame, truth = sampled(riding(0), 0), sampled(riding(0))
+    covered = np.mean(
+        [sampled(riding(0), seed, samples=1).numbers > 0 for seed in range(64)], axis=0
+    )
+    rim = (covered > 0.2) & (covered < 0.8)
+    assert rim.sum() > 20
+    before, after = (error(one, truth)[rim].mean() for one in (frame, accumulated(frame, others)))
+    assert after < 0.65 * before
+
+
+def test_what_rides_with_the_camera_leaves_no_ghost():
+    frames = [riding(k).frame() for k in range(-4, 5)]
+    truth = frames.pop(4)
+    result = accumulated(truth, frames)
+    assert error(result, truth).max() < 0.03
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
