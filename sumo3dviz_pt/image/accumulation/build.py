@@ -106,11 +106,13 @@ def accumulated(
     return Accumulated(centre.layers | layers_of(planes), frames)
 
 
-def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]) -> Bools | None:
-    """Return the pixels that what rides with a camera covers in part, (h, w); None if nothing does.
+def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]) -> Bools:
+    """Return the pixels that what rides with a camera covers in part, (h, w).
 
-    These are those that show it in some frames and what is behind it in others, as chance goes.
-    Alone, each such frame would show mostly the one or the other, and the rim would be ragged.
+    These show it in some frames and what is behind it in others, as chance goes, and lie between
+    pixels that always show it and such that never do. Alone, each such frame would show mostly
+    the one or the other, and the rim would be ragged. A wider band is none: something passes
+    before what rides.
 
     Args:
         centre: The frame.
@@ -118,27 +120,26 @@ def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]) -
     """
     riding = [(other, motion) for other, motion in others if motion.riding.any()]
     if not riding:
-        return None
+        return np.zeros(centre.numbers.shape, dtype=bool)
     shown = np.logical_and.reduce([motion.riding for _, motion in riding])[centre.numbers]
     ever, always = shown, shown
     for other, motion in riding:
         shown = motion.riding_there[other.numbers]
         ever, always = ever | shown, always & shown
-    return np.asarray(ever & ~always)
+    return np.asarray(ever & ~always & ~all_around(ever) & ~all_around(~always))
 
 
 def _average(
     band: Band,
     centre: TracedFrame,
     others: Sequence[tuple[TracedFrame, Motion]],
-    rims: Bools | None,
+    rims: Bools,
 ) -> tuple[Image, Image]:
     """Return a band's averaged planes, (channels, h, w), and how many frames they have."""
     total = centre.planes[:, band.own].copy()
     frames = np.ones(total.shape[1:], dtype=np.float32)
     for other, motion in others:
-        own = rims[band.rows] if rims is not None and motion.riding.any() else None
-        seen = seen_by(other, centre, motion, band=band, rims=own)
+        seen = seen_by(other, centre, motion, band=band, rims=rims)
         share = likeness(band.padded(seen.change), band.padded(seen.known))
         frames += share
         _add(total, seen, other.planes[:, band.own], share=share, core=band.core)
@@ -178,7 +179,7 @@ def seen_by(
     motion: Motion,
     *,
     band: Band,
-    rims: Bools | None = None,
+    rims: Bools,
 ) -> Seen:
     """Return what another frame holds of what a band of a frame shows.
 
@@ -187,13 +188,13 @@ def seen_by(
         centre: The frame.
         motion: From the frame to the other one.
         band: Rows of the frame.
-        rims: Pixels of the band that what rides with the camera covers in part, (h, w).
+        rims: As `rims_of` finds them in the whole frame.
     """
     width, _ = centre.layers.size
     # Where nothing moves, pixels correspond, whatever else they see.
     same = _corresponding(band, centre, other, motion)
-    if rims is not None:
-        same |= rims
+    if motion.riding.any():
+        same |= rims[band.rows]
     change = np.zeros(same.shape, dtype=np.float32)
     if same.any():
         np.subtract(centre.levels[band.rows], other.levels[band.rows], out=change)

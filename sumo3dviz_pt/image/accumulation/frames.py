@@ -87,7 +87,8 @@ class TracedFrame:
     def room(self) -> Image:
         """How far distances within a pixel, or to a neighbour's, may differ, (h, w) [m]."""
         away = self.layers["first_depth"]
-        # A surface that is seen from its side is stretched along the ray.
+        # A surface that is seen from its side is stretched along the ray. Fog shortens normals, so
+        # there distances may differ more; fog hides what that lets through.
         camera = self.view.world_from_camera.matrix[:3, :3].T.astype(np.float32)
         across = camera @ plane_of(self.planes, "normal").reshape(3, -1)
         facing = np.einsum("ij,ij->j", self.rays.reshape(3, -1), across).reshape(away.shape)
@@ -157,8 +158,10 @@ class Motion:
 
     @cached_property
     def riding(self) -> Bools:
-        """Which parts go with a camera that moves, (1 + parts,)."""
-        return np.asarray(self.known & (self._moved < _ABOUT) & ~self.still[0])
+        """Which parts go with a camera that moves, (1 + parts,); never what stands."""
+        riding = self.known & (self._moved < _ABOUT) & ~self.still[0]
+        riding[0] = False
+        return np.asarray(riding)
 
     @property
     def riding_there(self) -> Bools:

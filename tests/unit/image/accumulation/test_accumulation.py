@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stages import Stage
+from stages import LENS, SIZE, Stage
 
 from sumo3dviz_pt.image.accumulation.bands import Band
-from sumo3dviz_pt.image.accumulation.build import accumulated, seen_by
+from sumo3dviz_pt.image.accumulation.build import accumulated, rims_of, seen_by
 from sumo3dviz_pt.image.accumulation.frames import TracedFrame, motion_between
 from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.lens import Lens
@@ -21,29 +21,24 @@ def error(frame_or_result, truth):
 def known_by(other, frame):
     """Return what another frame knows of a frame, (h, w)."""
     height = frame.layers.size[1]
-    motion = motion_between(frame, other)
-    return seen_by(other, frame, motion, band=Band(0, height, height, 0)).known
+    motion, rims = motion_between(frame, other), _rims(frame, [other])
+    return seen_by(other, frame, motion, band=Band(0, height, height, 0), rims=rims).known
 
 
 def sampled(stage, seed=None, *, samples=2, places=16):
     """Trace a stage through places side by side in each pixel: all, or some by chance."""
-    pixel = np.radians(60.0) / 96
+    pixel = LENS.pixel_angle(SIZE[0])
     offsets = (np.arange(places) + 0.5) / places - 0.5
     traced = [replace(stage, yaw=stage.yaw + pixel * at).frame() for at in offsets]
-    shape = traced[0].numbers.shape
-    if seed is None:
-        picks = np.arange(places)[:, None, None] + np.zeros(shape, int)
-    else:
-        picks = np.random.default_rng(seed).integers(places, size=(samples, *shape))
+    picks = np.indices((places, *SIZE[::-1]))[0]
+    if seed is not None:
+        picks = np.random.default_rng(seed).integers(places, size=(samples, *SIZE[::-1]))
     layers = {}
-    for name in traced[0].layers:
-        stack = np.stack([np.atleast_3d(one.layers[name]) for one in traced])
-        found = np.take_along_axis(stack, picks[..., None], axis=0)
-        first = name in ("ids", "first_depth")
-        layers[name] = np.squeeze(found[0] if first else found.mean(axis=0), -1 if first else ())
-        layers[name] = layers[name].reshape(traced[0].layers[name].shape)
-    exact = stage.frame()
-    return replace(exact, layers=Layers(layers), samples=samples)
+    for name, layer in traced[0].layers.items():
+        each = np.stack([one.layers[name] for one in traced])
+        found = np.take_along_axis(each, picks.reshape(*picks.shape, *[1] * (layer.ndim - 2)), 0)
+        layers[name] = found[0] if name in ("ids", "first_depth") else found.mean(axis=0)
+    return replace(stage.frame(), layers=Layers(layers), samples=samples)
 
 
 def test_a_frame_alone_stays_as_it_is():
@@ -146,6 +141,36 @@ def test_what_rides_with_the_camera_leaves_no_ghost():
     truth = frames.pop(4)
     result = accumulated(truth, frames)
     assert error(result, truth).max() < 0.03
+
+
+def test_what_crosses_before_a_creeping_camera_leaves_no_ghost():
+    """Where a camera hardly moves, what stands goes with it as well as the own vehicle does."""
+    frames = [
+        Stage(eye=(1e-4 * k, 0.0, 3.0), box=(14.0, 1.0 * k, 1.0), noise=0.2).frame(k + 10)
+        for k in range(-4, 5)
+    ]
+    frame = frames.pop(4)
+    assert not _rims(frame, frames).any()
+
+
+def test_what_passes_before_what_rides_with_the_camera_is_no_rim():
+    """As wipers do before the bonnet."""
+    frames = [riding(k).frame() for k in range(-4, 5)]
+    rows, columns = np.nonzero(frames[4].numbers)
+    top, left = int(rows.mean()) - 4, int(columns.mean()) - 4
+    swept = []
+    for k, frame in enumerate(frames):
+        ids = frame.layers["ids"].copy()
+        ids[top : top + 8, left + k : left + k + 8] = 0.0
+        swept.append(replace(frame, layers=frame.layers | {"ids": ids}))
+    centre = swept.pop(4)
+    rims = _rims(centre, swept)
+    assert not rims[top + 2 : top + 6, left : left + 16].any()
+
+
+def _rims(frame, others):
+    """Return the rims of what rides with the camera, (h, w)."""
+    return rims_of(frame, [(other, motion_between(frame, other)) for other in others])
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.1])
