@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,10 @@ PALETTE = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9")
 """Okabe and Ito, without black and yellow."""
 
 _MARKERS = "osD^vP"
+_PNG: Mapping[str, Any] = MappingProxyType({"format": "png", "metadata": {"Software": None}})
+_JPEG: Mapping[str, Any] = MappingProxyType(
+    {"format": "jpeg", "pil_kwargs": {"quality": 92, "subsampling": 0}}
+)
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -42,9 +47,13 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure as PNG."""
+    """Write a figure as PNG, or as JPEG where the file's name ends so.
+
+    JPEG is for figures made of photographs, which are three times larger as PNG.
+    """
+    kind = _JPEG if path.suffix == ".jpg" else _PNG
     with whole(path) as part:
-        figure.savefig(part, format="png", dpi=DPI, metadata={"Software": None})
+        figure.savefig(part, dpi=DPI, **kind)
 
 
 def error_plot(

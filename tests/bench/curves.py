@@ -21,7 +21,7 @@ from sumo3dviz_pt.report.convergence.table import Slope, median, numbers, read_r
 
 WORK = Path("build/curves")
 PRESETS = ("draft", "preview", "standard", "study")
-KEPT = ("report.md", "convergence.csv", "error.png", "crops.png", "flip.png", "depth.png")
+KEPT = ("report.md", "convergence.csv", "error.png", "crops.png", "flip.jpg", "depth.png")
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ def test_everything_is_measured(measured):
     # With --top 2 the ladder has two rungs.
     assert len(rows) == sum(group.rows for group in groups(2))
     assert "Incomplete" not in page
-    for name in ("error.png", "crops.png", "flip.png", "depth.png"):
+    for name in ("error.png", "crops.png", "flip.jpg", "depth.png"):
         assert (whole / name).stat().st_size > 5000 and name in page
 
 

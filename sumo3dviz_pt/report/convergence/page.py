@@ -32,7 +32,7 @@ PLOTS: Mapping[str, str] = MappingProxyType(
         "error.png": "Error against run time, both logarithmic: medians over seeds as lines,"
         " seeds as faint points, presets as stars. Only raw pictures should follow the guide.",
         "crops.png": "The same windows of several pictures, with what they cost.",
-        "flip.png": "Where the pictures differ from the reference: FLIP, on one scale.",
+        "flip.jpg": "Where the pictures differ from the reference: FLIP, on one scale.",
         "depth.png": "What shorter paths change: same seeds, raw.",
     }
 )
@@ -95,7 +95,7 @@ def write_page(folder: Path, rows: Sequence[TableRow], notes: PageNotes) -> Path
         _about(rows, notes),
         _reference(rows, notes),
         _presets(rows),
-        _pictures(folder, ("error.png", "crops.png", "flip.png")),
+        _pictures(folder, ("error.png", "crops.png", "flip.jpg")),
         _gains(rows),
         _slopes(rows),
         _ladder(rows),

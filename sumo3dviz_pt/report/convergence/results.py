@@ -103,7 +103,7 @@ def _galleries(folder: Path, rows: Sequence[TableRow], look: PictureLook) -> Non
         return
     shown["reference"] = look.develop(read_exr(folder / PICTURES / f"{REFERENCE}.exr")[0])
     crops_plot(shown, folder / "crops.png", costs=costs)
-    flip_maps(shown, folder / "flip.png", costs=costs)
+    flip_maps(shown, folder / "flip.jpg", costs=costs)
 
 
 def _is_plain(row: TableRow) -> bool:
