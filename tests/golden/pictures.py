@@ -167,8 +167,13 @@ PICTURES: Mapping[str, Picture | ViewerPicture] = {
     ),
     "crossing_dusk": Picture("crossing", "corner", 440.0, {"template": "city_dusk"}),
     "crossing_night": Picture("crossing", "corner", 440.0, {"template": "city_night"}),
+    "crossing_snow": Picture("crossing", "corner", 456.0, {"weather.preset": "snow"}),
+    "crossing_downpour": Picture(
+        "crossing", "corner", 440.0, {"template": "city_night", "weather.preset": "downpour"}
+    ),
     "crossing_abstract": Picture("crossing", "corner", 456.0, {"template": "abstract"}),
     "ronda_driver": Picture("ronda", "driver", 460.0),
+    "ronda_fog": Picture("ronda", "driver", 460.0, {"weather.preset": "fog"}),
     "viewer": ViewerPicture(small="person:p2"),
 }
 """All stored pictures by name; those of one world follow each other, so that it is built once."""
