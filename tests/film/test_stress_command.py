@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
+from sumo3dviz_pt.catalog import template_names
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.model.news import Doing, heard_by
 from sumo3dviz_pt.pipeline.production import Request, frame_times, opened, prepare
@@ -15,6 +16,8 @@ from sumo3dviz_pt.report.stress.cases import Case
 from sumo3dviz_pt.report.stress.sky import under_sky
 
 pytestmark = pytest.mark.slow
+
+HOURS = ("day", "night")
 
 
 def stressed(place, *more):
@@ -57,6 +60,16 @@ def test_a_driver_is_put_under_stress(tmp_path, capsys):
     assert main(stressed(place, "--camera", "driver", "--time", "5", *arguments)) == 0
     words = capsys.readouterr().out
     assert words.startswith("shot driver at 5 s") and "5 ok" in words
+
+
+@pytest.mark.parametrize("camera", ["post", "driver"])
+def test_every_weather_stands_by_day_and_by_night(tmp_path, capsys, camera):
+    place = write_scenario(tmp_path, vehicles=3, signals=True, trees=True)
+    cases = only("* by day", "* by night")
+    assert main(stressed(place, "--camera", camera, "--time", "5", "--json", *cases)) == 0
+    outcomes = json.loads(capsys.readouterr().out)["outcomes"]
+    expected = {f"{name} by {hour}" for name in template_names("weather") for hour in HOURS}
+    assert {one["name"] for one in outcomes if one["verdict"] == "ok"} == expected
 
 
 def test_a_failure_is_said_once_and_ends_in_one(tmp_path, capsys):

@@ -9,7 +9,8 @@ faces all directional light E (the sun, and the part of the sky above the radian
 c + E / pi (Lambert). After sunset lamps light the road, and no surface gets brighter than
 they are; that is a loose bound. The brightest hundredth of the pixels may be glints of the sun and
 is left out of that mean. Open sky is simpler: its median lies between the darkest and the
-brightest part of the baked sky.
+brightest part of the baked sky, or is brighter by what lamps can add to air that scatters their
+light.
 Towards black, the outdoors is at least `DARKEST` of the sky's mean radiance: asphalt
 reflects 0.05 of it, and a tenth of the sky is open to the depth of a street.
 """
@@ -51,6 +52,7 @@ class CaseLight:
         sky: Lowest and highest luminance of the sky, without the sun.
         sun: Luminance of the sun's disc; 0 for none.
         lamps: Luminance of the brightest lamp that lights its surroundings (after sunset).
+        misty: Whether the air scatters the lamps' light towards the eye.
     """
 
     brightest: float
@@ -60,6 +62,13 @@ class CaseLight:
     sky: tuple[float, float]
     sun: float = 0.0
     lamps: float = 0.0
+    misty: bool = False
+
+    @property
+    def open_sky(self) -> tuple[float, float]:
+        """Lowest and highest luminance that the open sky can have, air before it included."""
+        low, high = self.sky
+        return low, high + self.lamps * self.misty
 
     @property
     def wall(self) -> float:
@@ -68,7 +77,12 @@ class CaseLight:
 
 
 def light_of(
-    sky: Any, sets: Sequence[LampSet], frame: FrameState, scene: SceneData | None = None
+    sky: Any,
+    sets: Sequence[LampSet],
+    frame: FrameState,
+    scene: SceneData | None = None,
+    *,
+    misty: bool = False,
 ) -> CaseLight:
     """Return the light of a case.
 
@@ -77,6 +91,7 @@ def light_of(
         sets: The scene's lamps.
         frame: For the radiance of those that change.
         scene: For the lamps of its vehicles; None has none.
+        misty: Whether the air scatters light, as in fog, rain and falling snow.
     """
     luminance = np.asarray(sky.radiance, np.float64) @ LUMINANCE
     rows, columns = luminance.shape
@@ -98,6 +113,7 @@ def light_of(
         sky=(float(luminance.min()), float(luminance.max())),
         sun=float(sun @ LUMINANCE),
         lamps=max((float(peak @ LUMINANCE) for peak in lighting), default=0.0),
+        misty=misty,
     )
 
 
@@ -218,7 +234,7 @@ def _sky(seen: Evidence) -> list[str]:
     if np.count_nonzero(seen.open_sky) < _MANY:
         return []
     median = float(np.median((seen.radiance @ LUMINANCE)[seen.open_sky]))
-    low, high = seen.light.sky
+    low, high = seen.light.open_sky
     if low / MARGIN <= median <= high * MARGIN:
         return []
     return [f"the open sky shines at {median:.3g}, not from {low:.3g} to {high:.3g}"]

@@ -210,6 +210,14 @@ def test_twice_the_energy_of_a_white_wall_is_found_and_less_is_not():
     assert judge(PLAIN, evidence(1.2 * MARGIN * wall, sky=1.0)) == (), "the sky is no wall"
 
 
+@pytest.mark.parametrize(
+    ("radiance", "misty", "sound"), [(2.2, True, True), (2.2, False, False), (5.5, True, False)]
+)
+def test_lamps_light_the_air_before_the_open_sky_only_where_it_scatters(radiance, misty, sound):
+    lit = replace(LIGHT, lamps=3.0, misty=misty)
+    assert (judge(PLAIN, evidence(radiance, sky=1.0, light=lit)) == ()) == sound
+
+
 @pytest.mark.parametrize(("radiance", "sound"), [(0.05, False), (0.1, True), (2.2, False)])
 def test_open_sky_is_the_baked_sky(radiance, sound):
     problems = judge(PLAIN, evidence(radiance, sky=1.0))
