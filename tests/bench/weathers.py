@@ -13,6 +13,7 @@ frames of as many samples, without help of other frames.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -21,6 +22,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from bench.before_after import Case, render
 
 from sumo3dviz_pt import catalog
@@ -127,9 +131,10 @@ def main() -> None:
     """Measure, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--size", type=int, nargs=2, default=Plan.size, help="of weathers' films")
     options = parser.parse_args()
     lines = []
-    for line in measured(Plan()):
+    for line in measured(Plan(size=tuple(options.size))):
         print(line, flush=True)
         lines.append(line)
     if options.output:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,10 +18,27 @@ from sumo3dviz_pt.cli import main
 
 SIZE = (48, 28)
 
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAMS = [
+    path.relative_to(ROOT).as_posix()
+    for path in sorted((ROOT / "tests/bench").glob("*.py"))
+    if "ArgumentParser" in path.read_text(encoding="utf-8")
+]
+"""Benches with arguments, which the manual has people start as programs."""
+
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_scenario(tmp_path_factory.mktemp("bench"), signals=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_programs_start_as_the_manual_says(program: str) -> None:
+    words = [sys.executable, program, "--help"]
+    said = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert said.returncode == 0, said.stderr
+    assert said.stdout.startswith("usage: ")
 
 
 @pytest.mark.slow
