@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.image.accumulation.bands import bands_of
-from sumo3dviz_pt.image.accumulation.build import accumulated, seen_by
+from sumo3dviz_pt.image.accumulation.build import accumulated, rims_of, seen_by
 from sumo3dviz_pt.image.accumulation.frames import TracedFrame, motion_between
 from sumo3dviz_pt.image.accumulation.light import MARGIN, likeness
 from sumo3dviz_pt.image.accumulation.storage import packed, unpacked
@@ -91,9 +91,12 @@ def helping(centre: TracedFrame, others: list[TracedFrame]) -> Iterator[Row]:
     other = others[0]
     yield timed("  motion of one", lambda: motion_between(centre, other))
     motion, bands = motion_between(centre, other), list(bands_of(centre.layers.size, MARGIN))
+    neighbours = [(each, motion_between(centre, each)) for each in others]
+    yield timed("  rims", lambda: rims_of(centre, neighbours))
+    rims = rims_of(centre, neighbours)
 
     def seen() -> list[Any]:
-        return [seen_by(other, centre, motion, band=band) for band in bands]
+        return [seen_by(other, centre, motion, band=band, rims=rims) for band in bands]
 
     def alike() -> None:
         for band, one in zip(bands, found, strict=True):
