@@ -269,11 +269,12 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
     frame = production.frame_at(float(production.times[0]))
     samples = session.samples(frame)
     limit = np.inf if quality.cap is None else quality.cap * 2.0**-production.exposure
-    lamps, misty = session.data.lamps, session.loaded.misty
+    # By day lamps add nothing to the air that could be told from the sky's own light.
+    misty = session.loaded.misty and production.shot.dark
     evidence = Evidence(
         radiance=session.finish(samples, frame),
         open_sky=~np.isfinite(samples.distance),
-        light=light_of(session.sky, lamps, frame, session.data, misty=misty),
+        light=light_of(session.sky, session.data.lamps, frame, session.data, misty=misty),
         limit=float(limit),
         exposure=production.exposure + case.exposure,
         tone=production.job.output.tone,

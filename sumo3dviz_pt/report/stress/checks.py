@@ -9,8 +9,8 @@ faces all directional light E (the sun, and the part of the sky above the radian
 c + E / pi (Lambert). After sunset lamps light the road, and no surface gets brighter than
 they are; that is a loose bound. The brightest hundredth of the pixels may be glints of the sun and
 is left out of that mean. Open sky is simpler: its median lies between the darkest and the
-brightest part of the baked sky, or is brighter by what lamps can add to air that scatters their
-light.
+brightest part of the baked sky, or is brighter by what lamps can add by night to air that
+scatters their light; that is a loose bound, too.
 Towards black, the outdoors is at least `DARKEST` of the sky's mean radiance: asphalt
 reflects 0.05 of it, and a tenth of the sky is open to the depth of a street.
 """
@@ -52,7 +52,7 @@ class CaseLight:
         sky: Lowest and highest luminance of the sky, without the sun.
         sun: Luminance of the sun's disc; 0 for none.
         lamps: Luminance of the brightest lamp that lights its surroundings (after sunset).
-        misty: Whether the air scatters the lamps' light towards the eye.
+        misty: Whether it is dark, and the air scatters the lamps' light towards the eye.
     """
 
     brightest: float
@@ -91,7 +91,7 @@ def light_of(
         sets: The scene's lamps.
         frame: For the radiance of those that change.
         scene: For the lamps of its vehicles; None has none.
-        misty: Whether the air scatters light, as in fog, rain and falling snow.
+        misty: Whether it is dark, and the air scatters light as in fog, rain and falling snow.
     """
     luminance = np.asarray(sky.radiance, np.float64) @ LUMINANCE
     rows, columns = luminance.shape
