@@ -49,7 +49,7 @@ def new_figure(width: float, height: float) -> Any:
 def save_figure(figure: Any, path: Path) -> None:
     """Write a figure as PNG, or as JPEG where the file's name ends so.
 
-    JPEG is for figures made of photographs, which are three times larger as PNG.
+    JPEG is for maps of whole pictures, which take more than twice as much as PNG.
     """
     kind = _JPEG if path.suffix == ".jpg" else _PNG
     with whole(path) as part:

@@ -90,10 +90,10 @@ def helping(centre: TracedFrame, others: list[TracedFrame]) -> Iterator[Row]:
     yield timed("8 neighbours", lambda: accumulated(centre, others))
     other = others[0]
     yield timed("  motion of one", lambda: motion_between(centre, other))
-    motion, bands = motion_between(centre, other), list(bands_of(centre.layers.size, MARGIN))
     neighbours = [(each, motion_between(centre, each)) for each in others]
     yield timed("  rims", lambda: rims_of(centre, neighbours))
-    rims = rims_of(centre, neighbours)
+    rims, motion = rims_of(centre, neighbours), neighbours[0][1]
+    bands = list(bands_of(centre.layers.size, MARGIN))
 
     def seen() -> list[Any]:
         return [seen_by(other, centre, motion, band=band, rims=rims) for band in bands]
