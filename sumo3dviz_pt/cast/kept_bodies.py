@@ -27,7 +27,7 @@ def kept_folder(entry: catalog.Entry, family: str) -> Path:
         entry: Of the catalogue.
         family: Such as `vehicles`.
     """
-    digest = hashlib.blake2b(_code(), digest_size=_DIGITS // 2)
+    digest = hashlib.blake2b(catalog.code_digest("library"), digest_size=_DIGITS // 2)
     for path in catalog.recipe_files(entry):
         digest.update(path.read_bytes())
     return catalog.cache_root() / family / f"{entry.name}-{digest.hexdigest()}"
@@ -71,11 +71,3 @@ def _forget(target: Path) -> None:
         with contextlib.suppress(FileNotFoundError):
             if folder != target and time.time() - folder.stat().st_mtime > _KEPT:
                 shutil.rmtree(folder, ignore_errors=True)
-
-
-@cache
-def _code() -> bytes:
-    """Return a digest of the code that builds bodies, wherever in the library it lies."""
-    files = catalog.package_folder("library").rglob("*.py")
-    digests = sorted(hashlib.blake2b(path.read_bytes()).digest() for path in files)
-    return hashlib.blake2b(b"".join(digests)).digest()

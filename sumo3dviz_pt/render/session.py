@@ -37,7 +37,8 @@ from sumo3dviz_pt.render.sensors import sensor_entry
 from sumo3dviz_pt.render.settings import AfterPass, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
 from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry, update_sky
-from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky, sky_light
+from sumo3dviz_pt.render.sky.kept import kept_sky
+from sumo3dviz_pt.render.sky.map import SkyMap, sky_light
 from sumo3dviz_pt.render.sky.weather import WeatheredSky
 
 
@@ -137,7 +138,7 @@ class Session:
     def _sky_of(self, weather: Weather | None) -> SkyMap:
         """Return the sky of a frame's weather, and tell the scene of its air."""
         if self._weathered is None or weather is None:
-            return bake_sky(self.data.sky)
+            return kept_sky(self.data.sky)
         sky, self.loaded.veil = self._weathered.at(weather)
         return sky
 

@@ -28,7 +28,7 @@ class Pyramid:
     spread: float
 
 
-def make_pyramid(image: Floats) -> Pyramid:
+def make_pyramid(image: Floats | Image) -> Pyramid:
     """Halve an image down to eight texels.
 
     Args:
@@ -40,11 +40,12 @@ def make_pyramid(image: Floats) -> Pyramid:
     size = len(image)
     if image.shape[:2] != (size, size) or size < 8 or size & (size - 1):
         raise ValueError("an untiled bitmap is square and its side a power of two")
-    spread = max(float(image.mean(axis=-1).std()), 1e-6)
-    mean = image.reshape(-1, image.shape[-1]).mean(axis=0)
+    grey = (image[..., 0] + image[..., 1] + image[..., 2]) / 3.0
+    spread = max(float(grey.std(dtype=np.float64)), 1e-6)
+    mean = image.reshape(-1, 3).mean(axis=0, dtype=np.float64)
     levels = []
     while len(image) >= 8:
-        levels.append(image.reshape(-1, image.shape[-1]))
+        levels.append(image.reshape(-1, 3))
         rows = image[::2] + image[1::2]
         image = (rows[:, ::2] + rows[:, 1::2]) / 4.0
     texels = np.concatenate(levels)

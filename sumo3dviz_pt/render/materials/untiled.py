@@ -131,7 +131,7 @@ def pyramid_of(filename: str) -> Pyramid:
 def _read_pyramid(filename: str) -> Pyramid:
     """Read a picture and halve it."""
     bitmap = mi.Bitmap(filename).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
-    return make_pyramid(np.array(bitmap, dtype=np.float64))
+    return make_pyramid(np.array(bitmap, dtype=np.float32))
 
 
 def register_untiled(pixel: float = PIXEL) -> None:  # noqa: C901 - needs the variant to exist

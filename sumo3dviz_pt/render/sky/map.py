@@ -97,9 +97,13 @@ def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
         return SkyMap(
             whole, horizon_of(whole[: rows // 2]), None, illuminance_of(whole[: rows // 2], None)
         )
-    dome, sun = _dome(sky, (rows // 2, columns))
+    return sky_of_dome(*bake_dome(sky, (rows // 2, columns)))
+
+
+def sky_of_dome(dome: Image, sun: Sun | None) -> SkyMap:
+    """Return the sky of an upper half, (h, w, 3), and what stands in it."""
     horizon = horizon_of(dome)
-    whole = np.concatenate([dome, lower_half(horizon, rows - rows // 2)])
+    whole = np.concatenate([dome, lower_half(horizon, len(dome))])
     return SkyMap(whole, horizon, sun, illuminance_of(dome, sun))
 
 
@@ -151,8 +155,13 @@ class _SkyLight:
     moon: bool
 
 
-def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
-    """Bake the upper half of the sky; return it and the sun or moon."""
+def bake_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
+    """Bake the upper half of a sky that is no picture; return it and the sun or moon.
+
+    Args:
+        sky: The recipe.
+        size: Rows and columns of the upper half.
+    """
     dome, moonlight = night_dome(sky, size)
     light = None
     if sky.moon_direction is not None:

@@ -26,14 +26,14 @@ from sumo3dviz_pt.model.daylight import (
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.model.weather import ASYMMETRY, Weather, WeatherCourse
+from sumo3dviz_pt.render.sky.kept import kept_sky
 from sumo3dviz_pt.render.sky.map import (
     SkyMap,
     Sun,
     bake_sky,
     horizon_of,
-    illuminance_of,
-    lower_half,
     map_size,
+    sky_of_dome,
 )
 from sumo3dviz_pt.render.sky.panorama import angles, dome_irradiance
 
@@ -73,11 +73,11 @@ class WeatheredSky:
         self, sky: Sky, course: WeatherCourse, size: tuple[int, int] | None = None
     ) -> None:
         size = size or map_size(sky)
-        self.dry = bake_sky(sky, size)
+        self.dry = kept_sky(sky, size)
         self._rows = size[0] // 2
         self._closed: SkyMap | None = None
         if sky.overcast is not None:
-            self._closed = bake_sky(replace(sky, clouds=sky.overcast), size)
+            self._closed = kept_sky(replace(sky, clouds=sky.overcast), size)
         # What weather acts on is the light of a clear sky, whatever clouds stand on it.
         clear = bake_sky(replace(sky, clouds=None), _COARSE if sky.image is None else size)
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
@@ -105,11 +105,8 @@ class WeatheredSky:
             lit = _Fogged.of(dome, sun, fog.overhead, weather).within(self._glow, fog.overhead)
             dome, sun = lit.dome, lit.sun
             veil = _mixed(lit.veil, veil, fog.extinction / weather.extinction)
-            horizon = horizon_of(dome)
         # What is compiled hangs on the course alone, so a sun that is hidden now stays there.
-        sun = sun if self._sunny else None
-        whole = np.concatenate([dome, lower_half(horizon, len(dome))])
-        return SkyMap(whole, horizon, sun, illuminance_of(dome, sun)), veil
+        return sky_of_dome(dome, sun if self._sunny else None), veil
 
     def _light(self, weather: Weather) -> tuple[Image, Sun | None]:
         """Dome and sun under the clouds of a moment, above its fog."""

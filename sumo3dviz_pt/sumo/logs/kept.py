@@ -14,7 +14,6 @@ import json
 import logging
 import os
 from collections.abc import Iterable, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,7 +55,7 @@ def place_of(files: Sequence[Path], question: Iterable[Any]) -> Path | None:
         files: The logs.
         question: What else decides what is read, such as the window.
     """
-    digest = hashlib.blake2b(_code(), digest_size=16)
+    digest = hashlib.blake2b(catalog.code_digest("sumo"), digest_size=16)
     digest.update(repr(list(question)).encode())
     total = 0
     try:
@@ -141,11 +140,3 @@ def _add_file(digest: Any, file: Path) -> None:
         for number in range(_SAMPLES):
             stream.seek(last * number // (_SAMPLES - 1))
             digest.update(stream.read(_SAMPLE))
-
-
-@cache
-def _code() -> bytes:
-    """Return a digest of the code that reads logs."""
-    files = sorted(catalog.package_folder("sumo").rglob("*.py"))
-    digests = [hashlib.blake2b(path.read_bytes()).digest() for path in files]
-    return hashlib.blake2b(b"".join(digests)).digest()
