@@ -98,6 +98,10 @@ class Live:
         check_tone(job.output.tone)
         self.ground, self._size, self._variant = ground, size, variant
         self.job = job
+        step = 1.0 / float(job.output.fps)
+        self._frames: Floats = ground.begin + step * np.arange(
+            int((ground.end - ground.begin) / step) + 1
+        )
         self._eyes: Floats | None = None
         self._riding: tuple[LagrangianCamera, ...] = ()
         self._session: Session | None = None
@@ -125,6 +129,11 @@ class Live:
             by_hand = manual_exposure(first, step=step, name=next(iter(self.job.cameras)))
         own = exposure_of(said, sky=sky, metered=None, by_hand=by_hand)
         return own + self.job.output.exposure
+
+    def frame_before(self, time: float) -> float:
+        """Return the time of the last of the film's frames that is not after a time [s]."""
+        number = int(np.searchsorted(self._frames, time, side="right")) - 1
+        return float(self._frames[max(number, 0)])
 
     def view_of(self, camera: CameraSettings, time: float) -> View:
         """Return what a camera sees at a time [s].
@@ -201,9 +210,15 @@ class Live:
         from sumo3dviz_pt.shot.roaming import build_roam
 
         ground = self.ground
-        times = (ground.begin, ground.end)
         world = world_of(ground.scenario, job, ground.files)
-        return build_roam(world, ground.trajectories, times=times, eyes=eyes, riding=riding)
+        return build_roam(
+            world,
+            ground.trajectories,
+            times=(ground.begin, ground.end),
+            frames=self._frames,
+            eyes=eyes,
+            riding=riding,
+        )
 
     def _open(self) -> None:
         """Give the shot to the renderer."""

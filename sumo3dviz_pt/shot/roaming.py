@@ -43,6 +43,7 @@ def build_roam(
     trajectories: Sequence[Trajectory],
     *,
     times: tuple[float, float],
+    frames: Floats | None = None,
     eyes: Floats | None = None,
     riding: Sequence[LagrangianCamera] = (),
 ) -> Shot:
@@ -52,6 +53,8 @@ def build_roam(
         world: What exists; the cabins that its scene file's cameras sit in can be opened.
         trajectories: The smoothed motion of everyone on the road.
         times: First and last that can be shown [s].
+        frames: Times that are shown one after the other, increasing, (n,) [s]: motion is
+            worked out for many of them at once. Others take longer.
         eyes: Places around which there is detail, (n, 3) [m]; default: where the scene's
             cameras are.
         riding: Further cameras that sit in a vehicle.
@@ -64,7 +67,7 @@ def build_roam(
     """
     # Everyone on the road; the cabins that cameras sit in can be opened.
     scenario, job, left_hand = world.scenario, world.job, world.left_hand
-    fleet = everyone(world, trajectories)
+    fleet = replace(everyone(world, trajectories), times=frames)
     for camera in (*job.cameras.values(), *riding):
         fleet = with_seat(fleet, camera, world=world)
     # Places around which there is detail.

@@ -38,6 +38,7 @@ class ViewerState:
     Attributes:
         eye: The camera, while it neither rides with a road user nor flies.
         time: SUMO's [s].
+        ahead: By how much time that runs is ahead of the film's frame that is shown [s].
         playing: Whether time runs.
         flying: Whether the camera follows the key frames.
         dynamic: Whether road users are shown.
@@ -51,6 +52,7 @@ class ViewerState:
 
     eye: Eye
     time: float
+    ahead: float = 0.0
     playing: bool = False
     flying: bool = False
     dynamic: bool = True
@@ -89,9 +91,10 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
     """
     if state.playing:
         last = state.frames[-1].time if state.flying else live.ground.end
-        time = min(state.time + seconds, last)
-        on = time < last
-        state = replace(state, time=time, playing=on)
+        runs = min(state.time + state.ahead + seconds, last)
+        on = runs < last
+        time = max(live.frame_before(runs), state.time) if on else last
+        state = replace(state, time=time, ahead=runs - time, playing=on)
         if not on and state.flying:
             state = replace(state, flying=False, eye=Eye.of(state.view(live)))
     if state.flying or not state.keys:

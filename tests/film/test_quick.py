@@ -12,7 +12,7 @@ from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages_in import GoTo, KeyFrameOrder
 from sumo3dviz_pt.viewer.messages_out import Frame
 from sumo3dviz_pt.viewer.projector import Projector
-from sumo3dviz_pt.viewer.state import ViewerState, obeyed
+from sumo3dviz_pt.viewer.state import ViewerState, advanced, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
 SIZE, SMALL = (96, 54), (48, 27)
@@ -184,3 +184,25 @@ def test_going_to_a_flight_keeps_key_frames_that_are_not_saved(live, monkeypatch
     dropped = obeyed(add, ViewerState(Eye.of(live.home), 5.0), live)
     back = obeyed(go, dropped, live)
     assert back.frames == dropped.frames and back.time == 1.0
+
+
+def test_playing_shows_the_films_frames_and_loses_no_time(live):
+    begin, end, step = live.ground.begin, live.ground.end, 1.0 / float(live.job.output.fps)
+    state = ViewerState(Eye.of(live.home), begin, playing=True)
+    passed = 0.0
+    for seconds in (0.013, 0.21, 0.0, 0.034, 0.0799, 0.004):
+        state, passed = advanced(state, seconds, live), passed + seconds
+        number = (state.time - begin) / step
+        assert number == pytest.approx(round(number), abs=1e-6)
+        assert 0.0 <= begin + passed - state.time < step + 1e-9
+        assert state.time == live.frame_before(state.time)
+    state = advanced(state, end, live)
+    assert (state.time, state.playing) == (end, False)
+
+
+def test_playing_goes_on_from_any_time_and_never_backwards(live):
+    between = live.ground.begin + 0.3 / float(live.job.output.fps)
+    state = ViewerState(Eye.of(live.home), between, playing=True)
+    times = [(state := advanced(state, 0.005, live)).time for _ in range(20)]
+    assert times[0] == between and times == sorted(times)
+    assert times[-1] == live.frame_before(between + 0.1)
