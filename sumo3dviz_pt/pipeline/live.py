@@ -99,9 +99,8 @@ class Live:
         self.ground, self._size, self._variant = ground, size, variant
         self.job = job
         step = 1.0 / float(job.output.fps)
-        self._frames: Floats = ground.begin + step * np.arange(
-            int((ground.end - ground.begin) / step) + 1
-        )
+        count = int((ground.end - ground.begin) / step) + 1
+        self._frames = ground.begin + step * np.arange(count, dtype=np.float64)
         self._eyes: Floats | None = None
         self._riding: tuple[LagrangianCamera, ...] = ()
         self._session: Session | None = None
