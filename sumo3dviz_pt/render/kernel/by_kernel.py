@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from sumo3dviz_pt.model.areas import PixelArea
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart, merged
 from sumo3dviz_pt.model.panes import reflected_share, reflection_samples
@@ -20,6 +22,12 @@ from sumo3dviz_pt.render.passes.build import Accumulator, pass_seed
 from sumo3dviz_pt.render.passes.denoise import denoise
 from sumo3dviz_pt.render.passes.moments import MeanOfRows, PassOrder, shared_order, whole_order
 from sumo3dviz_pt.render.settings import AfterPass, RenderSettings, Traced
+
+_MORE = 2
+"""Further passes over mirrors for each pass over the picture."""
+
+_MIRRORED = 0x2545F491
+"""Of the seeds of further passes."""
 
 GLOW_SPP = 64
 """Samples of lamps that are seen directly, where there may be one."""
@@ -148,15 +156,34 @@ class ByKernel:
         settings, sensor = self._settings, self._loaded.scene.sensors()[0]
         quality, eye = settings.quality, kernel.eye(sensor, self._view)
         limits = Limits(quality.max_depth, quality.rr_depth, settings.limit, direct=not self._apart)
+        rows, width = order.rows(settings.size[1]), settings.size[0]
+        trace = partial(kernel.trace, sensor, eye, spp=order.spp, limits=limits)
+        areas = self._mirrors(kernel, rows)
         passes = []
         for number in range(order.passes):
             own = pass_seed(order.seed, number)
-            passes.append(
-                kernel.trace(sensor, eye, spp=order.spp, seed=own, limits=limits, band=order.band)
-            )
+            traced = trace(seed=own, area=PixelArea((rows.start, rows.stop), (0, width)))
+            for area in areas:
+                more = [
+                    trace(seed=own ^ pass_seed(_MIRRORED, again), area=area)
+                    for again in range(_MORE)
+                ]
+                traced = with_more(traced, more, area.below(rows.start))
+            passes.append(traced)
             if after_pass is not None:
                 after_pass(number + 1, order.passes)
         return passes
+
+    def _mirrors(self, kernel: Kernel, rows: slice) -> list[PixelArea]:
+        """Return where mirrors are seen in some rows, if they need more samples there.
+
+        They do where frames are averaged with those around, which does not help mirrors.
+        """
+        if kernel.mirrors is None or not self._settings.quality.accumulate:
+            return []
+        found = kernel.mirrors.areas(self._view, self._settings.size)
+        parts = (area.within(rows.start, rows.stop) for area in found)
+        return [part for part in parts if part is not None]
 
     def _glow(self, kernel: Kernel, order: PassOrder) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
@@ -206,6 +233,24 @@ class ByKernel:
         frame = self._loaded.frame
         assert frame is not None, "show a frame first"
         return frame.view
+
+
+def with_more(picture: Layers, more: Sequence[Layers], area: PixelArea) -> Layers:
+    """Return the mean of a picture and of more passes over an area of it.
+
+    Args:
+        picture: One pass.
+        more: As many samples each.
+        area: Of the picture.
+    """
+    found = {}
+    for name, layer in picture.items():
+        found[name] = layer
+        if name not in FIRST.places:
+            found[name] = layer.copy()
+            sums = np.add.reduce([one[name] for one in more])
+            found[name][area.slices] = (layer[area.slices] + sums) / (1 + len(more))
+    return Layers(found)
 
 
 def _mean(*pictures: Image) -> Image:

@@ -15,6 +15,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.model.areas import PixelArea
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart, merged
 from sumo3dviz_pt.model.scene import View
@@ -26,6 +27,7 @@ from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.kernel.grounds import Grounds
 from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
+from sumo3dviz_pt.render.kernel.mirrors import Mirrors
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
 from sumo3dviz_pt.render.kernel.solids import Solids
@@ -80,6 +82,7 @@ class Kernel:
 
     Attributes:
         scene: Mitsuba's; where the loaded scene has another one, the kernel is of no use.
+        mirrors: Where they are seen; None if there are none, and then areas have all columns.
     """
 
     def __init__(self, loaded: LoadedScene, pixel: float, *, numbered: bool = False) -> None:
@@ -88,6 +91,8 @@ class Kernel:
         air = Air(loaded) if loaded.misty else None
         lights = Lights(loaded, self._tables, air)
         halos = Halos(loaded, lights, air) if air is not None and lights.many else None
+        mirrors = self._tables.mirrors()
+        self.mirrors = Mirrors(loaded, mirrors) if mirrors else None
         self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
         self._rain_on()
         surfaces = Surfaces(self._tables, pixel, self._deposits)
@@ -178,7 +183,7 @@ class Kernel:
         spp: int,
         seed: int,
         limits: Limits,
-        band: tuple[float, float] = (0.0, 1.0),
+        area: PixelArea | None = None,
     ) -> Layers:
         """Trace one pass; it finds the layers of `CHANNELS`, `emitted` of lamps, and `FIRST`.
 
@@ -188,30 +193,46 @@ class Kernel:
             spp: Samples of a pixel; samplers with a pattern may take some more.
             seed: Of the pass.
             limits: Of its paths.
-            band: First and last row that are traced, shares of the picture's height.
+            area: That is traced; default all of the picture.
         """
         spp = _whole_pattern(sensor, spp)
         width, height = _size_of(sensor)
-        first, last = rows_of(band, height)
-        rows = max(1, min(height, _MOST_LANES // (width * spp)))
+        area = area or PixelArea((0, height), (0, width))
+        columns = area.size[1]
+        rows = max(1, min(height, _MOST_LANES // (columns * spp)))
         bounds, halos, parts = limits.bounds(), self._place.halos, []
         if halos is not None:
             halos.look_at(eye, (width, height))
-        for top in range(first, last, rows):
-            count = min(rows, last - top)
-            sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
+        for top in range(*area.rows, rows):
+            count = min(rows, area.rows[1] - top)
+            sampler = _seeded(sensor, spp=spp, lanes=columns * count * spp, seed=seed + top)
             index = dr.arange(mi.UInt32, sampler.wavefront_size())
-            pixel = index // dr.opaque(mi.UInt32, spp) + dr.opaque(mi.UInt32, top * width)
+            pixel = self._pixel(index // dr.opaque(mi.UInt32, spp), top, area.columns, width)
             ray = _ray(eye, sampler, pixel, size=(width, height))
             tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
             of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.eval(of_all, of_first)
             found = [_of_all(channel, spp) for channel in of_all]
             found += [_of_first(channel, spp) for channel in of_first]
-            parts.append(self._rows(found, (count, width)))
+            parts.append(self._rows(found, (count, columns)))
         if len(parts) == 1:
             return parts[0]
         return merged(parts, lambda *rows: np.concatenate(rows))
+
+    def _pixel(self, number: Any, top: int, columns: tuple[int, int], width: int) -> Any:
+        """Return numbers of pixels in the picture by their numbers in some of its rows.
+
+        Args:
+            number: Row by row.
+            top: The first row.
+            columns: The first one, and that after the last one.
+            width: Of the picture [px].
+        """
+        first = dr.opaque(mi.UInt32, top * width + columns[0])
+        if self.mirrors is None:
+            return number + first
+        row = number // dr.opaque(mi.UInt32, columns[1] - columns[0])
+        return number + row * dr.opaque(mi.UInt32, width - columns[1] + columns[0]) + first
 
     def _rows(self, channels: list[Any], size: tuple[int, int]) -> Layers:
         """Return some rows of a picture as layers.

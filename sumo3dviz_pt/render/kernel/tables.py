@@ -97,6 +97,7 @@ class Tables:
         rows = [self.textures.row(mesh.bsdf, painted=bool(mesh.body)) for mesh in meshes]
         self.rows = tuple(dict.fromkeys(rows))
         self._places = _laid_out(meshes, parameters)
+        self._mirrors = [m for m, row in zip(meshes, rows, strict=True) if Kind.MIRROR in row.kind]
         self._fill(rows)
         self._number_shapes()
         self._instances = self._faces = self._first_moving = None
@@ -254,6 +255,10 @@ class Tables:
         """Return a mesh's first vertex and first face in the tables, by its name."""
         found = next(place for place in self._places if place.mesh.name == name)
         return found.vertex, found.face
+
+    def mirrors(self) -> list[tuple[str, str]]:
+        """Return bodies with mirrors, and the names of the mirrors' meshes."""
+        return [(mesh.body, mesh.name) for mesh in self._mirrors if mesh.body]
 
     def meshes(self) -> Iterator[tuple[int, str, int]]:
         """Go through all meshes in their order: first face, name, and how many faces."""

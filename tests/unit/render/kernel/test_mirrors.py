@@ -152,3 +152,80 @@ def test_what_mirrors_show_is_not_averaged_over_frames():
     assert seen.movers[number - 1].name == "mirrored"
     assert seen.movers[number - 1].world_from_part is None
     assert (ids == 1).any(), "the rest of the cabin is the vehicle's"
+
+
+def wide_view(vehicle):
+    """What a driver sees, with the inner mirror in the picture."""
+    eye = np.array(vehicle[-1])
+    start, ahead = BODY.points(np.stack([eye, eye + np.array((1.0, 0.0, 0.1))]))
+    way = ahead - start
+    yaw, pitch = np.arctan2(way[1], way[0]), np.arcsin(way[2] / np.linalg.norm(way))
+    return View(Transform.from_pose(start, yaw=yaw, pitch=pitch), Lens.of_degrees(70.0))
+
+
+@pytest.fixture
+def ride():
+    """A scene, and a frame that is seen from the driver's seat."""
+    vehicle, _, target = CASES["inner"]
+    body = opened(*vehicle)
+    parts = [
+        static("ground", plane(200.0), "grey"),
+        static("ball", ball(BODY.points(np.array([target]))[0], 0.5), "red"),
+    ]
+    materials = {**MATERIALS, "grey": diffuse(0.4, 0.4, 0.4), "red": diffuse(*RED)}
+    scene = scene_of(parts, materials, prototypes=[body], slots=Slots({body.name: 1}))
+    view = wide_view(vehicle)
+    return scene, frame_of(view, movers=[Mover("own", body.name, BODY, (0.5, 0.5, 0.5))])
+
+
+def with_seeds(ride, count, **changes):
+    """Pictures of two samples by many seeds, and where mirrors are seen in them."""
+    scene, state = ride
+    quality = RAW.model_copy(update={"spp": 2, "pass_spp": 2, **changes})
+    with session_of(scene, size=SIZE, quality=quality, layers=LAYERS) as session:
+        found = []
+        for seed in range(count):
+            session.retune(quality, seed=seed)
+            found.append(session.render(state).layers["radiance"])
+        mirrors = session.by_kernel.current().mirrors
+        return np.stack(found), mirrors.areas(state.view, SIZE)
+
+
+def test_mirrors_get_more_samples_where_frames_are_averaged(ride):
+    plain, areas = with_seeds(ride, 24)
+    more, again = with_seeds(ride, 24, accumulate=4)
+    assert areas == again and len(areas) == 1, "the inner mirror is in the picture"
+    there = np.zeros(SIZE[::-1], np.bool_)
+    there[areas[0].slices] = True
+    np.testing.assert_array_equal(plain[:, ~there], more[:, ~there])
+    # Three times the samples have a third of the variance, and the same mean.
+    ours, theirs = (pictures[:, there].var(axis=0, ddof=1).mean() for pictures in (more, plain))
+    assert 0.22 < ours / theirs < 0.5
+    off = more[:, there].mean(axis=(1, 2)) - plain[:, there].mean(axis=(1, 2))
+    assert abs(off.mean()) < 4.0 * off.std(ddof=1) / np.sqrt(len(off))
+
+
+def test_the_area_of_a_mirror_holds_all_that_it_shows(ride):
+    scene, state = ride
+    quality = RAW.model_copy(update={"spp": 16, "pass_spp": 16})
+    with session_of(scene, size=SIZE, quality=quality, layers=LAYERS) as session:
+        seen = session.render(state)
+        (area,) = session.by_kernel.current().mirrors.areas(state.view, SIZE)
+    number = 1 + [mover.name for mover in seen.movers].index("mirrored")
+    shown = seen.layers["ids"].astype(int) == number
+    assert shown.sum() > 0.4 * area.pixels
+    shown[area.slices] = False
+    assert not shown.any()
+
+
+def test_without_mirrors_there_is_nothing_to_trace_again(ride):
+    scene, state = ride
+    away = View(Transform.from_pose(state.view.position, yaw=YAW + np.pi), Lens.of_degrees(70.0))
+    quality = RAW.model_copy(update={"accumulate": 4})
+    plain = scene_of([static("ground", plane(200.0), "grey")], {"grey": diffuse(0.4, 0.4, 0.4)})
+    with session_of(plain, size=SIZE, quality=quality, layers=LAYERS) as session:
+        session.render(frame_of(state.view))
+        assert session.by_kernel.current().mirrors is None
+    with session_of(scene, size=SIZE, quality=quality, layers=LAYERS) as session:
+        session.render(frame_of(away, movers=list(state.movers)))
+        assert session.by_kernel.current().mirrors.areas(away, SIZE) == ()
