@@ -80,6 +80,8 @@ class Haze:
 
     Attributes:
         extinction: Per metre for red, green, blue [1/m].
+        falls: Extinction of rain and snow that fall through it, where lamps light them [1/m].
     """
 
     extinction: Colour = (0.85 / 2600, 1.0 / 2600, 1.2 / 2600)
+    falls: float = 0.0

@@ -293,7 +293,7 @@ class Session:
             quality.raw_share,
             haze,
             self.sky.horizon,
-            grainy_sky=self.loaded.misty and self.loaded.aimed,
+            grainy_sky=self._lit_air,
         )
         falling = None if frame is None else frame.falling()
         return how if falling is None else replace(how, falling=falling, light=sky_light(self.sky))
@@ -301,11 +301,16 @@ class Session:
     def _haze(self) -> Haze | None:
         """Return the frame's haze; fog's visibility counts the haze in."""
         haze, frame = self.data.haze, self.loaded.frame
-        if haze is None or frame is None or frame.weather is None or frame.weather.fog is None:
+        if haze is None or frame is None or frame.weather is None:
             return haze
-        fog = frame.weather.fog.extinction
+        fog = frame.weather.fog.extinction if frame.weather.fog is not None else 0.0
         red, green, blue = (max(each - fog, 0.0) for each in haze.extinction)
-        return Haze((red, green, blue))
+        return Haze((red, green, blue), frame.weather.falls if self._lit_air else 0.0)
+
+    @property
+    def _lit_air(self) -> bool:
+        """Whether lamps light what is in the air."""
+        return self.loaded.misty and self.loaded.aimed
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.

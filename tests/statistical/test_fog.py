@@ -288,6 +288,18 @@ def test_light_under_rain_clouds_is_that_of_overcast_days(weather, low, high):
     assert low < lux(weather, overcast(NOON)) < high
 
 
+NIGHT = Sky(np.array([0.0, -0.5, -0.87]), night=(1e-7, 1e-7, 1e-7), glow=(8e-6, 5e-6, 4e-6))
+
+
+def test_rain_clouds_show_a_citys_light_from_below():
+    """They take light away that comes from above, and not that of the lamps below them."""
+    rain = [lux(Weather(rain=Rain(rate)), overcast(NIGHT)) for rate in (0.5, 5.0, 40.0)]
+    assert rain == pytest.approx([rain[1]] * 3, rel=0.05)
+    assert rain[1] > 0.95 * lux(Weather(), NIGHT)
+    dark = replace(NIGHT, glow=(0.0, 0.0, 0.0))
+    assert lux(Weather(rain=Rain(5.0)), overcast(dark)) < 0.3 * lux(Weather(), dark)
+
+
 @pytest.mark.parametrize(("visibility", "height"), [(1000.0, 60.0), (200.0, 60.0), (50.0, 80.0)])
 def test_fog_passes_what_a_layer_of_droplets_passes(visibility, height):
     """Two-stream theory, with what ground and fog send to and fro."""

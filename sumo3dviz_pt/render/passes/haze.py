@@ -3,6 +3,10 @@
 Far things fade into the light of the horizon behind them: radiance x transmittance +
 horizon radiance x (1 - transmittance). Sky and sun lie behind the haze model and are
 left alone. The transmittance comes from a depth pass and its share of hit samples.
+
+By day rain and snow in the same air have the horizon's light, too. By night lamps light them, and
+then they count with the haze: of what far things fade into, haze gives its share of the extinction
+alone, and what lamps give is in the picture already.
 """
 
 from __future__ import annotations
@@ -34,7 +38,8 @@ def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind:
     sky = np.where(hit > 0, 1 - hit, np.float32(0.0))
     hazed = np.empty(radiance.shape, dtype=np.float32)
     for channel, extinction in enumerate(haze.extinction):
-        fade = -np.expm1(distance * -extinction)
+        fade = -np.expm1(distance * -(extinction + haze.falls))
+        fade *= extinction / max(extinction + haze.falls, 1e-12)
         veil = (hit + sky * (fade * fade * fade)) * fade
         plain = radiance[..., channel]
         hazed[..., channel] = plain + (behind[..., channel] - plain) * veil

@@ -75,11 +75,17 @@ class WeatheredSky:
         size = size or map_size(sky)
         self.dry = kept_sky(sky, size)
         self._rows = size[0] // 2
-        self._closed: SkyMap | None = None
+        # A city's lamps shine from below: rain clouds show their light, and do not take it away.
+        unlit = replace(sky, glow=(0.0, 0.0, 0.0))
+        self._closed: Image | None = None
+        self._from_below: Image | None = None
         if sky.overcast is not None:
-            self._closed = kept_sky(replace(sky, clouds=sky.overcast), size)
+            self._closed = _dome_of(kept_sky(replace(unlit, clouds=sky.overcast), size))
+            if max(sky.glow) > 0.0:
+                lit = _dome_of(kept_sky(replace(sky, clouds=sky.overcast), size))
+                self._from_below = np.maximum(lit - self._closed, np.float32(0.0))
         # What weather acts on is the light of a clear sky, whatever clouds stand on it.
-        clear = bake_sky(replace(sky, clouds=None), _COARSE if sky.image is None else size)
+        clear = bake_sky(replace(unlit, clouds=None), _COARSE if sky.image is None else size)
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
         glow = np.asarray(sky.glow, dtype=np.float64)
         self._glow = _CITY * (_PALER * (glow @ LUMINANCE) + (1.0 - _PALER) * glow)
@@ -113,11 +119,12 @@ class WeatheredSky:
         dome, sun, hidden = _dome_of(self.dry), self.dry.sun, cover(weather)
         if hidden <= 0.0 or self._closed is None:
             return dome, sun
-        closed = _dome_of(self._closed)
         wanted = self._under_cloud(weather)
-        given = float(dome_irradiance(closed) @ LUMINANCE)
+        given = float(dome_irradiance(self._closed) @ LUMINANCE)
         share = np.float32(hidden * wanted / max(given, 1e-30))
-        dome = dome * np.float32(1.0 - hidden) + closed * share
+        dome = dome * np.float32(1.0 - hidden) + self._closed * share
+        if self._from_below is not None:
+            dome = dome + self._from_below * np.float32(hidden)
         if sun is not None:
             sun = replace(sun, irradiance=sun.irradiance * (1.0 - hidden))
         return dome, sun

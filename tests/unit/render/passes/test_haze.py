@@ -37,6 +37,23 @@ def test_koschmieder_at_one_kilometre():
     np.testing.assert_allclose(result, 0.2 * through + 0.6 * (1 - through), rtol=1e-5)
 
 
+def test_where_lamps_light_what_falls_haze_has_its_share_of_what_far_things_fade_into():
+    """A street in snowfall by night: far ground behind a lamp was as dark as the horizon."""
+    haze = Haze((1e-4, 2e-4, 3e-4), falls=2e-3)
+    far = np.full((1, 1), 40_000.0, np.float32)
+    plain, behind = np.full((1, 1, 3), 0.5, np.float32), np.full((1, 1, 3), 0.1)
+    found = apply_haze(plain, haze, depth=far, hit=np.ones((1, 1)), behind=behind)[0, 0]
+    share = np.array(haze.extinction) / (np.array(haze.extinction) + 2e-3)
+    np.testing.assert_allclose(found, 0.5 * (1 - share) + 0.1 * share, rtol=1e-5)
+    # Nearby it is the haze that there is without anything that falls.
+    near = np.full((1, 1), 5.0, np.float32)
+    some, none = (
+        apply_haze(plain, one, depth=near, hit=np.ones((1, 1)), behind=behind)[0, 0]
+        for one in (haze, Haze(haze.extinction))
+    )
+    np.testing.assert_allclose(0.5 - some, 0.5 - none, rtol=0.01)
+
+
 def test_half_covered_pixels_get_half_the_veil():
     full, half = hazed(np.full((1, 1), 800.0)), hazed(np.full((1, 1), 800.0), hit=0.5)
     np.testing.assert_allclose(half - 0.2, (full - 0.2) / 2, rtol=0.05)
