@@ -89,7 +89,8 @@ def _finishing_text(how: Finishing) -> str:
             "denoiser": how.denoiser,
             "guided": how.guided,
             "raw_share": how.raw_share,
-            "haze": None if how.haze is None else [*how.haze.extinction, how.haze.falls],
+            "haze": None if how.haze is None else list(how.haze.extinction),
+            **({"falls": how.haze.falls} if how.haze is not None and how.haze.falls else {}),
             "horizon": base64.b64encode(horizon).decode(),
             **({"grainy_sky": True} if how.grainy_sky else {}),
         }
@@ -101,15 +102,13 @@ def _finishing_of(text: str) -> Finishing:
     from sumo3dviz_pt.render.passes.finish import Finishing
 
     said = json.loads(text)
-    *red_green_blue, falls = said["haze"] or [0.0]
+    red_green_blue, falls = said["haze"], float(said.get("falls", 0.0))
     horizon = zlib.decompress(base64.b64decode(said["horizon"]))
     return Finishing(
         str(said["denoiser"]),
         bool(said["guided"]),
         float(said["raw_share"]),
-        Haze((red_green_blue[0], red_green_blue[1], red_green_blue[2]), falls)
-        if red_green_blue
-        else None,
+        None if red_green_blue is None else Haze(tuple(red_green_blue), falls),
         np.frombuffer(horizon, dtype=np.float16).astype(np.float32).reshape(-1, 3),
         bool(said.get("grainy_sky", False)),
     )
