@@ -16,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.areas import PixelArea
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart, merged
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.air import Air
@@ -45,6 +45,9 @@ _EMITTED = Channels.in_order(emitted=3)
 
 FIRST = Channels.in_order(ids=1, first_depth=1)
 """What it finds of each pixel's first sample, where that is wanted."""
+
+_OF_MIRRORS, _IN_MIRRORS = 4, 0x27D4EB2F
+"""Share of the samples of lamps that pixels of mirrors get, and a part of their seed."""
 
 _MOST_LANES = 1 << 22  # at once; each takes 60 bytes
 
@@ -97,7 +100,8 @@ class Kernel:
         self._rain_on()
         surfaces = Surfaces(self._tables, pixel, self._deposits)
         solids = Solids(loaded.scene, loaded.standing)
-        self._place = Place(solids, surfaces, lights, air, halos)
+        shown = self.mirrors is not None
+        self._place = Place(solids, surfaces, lights, air, halos, mirrors=shown)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -134,35 +138,48 @@ class Kernel:
         seed: int,
         band: tuple[float, float] = (0.0, 1.0),
     ) -> Image:
-        """Trace lamps that are seen directly, and nothing else, (h, w, 3).
+        """Trace lamps that are seen directly or in mirrors, and nothing else, (h, w, 3).
 
         Args:
             sensor: One of Mitsuba's, with its sampler.
             view: What it sees.
-            spp: As in `trace`, of each pixel where there may be a lamp.
+            spp: As in `trace`, of each pixel where there may be a lamp; a quarter in mirrors.
             seed: Of the pass.
             band: First and last row that are traced, shares of the picture's height.
         """
-        spp = _whole_pattern(sensor, spp)
-        width, height = _size_of(sensor)
-        eye = self.eye(sensor, view)
+        size = _size_of(sensor)
         places = self._place.lights.shining() + self._tables.origin
-        first, last = rows_of(band, height)
-        there = covered(places, view, (width, height))
+        first, last = rows_of(band, size[1])
+        there = covered(places, view, size)
         there[:first] = there[last:] = False
+        picture = np.zeros((*there.shape, 3), np.float32)
+        eye = self.eye(sensor, view)
+        if self.mirrors is not None:
+            # Any lamp may be in a mirror, and what it shows is bright in few of its pixels.
+            shown = self.mirrors.covered(view, size)
+            shown[:first] = shown[last:] = False
+            there &= ~shown
+            some = -(-spp // _OF_MIRRORS)
+            self._glow_in(picture, shown, sensor, eye, spp=some, seed=seed ^ _IN_MIRRORS)
+        self._glow_in(picture, there, sensor, eye, spp=spp, seed=seed)
+        return picture
+
+    def _glow_in(
+        self, picture: Image, there: Bools, sensor: Any, eye: Eye, *, spp: int, seed: int
+    ) -> None:
+        """Trace lamps in some pixels, (h, w), and write them into a picture, (h, w, 3)."""
+        spp, size = _whole_pattern(sensor, spp), _size_of(sensor)
         pixels = np.flatnonzero(there).astype(np.uint32)
-        picture = np.zeros((height * width, 3), np.float32)
+        flat = picture.reshape(-1, 3)
         for first in range(0, len(pixels), _MOST_LANES // spp):
             some = pixels[first : first + _MOST_LANES // spp]
             sampler = _seeded(sensor, spp=spp, lanes=len(some) * spp, seed=seed + first)
             index = dr.arange(mi.UInt32, len(some) * spp) // dr.opaque(mi.UInt32, spp)
             pixel = dr.gather(mi.UInt32, mi.UInt32(aligned(some, np.uint32)), index)
-            ray = _ray(eye, sampler, pixel, size=(width, height))
-            emitted = emitted_along(self._place, ray)
+            emitted = emitted_along(self._place, _ray(eye, sampler, pixel, size=size))
             dr.schedule(emitted)
             mean = mi.Color3f(*(_of_all(channel, spp) for channel in emitted))
-            picture[some] = np.array(dr.ravel(mean)).reshape(-1, 3)
-        return picture.reshape(height, width, 3)
+            flat[some] = np.array(dr.ravel(mean)).reshape(-1, 3)
 
     def met_through(
         self, sensor: Any, view: View, wanted: Collection[str], at: tuple[float, float]

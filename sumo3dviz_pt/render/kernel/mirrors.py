@@ -7,12 +7,12 @@ around the mirrors of the vehicle that a camera rides in.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from sumo3dviz_pt.model.areas import PixelArea
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.loaded import LoadedScene
@@ -48,23 +48,28 @@ class Mirrors:
             view: Of the camera, in the frame that the scene shows.
             size: Width, height of the picture [px].
         """
-        pool, origin = self._loaded.pool, self._loaded.origin
-        if pool is None or origin is None:
-            return ()
-        found = []
-        for slot in pool.shown:
-            matrix = pool.placed[slot][0]
-            for piece in self._by_body.get(pool.body_of_slot[slot], ()):
-                corners = piece @ matrix[:3, :3].T + matrix[:3, 3] + origin
-                area = PixelArea.around(covered(corners, view, size))
-                if area is not None and area.pixels >= _LEAST:
-                    found.append(area)
+        found = [PixelArea.around(covered(panes, view, size)) for panes in self._panes()]
+        large = [area for area in found if area is not None and area.pixels >= _LEAST]
         kept, room = [], _MOST * size[0] * size[1]
-        for area in sorted(found, key=lambda each: -each.pixels):
+        for area in sorted(large, key=lambda each: -each.pixels):
             if area.pixels <= room:
                 kept.append(area)
                 room -= area.pixels
         return tuple(kept)
+
+    def covered(self, view: View, size: tuple[int, int]) -> Bools:
+        """Return the pixels that mirrors may cover, (h, w); arguments as in `areas`."""
+        panes = [np.zeros((0, 3, 3)), *self._panes()]
+        return covered(np.concatenate(panes), view, size)
+
+    def _panes(self) -> Iterator[Floats]:
+        """Go through the triangles of all mirrors in the frame, (n, 3, 3) each [m]."""
+        pool, origin = self._loaded.pool, self._loaded.origin
+        assert pool is not None and origin is not None, "show a frame first"
+        for slot in pool.shown:
+            matrix = pool.placed[slot][0]
+            for piece in self._by_body.get(pool.body_of_slot[slot], ()):
+                yield piece @ matrix[:3, :3].T + matrix[:3, 3] + origin
 
 
 def _pieces(parameters: Mapping[str, object], name: str) -> list[Floats]:

@@ -48,6 +48,7 @@ class Place:
         lights: The emitters.
         air: What is in the air, or None.
         halos: Lamps whose light it scatters, or None.
+        mirrors: Whether lamps that a mirror shows count as seen directly.
     """
 
     solids: Solids
@@ -55,6 +56,7 @@ class Place:
     lights: Lights
     air: Air | None = None
     halos: Halos | None = None
+    mirrors: bool = False
 
 
 @dataclass(slots=True)
@@ -185,14 +187,26 @@ def followed(
 
 
 def emitted_along(place: Place, ray: Any) -> Any:
-    """Return the light of lamps that are the first surface on a ray, a colour."""
-    found = place.solids.nearest(ray, True)
-    surface = place.surfaces.met(found, ray, mi.Bool(True))
+    """Return the light of lamps that are the first surface on a ray or in a mirror, a colour."""
+    surface, clear, light = _lamps_along(place, ray, mi.Bool(True))
+    if not place.mirrors:
+        return light
+    si, mirror = surface.si, surface.there & surface.finish.mirror
+    bounce = surface.finish.bounce(si.wi, mi.Float(0.0), mi.Point2f(0.5))
+    shown = _lamps_along(place, si.spawn_ray(si.to_world(bounce.wo)), mirror)[2]
+    return light + dr.select(mirror, clear * bounce.weight * shown, 0.0)
+
+
+def _lamps_along(place: Place, ray: Any, active: Any) -> tuple[Surface, Any, Any]:
+    """Return what a ray meets first, the share of its light that passes, and light of lamps."""
+    found = place.solids.nearest(ray, True, active)
+    surface = place.surfaces.met(found, ray, active)
     before = dr.zeros(mi.Interaction3f)
     light = place.lights.glow(surface, before, surface.there)[0]
+    clear = mi.Color3f(1.0)
     if place.air is not None:
-        light *= place.air.through(ray.o, ray.d, surface.si.t, surface.there)
-    return light
+        clear = place.air.through(ray.o, ray.d, surface.si.t, surface.there)
+    return surface, clear, light * clear
 
 
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
@@ -202,7 +216,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     surface = place.surfaces.met(found, ray, path.active)
     clear = _veiled(path, surface, place.air)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
-    emitted = _met(path, found, surface, place.lights, bounds.direct)
+    emitted = _met(path, found, surface, place, bounds.direct)
     aim, delta = aimed(place.lights, si, sampler, primary=primary, active=on)
     chance = (sampler.next_1d(on), sampler.next_2d(on))
     scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
@@ -249,9 +263,9 @@ def _shadow_ray(si: Any, aim: Aim) -> Any:
     return ray
 
 
-def _met(path: _Path, found: Any, surface: Surface, lights: Lights, direct: Any) -> Any:
+def _met(path: _Path, found: Any, surface: Surface, place: Place, direct: Any) -> Any:
     """Add the light of what a path met; return that of a lamp."""
-    before = dr.zeros(mi.Interaction3f)
+    before, lights = dr.zeros(mi.Interaction3f), place.lights
     before.p = path.before
     primary = path.depth == 0
     radiance, aimed = lights.met(found, path.ray, before, path.active & ~surface.there)
@@ -261,7 +275,11 @@ def _met(path: _Path, found: Any, surface: Surface, lights: Lights, direct: Any)
         return mi.Color3f(0.0)
     radiance, aimed = lights.glow(surface, before, surface.there)
     weight = dr.select(primary, 1.0, _heuristic(path.density, aimed))
-    weight = dr.select(primary & ~direct, 0.0, weight)
+    seen = primary
+    if place.mirrors:
+        # Only behind a mirror there is no normal yet.
+        seen |= (path.depth == 1) & dr.all(path.seen.normal == 0.0)
+    weight = dr.select(seen & ~direct, 0.0, weight)
     path.light = dr.fma(path.through, radiance * weight, path.light)
     return radiance
 

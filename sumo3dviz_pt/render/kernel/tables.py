@@ -257,8 +257,13 @@ class Tables:
         return found.vertex, found.face
 
     def mirrors(self) -> list[tuple[str, str]]:
-        """Return bodies with mirrors, and the names of the mirrors' meshes."""
-        return [(mesh.body, mesh.name) for mesh in self._mirrors if mesh.body]
+        """Return bodies with mirrors, and the names of the mirrors' meshes.
+
+        There are none where something that is no body is a mirror, too.
+        """
+        if not all(mesh.body for mesh in self._mirrors):
+            return []
+        return [(mesh.body, mesh.name) for mesh in self._mirrors]
 
     def meshes(self) -> Iterator[tuple[int, str, int]]:
         """Go through all meshes in their order: first face, name, and how many faces."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from builders import RAW, ball, box, diffuse, frame_of, plane, scene_of, session
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Slots, View
 from sumo3dviz_pt.model.vectors import unit
@@ -178,6 +180,16 @@ def ride():
     return scene, frame_of(view, movers=[Mover("own", body.name, BODY, (0.5, 0.5, 0.5))])
 
 
+def with_lamp(scene):
+    """The same scene with a lamp beside the ball, which shines to all sides."""
+    middle = BODY.points(np.array([CASES["inner"][2]]))[0] + [0.0, 0.0, 0.8]
+    mesh = box(middle - 0.15, middle + 0.15)
+    faces = np.zeros(len(mesh.faces), int)
+    bright = np.full((1, 3), 100.0)
+    lamp = LampSet("lamp", "signals", mesh, faces, ("one",), sampled=True, radiance=bright)
+    return replace(scene, lamps=(lamp,))
+
+
 def with_seeds(ride, count, **changes):
     """Pictures of two samples by many seeds, and where mirrors are seen in them."""
     scene, state = ride
@@ -229,3 +241,21 @@ def test_without_mirrors_there_is_nothing_to_trace_again(ride):
     with session_of(scene, size=SIZE, quality=quality, layers=LAYERS) as session:
         session.render(frame_of(away, movers=list(state.movers)))
         assert session.by_kernel.current().mirrors.areas(away, SIZE) == ()
+
+
+def test_lamps_in_mirrors_have_the_light_that_paths_find_there_and_less_noise(ride):
+    """Distant head lamps came and went in the mirror from frame to frame."""
+    lit = with_lamp(ride[0]), ride[1]
+    plain, (area,) = with_seeds(lit, 32, cap=None)
+    # A cap that takes nothing: lamps that are seen directly are traced by themselves.
+    apart, _ = with_seeds(lit, 32, cap=1e6)
+    inside = (slice(None), *area.slices)
+    one, other = (pictures[inside].sum(axis=(1, 2, 3)) for pictures in (apart, plain))
+    off = one.mean() - other.mean()
+    assert abs(off) < 4.0 * np.hypot(one.std(ddof=1), other.std(ddof=1)) / np.sqrt(len(one))
+    bright = plain[inside].mean(axis=(0, -1)) > 3.0
+    assert bright.sum() >= 1, "the lamp is in the mirror"
+    less, more = (
+        pictures[inside].mean(axis=-1)[:, bright].var(axis=0) for pictures in (apart, plain)
+    )
+    assert less.mean() < 0.4 * more.mean()
