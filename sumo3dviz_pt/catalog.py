@@ -123,9 +123,12 @@ def package_folder(name: str) -> Path:
 
 @cache
 def code_digest(name: str) -> bytes:
-    """Return a digest of the code of one of our own subpackages, such as `library`."""
-    files = sorted(package_folder(name).rglob("*.py"))
-    digests = [hashlib.blake2b(path.read_bytes()).digest() for path in files]
+    """Return a digest of the code of one of our own subpackages, such as `library`.
+
+    It hangs on neither where the package lies nor how its files are called.
+    """
+    files = package_folder(name).rglob("*.py")
+    digests = sorted(hashlib.blake2b(path.read_bytes()).digest() for path in files)
     return hashlib.blake2b(b"".join(digests)).digest()
 
 

@@ -197,7 +197,7 @@ def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
 
 def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):
     def known_as():
-        kept_bodies._code.cache_clear()
+        catalog.code_digest.cache_clear()
         return kept_bodies.kept_folder(catalog.find("vehicles", SMALL), "vehicles").name
 
     shutil.copytree(catalog.package_folder("library"), tmp_path / "library")
@@ -210,4 +210,4 @@ def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkey
     with (car / "panels.py").open("a", encoding="utf-8") as file:
         file.write("\n")
     assert known_as() != own
-    kept_bodies._code.cache_clear()
+    catalog.code_digest.cache_clear()
