@@ -158,7 +158,7 @@ class ByKernel:
         limits = Limits(quality.max_depth, quality.rr_depth, settings.limit, direct=not self._apart)
         rows, width = order.rows(settings.size[1]), settings.size[0]
         trace = partial(kernel.trace, sensor, eye, spp=order.spp, limits=limits)
-        areas = self._mirrors(kernel, rows)
+        areas = self._mirror_areas(kernel, rows)
         passes = []
         for number in range(order.passes):
             own = pass_seed(order.seed, number)
@@ -174,7 +174,7 @@ class ByKernel:
                 after_pass(number + 1, order.passes)
         return passes
 
-    def _mirrors(self, kernel: Kernel, rows: slice) -> list[PixelArea]:
+    def _mirror_areas(self, kernel: Kernel, rows: slice) -> list[PixelArea]:
         """Return where mirrors are seen in some rows, if they need more samples there.
 
         They do where frames are averaged with those around, which does not help mirrors.

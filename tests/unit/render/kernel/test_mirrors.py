@@ -58,12 +58,12 @@ def panes_of(body):
     return [part.mesh for part in body.parts if part.material == "mirror"]
 
 
-def looking_at(eye, aim):
-    """A narrow view from one point of the body to another."""
+def looking_at(eye, aim, *, fov=20.0):
+    """A view from one point of the body to another, narrow unless it is said."""
     start, end = BODY.points(np.array([eye, aim]))
     way = end - start
     yaw, pitch = np.arctan2(way[1], way[0]), np.arcsin(way[2] / np.linalg.norm(way))
-    return View(Transform.from_pose(start, yaw=yaw, pitch=pitch), Lens.of_degrees(20.0))
+    return View(Transform.from_pose(start, yaw=yaw, pitch=pitch), Lens.of_degrees(fov))
 
 
 def rendered(body, view, target, spp=64):
@@ -156,18 +156,9 @@ def test_what_mirrors_show_is_not_averaged_over_frames():
     assert (ids == 1).any(), "the rest of the cabin is the vehicle's"
 
 
-def wide_view(vehicle):
-    """What a driver sees, with the inner mirror in the picture."""
-    eye = np.array(vehicle[-1])
-    start, ahead = BODY.points(np.stack([eye, eye + np.array((1.0, 0.0, 0.1))]))
-    way = ahead - start
-    yaw, pitch = np.arctan2(way[1], way[0]), np.arcsin(way[2] / np.linalg.norm(way))
-    return View(Transform.from_pose(start, yaw=yaw, pitch=pitch), Lens.of_degrees(70.0))
-
-
 @pytest.fixture
 def ride():
-    """A scene, and a frame that is seen from the driver's seat."""
+    """A scene, and a frame from the driver's seat with the inner mirror in the picture."""
     vehicle, _, target = CASES["inner"]
     body = opened(*vehicle)
     parts = [
@@ -176,7 +167,8 @@ def ride():
     ]
     materials = {**MATERIALS, "grey": diffuse(0.4, 0.4, 0.4), "red": diffuse(*RED)}
     scene = scene_of(parts, materials, prototypes=[body], slots=Slots({body.name: 1}))
-    view = wide_view(vehicle)
+    eye = np.array(vehicle[-1])
+    view = looking_at(eye, eye + np.array((1.0, 0.0, 0.1)), fov=70.0)
     return scene, frame_of(view, movers=[Mover("own", body.name, BODY, (0.5, 0.5, 0.5))])
 
 
