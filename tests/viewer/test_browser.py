@@ -245,8 +245,11 @@ def test_a_still_camera_converges_to_what_a_still_shows(page, scene) -> None:
     errors = [rms(picture, reference) for picture in taken]
     assert all(later < earlier for earlier, later in itertools.pairwise(errors)), errors
     assert errors[-1] < 0.25 * errors[0], errors
+    # Which pictures are shown hangs on the browser: a newer one replaces one that waits.
     said = {each["spp"]: each["error"] for each in shown if each["time"] == 4.0}
-    assert said[128] < 0.2 * said[2], said
+    few, many = min(said), max(said)
+    assert many >= 16 * few, said
+    assert said[many] < 1.6 * np.sqrt(few / many) * said[few], said
 
 
 def test_the_slider_changes_the_traffic_and_nothing_else(page) -> None:
