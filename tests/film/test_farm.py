@@ -292,7 +292,7 @@ def test_without_slurm_the_scripts_are_written_and_the_command_is_named(place, m
 
 
 def test_a_stopped_farm_loses_no_frame_and_goes_on(place):
-    words = ["farm", *FILM, "--task-frames", "12", "-o", "stop.mp4"]
+    words = ["farm", *FILM, "--task-frames", "24", "-o", "stop.mp4"]
     with (place / "stop.txt").open("wb") as log:
         process = subprocess.Popen(
             [*PROGRAM, *words], cwd=place, stdout=log, stderr=subprocess.STDOUT
@@ -303,7 +303,7 @@ def test_a_stopped_farm_loses_no_frame_and_goes_on(place):
         run(place, "farm", "stop", "stop.mp4")
         assert process.wait(60) == 130
     found = status(place, "stop.mp4")
-    assert found["state"] == "stopped" and 3 <= found["frames"]["done"] < 12
+    assert found["state"] == "stopped" and 3 <= found["frames"]["done"] < 24
     assert not found["problems"] and not list(frames.glob("*.part"))
     run(place, *words, code=2)  # nothing is overwritten unasked
     run(place, "farm", "resume", "stop.mp4")

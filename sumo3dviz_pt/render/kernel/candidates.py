@@ -1,7 +1,8 @@
 """Of some directions to emitters, a path takes the one that is likely to matter most.
 
-Candidates are picked as single directions would be; one of them stays, in proportion to the
-light that it brings if nothing is in the way, and only for that one a shadow ray is traced.
+Candidates are picked as single directions would be, each from its own part of all emitters; one
+of them stays, in proportion to the light that the surface sends on if nothing is in the way,
+and only for that one a shadow ray is traced.
 What all candidates bring on average is what the one brings that stays, so nothing is biased.
 
 References:
@@ -17,8 +18,9 @@ import drjit as dr
 import mitsuba as mi
 
 from sumo3dviz_pt.render.kernel.lights import Aim, Lights
+from sumo3dviz_pt.render.kernel.surface import Surface
 
-FIRST, LATER = 4, 1
+FIRST, LATER = 8, 1
 """Candidates of a path's first surface, which the eye sees, and of all others."""
 
 _BROKEN = 1e20  # worth of light that is NaN or Inf: it must be found and counted
@@ -49,27 +51,29 @@ class _Kept:
     total: Any
 
 
-def aimed(lights: Lights, si: Any, sampler: Any, *, primary: Any, active: Any) -> tuple[Aim, Any]:
+def aimed(
+    lights: Lights, surface: Surface, sampler: Any, *, primary: Any, active: Any
+) -> tuple[Aim, Any]:
     """Pick a direction towards an emitter; return it, and if no ray meets it by chance.
 
     Args:
         lights: The emitters.
-        si: The lit point.
+        surface: What is lit.
         sampler: Where chance comes from.
         primary: Whether it is a path's first surface.
         active: Which lanes count.
     """
+    si = surface.si
     if not lights.many:
         return lights.aim(si.p, sampler.next_2d(active), active)
     count = dr.select(primary, mi.UInt32(FIRST), mi.UInt32(LATER))
-    state = (_nothing(), sampler, mi.Point3f(si.p), mi.Normal3f(si.n), mi.Bool(active), count)
 
-    def step(kept: _Kept, sampler: Any, place: Any, normal: Any, on: Any, count: Any) -> Any:
-        _look(kept, lights, sampler, place=place, normal=normal, active=on)
-        return kept, sampler, place, normal, on, count
+    def step(kept: _Kept, sampler: Any) -> Any:
+        _look(kept, lights, surface, sampler, count=count, active=active)
+        return kept, sampler
 
     kept = dr.while_loop(
-        state, lambda kept, *rest: kept.number < rest[-1], step, label="candidates"
+        (_nothing(), sampler), lambda kept, _: kept.number < count, step, label="candidates"
     )[0]
     found = kept.worth > 0.0
     share = dr.select(found, kept.total / (kept.worth * mi.Float(count)), 0.0)
@@ -87,11 +91,18 @@ def _nothing() -> _Kept:
 
 
 def _look(
-    kept: _Kept, lights: Lights, sampler: Any, *, place: Any, normal: Any, active: Any
+    kept: _Kept, lights: Lights, surface: Surface, sampler: Any, *, count: Any, active: Any
 ) -> None:
-    """Look at one more candidate, which may stay instead of the one before."""
-    aim, delta = lights.aim(place, sampler.next_2d(active), active)
-    worth = mi.luminance(aim.light) * dr.abs(dr.dot(aim.d, normal))
+    """Look at one more candidate of so many, which may stay instead of the one before."""
+    chance = sampler.next_2d(active)
+    # Each candidate has its own part of all emitters.
+    chance.x = (mi.Float(kept.number) + chance.x) / mi.Float(count)
+    si = surface.si
+    aim, delta = lights.aim(si.p, chance, active)
+    answer = mi.luminance(surface.finish.respond(si.wi, si.to_local(aim.d)).value)
+    # What Mitsuba's own materials answer is not asked here.
+    answer = dr.select(surface.foreign, dr.abs(dr.dot(aim.d, si.n)), answer)
+    worth = mi.luminance(aim.light) * answer
     worth = dr.select(dr.isfinite(worth), worth, _BROKEN)
     worth = dr.select(aim.pdf > 0.0, worth, 0.0)
     kept.total += worth

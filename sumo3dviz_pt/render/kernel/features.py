@@ -18,7 +18,7 @@ OPERATIONS: Mapping[str, int] = {
     "metal": 54,
     "foreign materials": 1570,
     "instances": 155,
-    "lamps": 740,
+    "lamps": 895,
     "beams": 250,
     "fog": 180,
     "wetness": 350,

@@ -217,7 +217,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     clear = _veiled(path, surface, place.air)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
     emitted = _met(path, found, surface, place, bounds.direct)
-    aim, delta = aimed(place.lights, si, sampler, primary=primary, active=on)
+    aim, delta = aimed(place.lights, surface, sampler, primary=primary, active=on)
     chance = (sampler.next_1d(on), sampler.next_2d(on))
     scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
 

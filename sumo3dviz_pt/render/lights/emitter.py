@@ -23,7 +23,15 @@ from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Lobe
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.model.vectors import area_vectors, unit
 from sumo3dviz_pt.render import convert
-from sumo3dviz_pt.render.lights.picks import Glow, cells_for, grid_of, nearness, picked, share_of
+from sumo3dviz_pt.render.lights.picks import (
+    Glow,
+    Shine,
+    cells_for,
+    grid_of,
+    nearness,
+    picked,
+    share_of,
+)
 
 _PLUGIN = "sumo3dviz_lamps"
 _TABLES = ("radiance", "axes", "lobes", "density", "chance", "given", "grid")
@@ -232,12 +240,19 @@ def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: 
     if weight <= 0.0:
         return
     grid = grid_of(frame.view, cells_for(len(glow.areas)))
-    picks = picked(glow, grid)
+    picks = picked(glow, grid, _shine(frame))
     start = [*(grid.corner - frame.origin[:2]), 1.0 / grid.step]
     for table, values in (*picks._asdict().items(), ("grid", np.array(start))):
         convert.overwrite(parameters, f"{name}.emitter.{table}", values)
     lumens = CANDELAS_PER_UNIT * float(glow.power @ nearness(glow.places, frame.view))
     parameters[f"{name}.emitter.sampling_weight"] = weight * share_of(lumens)
+
+
+def _shine(frame: FrameState) -> Shine | None:
+    """Return how wet ground mirrors lamps to the eye in a frame; None if it is dry."""
+    weather = frame.weather
+    wetness = 0.0 if weather is None else max(weather.wetness, weather.puddles)
+    return Shine(frame.view.position[:2], wetness) if wetness > 0.0 else None
 
 
 def lobe_row(lobe: Lobe) -> tuple[float, float, float]:

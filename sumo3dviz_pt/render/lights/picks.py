@@ -25,6 +25,7 @@ _AROUND = 12.0  # lamps this far outside the picture still light what is in it [
 _OUTSIDE = 0.1
 _LEAST = 1.0  # distance of lamps and what they light, at least [m]
 _BEHIND = 0.03
+_SHINY = 100.0  # how much more a lamp matters to wet ground that mirrors it to the eye
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,8 +106,27 @@ class Picks(NamedTuple):
     given: Floats
 
 
-def picked(glow: Glow, grid: Grid) -> Picks:
-    """Find how points on lamps are picked from the cells of a grid."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Shine:
+    """How wet ground mirrors lamps to the eye.
+
+    Attributes:
+        eye: x and y of the eye, (2,) [m].
+        wetness: Of the ground, [0, 1].
+    """
+
+    eye: Floats
+    wetness: float
+
+
+def picked(glow: Glow, grid: Grid, shine: Shine | None = None) -> Picks:
+    """Find how points on lamps are picked from the cells of a grid.
+
+    Args:
+        glow: The lamps.
+        grid: The cells.
+        shine: How the ground mirrors lamps; None where it is dry.
+    """
     cells, units = cells_for(len(glow.areas)), len(glow.areas)
     lit = np.flatnonzero(glow.power > 0.0)
     density, chance = np.zeros((cells**2, units)), np.ones((cells**2, units))
@@ -114,6 +134,8 @@ def picked(glow: Glow, grid: Grid) -> Picks:
         return Picks(density, chance, np.zeros(cells**2))
     middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
     given = _given(glow, lit, middles, grid.step)
+    if shine is not None:
+        given *= 1.0 + shine.wetness * _SHINY * _mirrored(glow.places[lit], middles, shine.eye)
     total = given.sum(axis=1)
     given /= total[:, None]
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
@@ -140,6 +162,30 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
     # Cells are wide and things in them are high: some of a cell may always be before the lamp.
     facing = _BEHIND + np.clip(0.5 + 2.0 * cosine, 0.0, 1.0)
     return np.asarray((glow.power[units] * facing / away).reshape(len(middles) ** 2, -1))
+
+
+def _mirrored(places: Floats, middles: Floats, eye: Floats) -> Floats:
+    """Return how well ground mirrors lamps to the eye, (c * c, m), in [0, 1].
+
+    At grazing angles rough water mirrors a lamp as a streak all along the line from the eye to
+    below it, however high they are. So what counts is how far a cell lies beside that line,
+    measured in cells.
+
+    Args:
+        places: Of the lamps, (m, 3) [m].
+        middles: Of columns and rows, (c, 2) [m].
+        eye: x and y, (2,) [m].
+    """
+    step = middles[1, 0] - middles[0, 0] if len(middles) > 1 else _WIDE
+    to_cell = np.stack(np.meshgrid(*(middles - eye).T), axis=-1).reshape(-1, 2).astype(np.float32)
+    to_lamp = (places[:, :2] - eye).astype(np.float32).T
+    along = to_cell @ to_lamp
+    aside = to_cell @ np.stack([to_lamp[1], -to_lamp[0]])
+    near = (to_cell**2).sum(axis=1)[:, None]
+    beyond = near + (to_lamp**2).sum(axis=0) - 2.0 * along
+    # Both ways are uncertain by half a cell.
+    spread = 0.25 * step**2 * (near + beyond) + 1e-6
+    return np.asarray((along > near) / np.square(1.0 + aside**2 / spread))
 
 
 def nearness(places: Floats, view: View) -> Floats:

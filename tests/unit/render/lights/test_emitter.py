@@ -12,7 +12,7 @@ from sumo3dviz_pt.model.lamps import Lobe
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.lights.emitter import axes_of, faces_of, lobe_row
-from sumo3dviz_pt.render.lights.picks import Glow, Grid, cells_for, nearness, picked
+from sumo3dviz_pt.render.lights.picks import Glow, Grid, Shine, cells_for, nearness, picked
 
 EVEN = Lobe()
 
@@ -65,6 +65,30 @@ def test_what_lies_behind_a_lamp_is_rarely_lit_by_it_but_may_be():
     cells = shares(chance)[:, 0].reshape(cells_for(2), -1)
     middle = len(cells) // 2
     assert cells[middle, 0] > 0.9 and cells[middle, -1] < 0.1 and (cells > 0.0).all()
+
+
+def test_wet_ground_before_a_lamp_mirrors_it_and_so_aims_at_it():
+    """Each of two far lamps is picked on the way from the eye to it."""
+    places = [(90.0, 0.0, 0.7), (0.0, 90.0, 8.0)]
+    shining = glow((1.0, 1.0), areas=(1.0, 1.0), lamps=(0, 1), places=places)
+    grid = Grid(np.array([-3.0, -3.0]), 1.5)
+    dry, wet = (picked(shining, grid, on) for on in (None, Shine(np.zeros(2), 1.0)))
+    before, cells = (shares(each.chance)[:, 0].reshape(64, 64) for each in (dry, wet))
+    assert (cells[2, 6:] > 0.9).all() and (cells[6:, 2] < 0.1).all()
+    assert (before[2, 6:20] < 0.7).all()
+    # Nothing is mirrored behind the eye.
+    np.testing.assert_allclose(cells[0, 0], before[0, 0])
+    np.testing.assert_allclose(shares(wet.chance), wet.density * shining.areas, atol=1e-12)
+
+
+def test_moist_ground_mirrors_less():
+    places = [(90.0, 0.0, 0.7), (0.0, 90.0, 8.0)]
+    shining = glow((1.0, 1.0), areas=(1.0, 1.0), lamps=(0, 1), places=places)
+    given = [
+        picked(shining, Grid(np.zeros(2), 1.5), Shine(np.zeros(2), wetness)).given[64 * 5 + 40]
+        for wetness in (0.0, 0.1, 0.5, 1.0)
+    ]
+    assert (np.diff(given) > 0.0).all()
 
 
 @pytest.mark.parametrize("dark", [(0,), (2,), (0, 1), (1, 3), (0, 2, 3)])
