@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Image, Ints
 from sumo3dviz_pt.model.scene import View
 
 _MOST_CELLS = 64
@@ -135,7 +135,8 @@ def picked(glow: Glow, grid: Grid, shine: Shine | None = None) -> Picks:
     middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
     given = _given(glow, lit, middles, grid.step)
     if shine is not None:
-        given *= 1.0 + shine.wetness * _SHINY * _mirrored(glow.places[lit], middles, shine.eye)
+        more = float(shine.wetness) * _SHINY
+        given *= 1.0 + more * _mirrored(glow.places[lit], middles, grid.step, shine.eye)
     total = given.sum(axis=1)
     given /= total[:, None]
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
@@ -164,7 +165,7 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
     return np.asarray((glow.power[units] * facing / away).reshape(len(middles) ** 2, -1))
 
 
-def _mirrored(places: Floats, middles: Floats, eye: Floats) -> Floats:
+def _mirrored(places: Floats, middles: Floats, step: float, eye: Floats) -> Image:
     """Return how well ground mirrors lamps to the eye, (c * c, m), in [0, 1].
 
     At grazing angles rough water mirrors a lamp as a streak all along the line from the eye to
@@ -174,18 +175,19 @@ def _mirrored(places: Floats, middles: Floats, eye: Floats) -> Floats:
     Args:
         places: Of the lamps, (m, 3) [m].
         middles: Of columns and rows, (c, 2) [m].
+        step: A cell's side [m].
         eye: x and y, (2,) [m].
     """
-    step = middles[1, 0] - middles[0, 0] if len(middles) > 1 else _WIDE
     to_cell = np.stack(np.meshgrid(*(middles - eye).T), axis=-1).reshape(-1, 2).astype(np.float32)
     to_lamp = (places[:, :2] - eye).astype(np.float32).T
     along = to_cell @ to_lamp
     aside = to_cell @ np.stack([to_lamp[1], -to_lamp[0]])
     near = (to_cell**2).sum(axis=1)[:, None]
-    beyond = near + (to_lamp**2).sum(axis=0) - 2.0 * along
-    # Both ways are uncertain by half a cell.
-    spread = 0.25 * step**2 * (near + beyond) + 1e-6
-    return np.asarray((along > near) / np.square(1.0 + aside**2 / spread))
+    # Squares of the ways from the cell to the eye and to the lamp, both uncertain by half a cell.
+    both = 2.0 * (near - along) + (to_lamp**2).sum(axis=0)
+    spread = 0.25 * float(step) ** 2 * both + 1e-6
+    off = aside * aside / spread + 1.0
+    return np.asarray((along > near) / (off * off))
 
 
 def nearness(places: Floats, view: View) -> Floats:
