@@ -40,6 +40,7 @@ POROUS = 0.75
 _DARKEST = 0.2  # what is left of the light that the most porous things reflect when dry
 _FILM = 0.55  # what a film of water leaves of the roughness of paved ground
 _RIPPLED = 0.11  # roughness of water by rings that are too small to be seen
+_LYING = 0.7  # cosine against the vertical of what is ground and no wall
 _RUT = 0.3  # how much sooner ruts are flooded
 _SEEN = 0.02  # rings are seen while a pixel is smaller than this [m]
 
@@ -163,7 +164,10 @@ class Deposits:
         rough = finish.roughness
         porous = porosity(rough) * (1.0 - finish.metallic)
         porous = dr.select(spot.has(Kind.UNTILED), dr.maximum(porous, POROUS), porous)
-        colour, rough = wetted(finish.colour, rough, porous, damp)
+        colour, smoother = wetted(finish.colour, rough, porous, damp)
+        # Between blades of grass and crumbs of soil water runs off, and no film of it stays.
+        soft = spot.has(Kind.UNTILED) & ~spot.has(Kind.PAVED) & (reach.up > _LYING)
+        rough = dr.select(soft, rough, smoother)
         # Rain leaves a film on paved ground, which has no other way to go.
         film = dr.select(level, dr.clip(2.0 * damp - 1.0, 0.0, 1.0), 0.0)
         rough *= dr.lerp(mi.Float(1.0), _FILM, film)

@@ -26,6 +26,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.model.scene import Slots
+from sumo3dviz_pt.model.skies import Sky
 from sumo3dviz_pt.model.tyre_tracks import TyreTracks
 from sumo3dviz_pt.model.weather import Rain, Snow, Weather, WeatherCourse
 from sumo3dviz_pt.render.backend import choose_backend
@@ -103,6 +104,22 @@ def test_wet_asphalt_is_as_dark_as_the_model_says() -> None:
     dry, wet = seen(scene()), seen(scene(WET))
     assert wet["albedo"].mean() == pytest.approx(0.4 * dry["albedo"].mean(), rel=0.01)
     np.testing.assert_array_equal(dry["normal"], wet["normal"])
+
+
+@pytest.mark.parametrize(("surface", "shines"), [("asphalt", True), ("ground_grass", False)])
+def test_wet_roads_shine_before_a_bright_horizon_and_wet_grass_does_not(surface, shines) -> None:
+    """Water runs between blades of grass: no film of it mirrors what is behind."""
+    image = np.full((16, 32, 3), 0.02, np.float32)
+    image[7] = 20.0
+    side = view_at((0.0, 0.0, 1.5), pitch=-14, fov=25)
+    ground = static("ground", textured(plane(60.0)), surface)
+    shown = replace(scene(), sky=Sky(None, image=image), static=(ground,))
+    bsdf = surface_bsdf(catalog.find("surfaces", surface))
+    shown = replace(shown, materials={**shown.materials, surface: bsdf})
+    course = WeatherCourse((0.0,), (WET,))
+    dry, wet = (seen(replace(shown, weather=weather), view=side) for weather in (None, course))
+    share = wet["radiance"].mean() / dry["radiance"].mean()
+    assert share > 3.0 if shines else share < 1.0
 
 
 def test_half_wet_is_in_between_and_patchy() -> None:
