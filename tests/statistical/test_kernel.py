@@ -159,7 +159,8 @@ def test_sun_and_sky_light_as_by_mitsuba(name):
     compared(scene_of_balls(SETS[name], sky=SUN), frame())
 
 
-def test_lamps_light_as_by_mitsuba():
+@pytest.mark.parametrize("name", ["coated and thin", "foreign"])
+def test_lamps_light_as_by_mitsuba(name):
     """Two sets, of which one is hidden from most of the ground."""
     corners = np.array([[-1, 0, 0], [1, 0, 0], [1, 0, 1], [-1, 0, 1]])
     panel = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
@@ -174,7 +175,7 @@ def test_lamps_light_as_by_mitsuba():
         )
         for name, at in (("high", (-4.0, 2.0, 3.0)), ("low", (4.0, 2.0, 0.2)))
     )
-    scene = scene_of_balls(SETS["coated and thin"], sky=constant_sky(0.01), lamps=sets)
+    scene = scene_of_balls(SETS[name], sky=constant_sky(0.01), lamps=sets)
     compared(scene, frame({each.id: np.full((1, 3), 3.0) for each in sets}))
 
 

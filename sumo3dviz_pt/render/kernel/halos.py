@@ -43,6 +43,9 @@ _BY_CHANCE = 0.1
 _NEAREST = 0.05
 """Least distance of rays from a lamp's middle [m]."""
 
+_DIM = 0.25
+"""Share of what else is seen, below which not every path asks whether light is hidden."""
+
 _END = 2000.0
 """Where rays end that meet nothing [m]."""
 
@@ -119,7 +122,9 @@ class Halos:
         row = pixel // width
         return (row // TILE) * self._columns + (pixel - row * width) // TILE
 
-    def along(self, solids: Solids, ray: Any, distance: Any, tile: Any, chance: Any) -> Any:
+    def along(
+        self, solids: Solids, ray: Any, distance: Any, tile: Any, *, chance: Any, beside: Any
+    ) -> Any:
         """Return light that the air scatters into rays, a colour.
 
         Args:
@@ -127,7 +132,8 @@ class Halos:
             ray: From the eye.
             distance: To what they meet; 0 where that is nothing [m].
             tile: Part of the picture.
-            chance: Two numbers in [0, 1).
+            chance: Three numbers in [0, 1).
+            beside: Luminance of what else is seen there.
         """
         end = dr.select(distance > 0.0, distance, _END)
         number, likely = self._pick(tile, chance.x)
@@ -148,7 +154,12 @@ class Halos:
         passes *= self._air.reach(point, d, reach, mi.Bool(True))
         scattered = self._air.extinction(point) * phase(dr.dot(d, ray.d)) * passes
         gain = light * (scattered / (density * aside * dr.maximum(likely, 1e-20)))
-        lit = (likely > 0.0) & ~dr.all(gain == 0.0)
+        # What hardly shows beside the rest is asked for now and then, and counts for more.
+        bright = mi.luminance(gain)
+        often = dr.clip(bright * dr.rcp(_DIM * beside), 0.0, 1.0)
+        often = dr.select(dr.isfinite(bright) & (beside > 0.0), often, 1.0)
+        gain *= dr.rcp(often)
+        lit = (likely > 0.0) & ~dr.all(gain == 0.0) & (chance.z < often)
         shadow = mi.Ray3f(point, d)
         shadow.maxt = dr.maximum(reach - size, 0.0)
         lit &= ~solids.hide(shadow, lit)

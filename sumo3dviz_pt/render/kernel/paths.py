@@ -143,7 +143,9 @@ def followed(
         bounds: How long and how bright they are.
         tile: Part of the picture that they belong to, where there are halos.
     """
-    chance = sampler.next_2d() if place.halos is not None else None
+    chance = None
+    if place.halos is not None:
+        chance = mi.Vector3f(*sampler.next_2d(), sampler.next_1d())
     number, colour = mi.Float(0.0), mi.Color3f(0.0)
     seen = _Seen(
         hit=mi.Float(number),
@@ -173,7 +175,9 @@ def followed(
     path, _ = dr.while_loop((path, sampler), lambda path, _: path.active, step, label="paths")
     seen = path.seen
     if place.halos is not None:
-        path.light += place.halos.along(place.solids, ray, seen.distance, tile, chance)
+        path.light += place.halos.along(
+            place.solids, ray, seen.distance, tile, chance=chance, beside=mi.luminance(path.light)
+        )
     emitted = [*seen.emitted] if place.lights.lamps else []
     of_all = [
         *_capped(path.light, bounds.cap),
