@@ -239,16 +239,17 @@ def test_a_still_camera_converges_to_what_a_still_shows(page, scene) -> None:
     page.evaluate("watch.frames.length = 0")
     at(page, 4.0)
     taken = [at_rest(page, spp=spp) for spp in (1, 8, 32, 128)]
+    # Which pictures are shown hangs on the browser: a newer one replaces one that waits.
+    page.wait_for("watch.frames.some(each => each.error !== null && each.spp >= 128)")
     shown = page.evaluate("watch.frames.filter(each => each.error !== null)")
     page.close()  # or the viewer would go on, and share the processor
     reference = render_still(load_job(scene), order, 4.0).develop().astype(float)
     errors = [rms(picture, reference) for picture in taken]
     assert all(later < earlier for earlier, later in itertools.pairwise(errors)), errors
     assert errors[-1] < 0.25 * errors[0], errors
-    # Which pictures are shown hangs on the browser: a newer one replaces one that waits.
     said = {each["spp"]: each["error"] for each in shown if each["time"] == 4.0}
     few, many = min(said), max(said)
-    assert many >= 16 * few, said
+    assert few <= 8 and many >= 128, said
     assert said[many] < 1.6 * np.sqrt(few / many) * said[few], said
 
 

@@ -135,8 +135,8 @@ def picked(glow: Glow, grid: Grid, shine: Shine | None = None) -> Picks:
     middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
     given = _given(glow, lit, middles, grid.step)
     if shine is not None:
-        more = float(shine.wetness) * _SHINY
-        given *= 1.0 + more * _mirrored(glow.places[lit], middles, grid.step, shine.eye)
+        mirrored = _mirrored(glow.places[lit], middles, grid.step, shine.eye)
+        given *= 1.0 + shine.wetness * _SHINY * mirrored
     total = given.sum(axis=1)
     given /= total[:, None]
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
@@ -185,7 +185,7 @@ def _mirrored(places: Floats, middles: Floats, step: float, eye: Floats) -> Imag
     near = (to_cell**2).sum(axis=1)[:, None]
     # Squares of the ways from the cell to the eye and to the lamp, both uncertain by half a cell.
     both = 2.0 * (near - along) + (to_lamp**2).sum(axis=0)
-    spread = 0.25 * float(step) ** 2 * both + 1e-6
+    spread = 0.25 * step**2 * both + 1e-6
     off = aside * aside / spread + 1.0
     return np.asarray((along > near) / (off * off))
 
