@@ -19,6 +19,7 @@ from typing import BinaryIO, Protocol, cast
 from xml.parsers import expat
 
 from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.bounds import ANY, Range
 
 CHUNK = 1 << 18
@@ -242,9 +243,9 @@ def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
 def may_be_xml(file: Path) -> bool:
     """Whether the first bytes look like XML; fast, as folders may hold thousands of files."""
     try:
-        with file.open("rb") as stream:
+        with open_plain(file) as stream:
             return stream.read(64).lstrip().startswith(_XML_HEADS)
-    except OSError:
+    except (OSError, InputError):
         return False
 
 
@@ -292,7 +293,7 @@ def _opened(file: Path) -> BinaryIO:
         raise InputError("the file does not exist; check the path", file=file)
     if file.is_dir():
         raise InputError("is a folder; name a file in it", file=file)
-    with file.open("rb") as raw:
+    with open_plain(file) as raw:
         head = raw.read(8)
     if not head:
         raise InputError("the file is empty; write it again", file=file)

@@ -13,6 +13,7 @@ from itertools import islice
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.formats.format import Cells
 from sumo3dviz_pt.sumo.formats.table import Block, Header, TableFormat, header_of
 from sumo3dviz_pt.sumo.stream import TruncatedError, unpacked
@@ -91,7 +92,7 @@ class CsvFormat(TableFormat):
 def _way(file: Path) -> _Way | None:
     """Return how a file is written, or None if it is no table with a header."""
     try:
-        with file.open("rb") as stream:
+        with open_plain(file) as stream:
             head = stream.read(_HEAD)
         if head.startswith(b"\x1f\x8b"):
             with gzip.open(file, "rb") as packed:
@@ -99,7 +100,7 @@ def _way(file: Path) -> _Way | None:
         if not _FIRST.match(head) or b"\0" in head:
             return None
         line = head.split(b"\n")[0].decode().rstrip("\r")
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError):
+    except (OSError, EOFError, zlib.error, UnicodeDecodeError, InputError):
         return None
     found = _SEPARATOR.search(line.removeprefix(_MARK))
     separator = found[0] if found else ";"
