@@ -13,7 +13,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.sumo.bounds import ANGLE, COORDINATE, HEIGHT, SIGNAL_BITS
 from sumo3dviz_pt.sumo.formats.format import Cells, Rows
-from sumo3dviz_pt.sumo.traces import COLUMNS, Key, RowsOfUsers
+from sumo3dviz_pt.sumo.traces import COLUMNS, Key, RowsOfUsers, user_key
 
 NEEDED = ("id", "x", "y", "angle")
 """Attributes that every row must have."""
@@ -64,6 +64,7 @@ class RowPacker:
         self._lanes = lanes
         self._lane_places: dict[Any, int] = {"": -1}
         self._users: dict[Key, int] = {}
+        self._keys: list[Key] = []
         self._tables: list[Floats] = []
         self._read = 0
         self._clear()
@@ -136,16 +137,25 @@ class RowPacker:
     def forget_users(self) -> None:
         """Begin anew with empty rows, after someone else has taken them."""
         self._users.clear()
+        self._keys.clear()
 
     def _indices(self, keys: list[Key]) -> list[int]:
-        """Return the indices of road users; they and their rows are in order of appearance."""
+        """Return the indices of road users, under whichever type a row names them."""
         try:
             return list(map(self._users.__getitem__, keys))
         except KeyError:
             for key in keys:
-                self._users.setdefault(key, len(self._users))
-                self._rows.setdefault(key, array("d"))
+                if key not in self._users:
+                    self._users[key] = self._index(user_key(*key))
             return list(map(self._users.__getitem__, keys))
+
+    def _index(self, key: Key) -> int:
+        """Return the index of a road user, who may be new."""
+        if key not in self._users:
+            self._users[key] = len(self._keys)
+            self._keys.append(key)
+            self._rows.setdefault(key, array("d"))
+        return self._users[key]
 
     def _lane_indices(self, rows: Rows) -> list[int]:
         """Return the indices of lanes, or else of edges; -1 where a row has neither."""
@@ -190,10 +200,9 @@ class RowPacker:
         owners = table[:, -1].astype(np.int64)
         order = np.argsort(owners, kind="stable")
         owners, table = owners[order], table[order, :COLUMNS]
-        keys = list(self._users)
         starts = [0, *(np.flatnonzero(np.diff(owners)) + 1).tolist()]
         for start, end in zip(starts, [*starts[1:], len(owners)], strict=True):
-            self._rows[keys[owners[start]]].frombytes(table[start:end].tobytes())
+            self._rows[self._keys[owners[start]]].frombytes(table[start:end].tobytes())
 
 
 def _possible(table: Floats) -> Bools:

@@ -15,7 +15,7 @@ from sumo3dviz_pt.sumo.formats import ElementSink, format_of
 from sumo3dviz_pt.sumo.formats.format import KINDS, STEP, Rows
 from sumo3dviz_pt.sumo.logs.packing import NEEDED, BadRowsError, RowPacker
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError
-from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers
+from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers, user_key
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -166,7 +166,7 @@ class LogReader(ElementSink):
             speed, slope = float(get("speed", nan)), float(get("slope", 0.0))
             offset = float(get("pos", nan))
             signals = int(get("signals", -1))
-            key = (tag, attributes["id"], get("type", ""))
+            key = user_key(tag, attributes["id"], get("type", ""))
         except (KeyError, ValueError):
             self._refuse(tag, attributes)
         # Written so that NaN fails too.
