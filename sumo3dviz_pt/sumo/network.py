@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
@@ -15,6 +15,7 @@ from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
+from sumo3dviz_pt.sumo.places.projection import middle_of
 from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
 from sumo3dviz_pt.sumo.repairs.look import look_over
@@ -301,18 +302,15 @@ def _connection(element: Element) -> Connection:
 
 
 def _location(element: Element) -> Location:
+    """Return where a network lies; `origBoundary` holds what was cut off, too, and is not read."""
     x, y = _numbers(element, "netOffset", 2)
-    return Location(
+    west, south, east, north = _numbers(element, "convBoundary", 4)
+    located = Location(
         net_offset=(x, y),
-        boundary=_box(element, "convBoundary"),
-        geo_boundary=_box(element, "origBoundary"),
+        boundary=(west, south, east, north),
         projection=element.text("projParameter", "!"),
     )
-
-
-def _box(element: Element, key: str) -> tuple[float, float, float, float]:
-    a, b, c, d = _numbers(element, key, 4)
-    return a, b, c, d
+    return replace(located, place=middle_of(located))
 
 
 def _numbers(element: Element, key: str, count: int) -> list[float]:
