@@ -20,7 +20,7 @@ from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
 from sumo3dviz_pt.sumo.repairs.look import look_over
 from sumo3dviz_pt.sumo.stream import Element, read_elements
-from sumo3dviz_pt.sumo.values import parse_flag, parse_points
+from sumo3dviz_pt.sumo.values import parse_flag, parse_number, parse_points
 
 _T = TypeVar("_T")
 
@@ -316,7 +316,7 @@ def _location(element: Element) -> Location:
 def _numbers(element: Element, key: str, count: int) -> list[float]:
     text = element.text(key, ",".join(["0"] * count))
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [parse_number(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):

@@ -14,6 +14,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.sumo.bounds import ANGLE, COORDINATE, HEIGHT, SIGNAL_BITS
 from sumo3dviz_pt.sumo.formats.format import Cells, Rows
 from sumo3dviz_pt.sumo.traces import COLUMNS, Key, RowsOfUsers, user_key
+from sumo3dviz_pt.sumo.values import is_plain
 
 NEEDED = ("id", "x", "y", "angle")
 """Attributes that every row must have."""
@@ -67,6 +68,7 @@ class RowPacker:
         self._keys: list[Key] = []
         self._tables: list[Floats] = []
         self._read = 0
+        self._nameless = False
         self._clear()
 
     def _clear(self) -> None:
@@ -124,7 +126,7 @@ class RowPacker:
             for name, place in _PLACES.items():
                 table[:, place] = self._column(name, float, _NUMBERS[name])
             table[:, 8] = self._column("signals", int, -1)
-            good = bool(_possible(table).all())
+            good = bool(_possible(table).all()) and not self._nameless
         except (ValueError, OverflowError):
             good = False
         added = self._added
@@ -152,6 +154,7 @@ class RowPacker:
     def _index(self, key: Key) -> int:
         """Return the index of a road user, who may be new."""
         if key not in self._users:
+            self._nameless = self._nameless or not key[1]
             self._users[key] = len(self._keys)
             self._keys.append(key)
             self._rows.setdefault(key, array("d"))
@@ -185,7 +188,10 @@ class RowPacker:
             return np.full(every, missing)
         cells: list[Any] = []
         for rows in self._runs:
-            cells += rows.columns.get(name) or [missing] * rows.count
+            own = rows.columns.get(name)
+            if own and isinstance(own[0], str) and not is_plain("".join(cast(list[str], own))):
+                raise ValueError(f"{name} is not written in digits")
+            cells += own or [missing] * rows.count
         if cells[0] == cells[-1] and cells.count(cells[0]) == every:
             return np.full(every, read(cells[0]))
         return np.fromiter(map(read, cells), np.float64, every)
