@@ -21,6 +21,7 @@ from xml.parsers import expat
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.bounds import ANY, Range
+from sumo3dviz_pt.sumo.other_files import OTHERS, remedy
 from sumo3dviz_pt.sumo.values import parse_number
 
 CHUNK = 1 << 18
@@ -239,6 +240,11 @@ def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
     """
     if roots and element.tag not in roots:
         expected = " or ".join(f"<{name}>" for name in roots)
+        if element.tag in OTHERS:
+            raise InputError(
+                f"is {OTHERS[element.tag].what}, not {what}; {remedy(element.tag, element.file)}",
+                file=element.file,
+            )
         raise InputError(
             f"is not {what}: its root element is <{element.tag}>, not {expected}; "
             "name the right file",
