@@ -105,7 +105,7 @@ def find_scenario(
 def _named_by(configuration: Path) -> _NamedFiles:
     """Return the files that a configuration names, relative to itself."""
     if (root := root_of(configuration)) not in CONFIGURATION_ROOTS:
-        if root in OTHERS:
+        if root is not None and root in OTHERS:
             message = f"is {OTHERS[root].what}; {remedy(root, configuration)}"
             raise InputError(message, file=configuration)
         # Complain about damage before complaining about the kind of file.

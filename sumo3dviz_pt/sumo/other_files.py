@@ -74,10 +74,10 @@ def advice(files: Mapping[Path, str | None], *, networks: bool) -> str:
     """Return what the first file is that seems to have been meant, and what to do; or nothing.
 
     Args:
-        files: Root elements by file.
+        files: Root elements, all of them in `OTHERS`, by file.
         networks: Whether a network was looked for, else a vehicle log.
     """
     for file, root in files.items():
-        if root in OTHERS and bool(OTHERS[root].option) is networks:
+        if root is not None and bool(OTHERS[root].option) is networks:
             return f"{file.name} is {OTHERS[root].what}: {remedy(root, file)}"
     return ""

@@ -189,7 +189,7 @@ class RowPacker:
         cells: list[Any] = []
         for rows in self._runs:
             own = rows.columns.get(name)
-            if own and isinstance(own[0], str) and not is_plain("".join(cast(list[str], own))):
+            if own and isinstance(own[0], str) and not is_plain("".join(own)):
                 raise ValueError(f"{name} is not written in digits")
             cells += own or [missing] * rows.count
         if cells[0] == cells[-1] and cells.count(cells[0]) == every:
