@@ -23,6 +23,7 @@ from sumo3dviz_pt.cast.choice import (
     looks_for,
     models_for,
 )
+from sumo3dviz_pt.cast.cockpits import Cockpit, open_cockpit
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.fitted_models import Prototypes
@@ -35,7 +36,6 @@ from sumo3dviz_pt.cast.pose_sampler import PoseSampler
 from sumo3dviz_pt.cast.presence import Presence, Present
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
-from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
@@ -59,7 +59,7 @@ class Fleet:
         trajectories: One for each road user.
         bodies: What each shows.
         colours: Of each.
-        cockpits: Names of opened prototypes by key of the road user that a camera sits in.
+        cockpits: Opened bodies by key of the road user that a camera sits in.
         prototypes: By name; only those in use.
         materials: Of user models, beside `MATERIALS`.
         lights: Which lamps they light; None leaves all off.
@@ -79,7 +79,7 @@ class Fleet:
     colours: tuple[Colour, ...]
     prototypes: Mapping[str, Prototype]
     materials: Mapping[str, Bsdf] = field(default_factory=dict)
-    cockpits: Mapping[str, str] = field(default_factory=dict)
+    cockpits: Mapping[str, Cockpit] = field(default_factory=dict)
     lights: VehicleLights | None = None
     seed: int = 0
     suspension: bool = True
@@ -158,7 +158,11 @@ class Fleet:
         if self.suspension and body.ride == "lean" and level != "far":
             leant = Transform(self.pose_sampler.lean(piece, present.time))
             whole = replace(whole, world_from_body=whole.world_from_body @ leant)
-        yield from body.assembly.movers(whole, full=full, stance=stance)
+        cockpit = None if level == "far" else self.cockpits.get(whole.id)
+        for mover in body.assembly.movers(whole, full=full, stance=stance):
+            yield mover
+            if cockpit is not None and mover.prototype == cockpit.body.name:
+                yield from cockpit.needles(mover, speed=float(present.speeds[row]))
 
     def positions(self, times: Floats) -> tuple[Bools, Floats]:
         """Return where everyone is, for culling.
@@ -188,15 +192,11 @@ class Fleet:
             left_hand: Whether traffic keeps left and drivers sit on the right.
             wipers: Whether wipers rest on its windscreen.
         """
-        body = self.body(key)
-        cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
-        eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
-        cowl_x, belt = float(cowl[0]), float(cowl[2])
-        opened = cutaway(body.prototype, cowl=cowl_x, belt=belt, eye=eye, wipers=wipers)
+        opened = open_cockpit(self.body(key), left_hand=left_hand, wipers=wipers)
         return replace(
             self,
-            prototypes={**self.prototypes, opened.name: opened},
-            cockpits={**self.cockpits, key: opened.name},
+            prototypes={**self.prototypes, **opened.prototypes},
+            cockpits={**self.cockpits, key: opened},
         )
 
     def drawn(self, k: int, *, opened: bool = False) -> Drawn:
@@ -208,9 +208,9 @@ class Fleet:
         """
         drawn = replace(self.bodies[k].assembly.drawn, length=float(self.lengths[k]))
         cockpit = self.cockpits.get(self.trajectories[k].key)
-        if not (opened and cockpit):
+        if cockpit is None or not opened:
             return drawn
-        return replace(drawn, near=(cockpit, *drawn.near[1:]), full=())
+        return replace(drawn, near=(*cockpit.names, *drawn.near[1:]), full=())
 
     def grounded(self, rise: Rise) -> Fleet:
         """Return the same fleet on the road that is drawn.
@@ -246,8 +246,8 @@ class Fleet:
         k, piece = int(present.users[row]), int(present.pieces[row])
         body, key = self.bodies[k], self.trajectories[k].key
         name = body.prototype.name
-        if key == opened:
-            name = self.cockpits.get(key, name)
+        if key == opened and key in self.cockpits:
+            name = self.cockpits[key].body.name
         frame = frame.copy()
         frame[:3, :3] *= body.scale
         phase = share = 0.0
