@@ -25,6 +25,9 @@ from sumo3dviz_pt.sumo.values import parse_flag, parse_number, parse_points
 _T = TypeVar("_T")
 
 _DEFAULT_SPEED = 13.89
+_NO_LENGTH = 1e-6
+"""A lane that reaches less far in plan [m] is one point, or goes straight up."""
+
 _WIDEST_JUNCTION = 10_000.0
 """Length of the longest side of a box around an outline that is drawn [m]."""
 
@@ -61,8 +64,8 @@ def read_network(path: Path) -> Network:
     """Read a road network.
 
     Repeated neighbouring points of shapes are dropped. A lane whose shape is a single
-    point becomes 1 cm long, so that it has a direction. What else can be repaired is, and one
-    note says what was odd: lanes without shape, width or length, junctions without a place.
+    point, or goes straight up, becomes 1 cm long in plan, so that it has a direction. What
+    else can be repaired is, and one note says what was odd: lanes without shape, width or length, junctions without a place.
 
     Args:
         path: The .net.xml, plain or gzipped.
@@ -229,9 +232,10 @@ def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, plac
 
 
 def _lane_shape(element: Element) -> Floats:
-    """Return a lane's shape, with at least two points unless it has none."""
+    """Return a lane's shape, which has a direction in plan unless it has no point."""
     shape = _points(element, "shape")
-    return frozen(from_point(shape[0]) if len(shape) == 1 else shape)
+    upright = len(shape) and float(np.ptp(shape[:, :2], axis=0).max()) < _NO_LENGTH
+    return frozen(from_point(shape[0], top=float(shape[-1, 2])) if upright else shape)
 
 
 def _outline(element: Element, key: str) -> Floats:
