@@ -12,6 +12,8 @@ import io
 import logging
 import os
 import pickle
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from sumo3dviz_pt.files.kept import keep, make_room, read_whole
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.memory import digest_of
+from sumo3dviz_pt.world.shared import Outlook, seen_of
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +55,8 @@ _OTHERS = frozenset(
 def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     """Return what stands around a camera's path: what was kept of it, or newly built.
 
+    A world whose cameras share a place gives what this one sees of that, about.
+
     Args:
         world: What exists.
         camera_path: Where the camera is and looks.
@@ -59,7 +64,10 @@ def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    place = _found(world, camera_path) if world.key else build_place(world, camera_path)
+    if world.outlook is not None:
+        place = _shared(world, world.outlook, camera_path)
+    else:
+        place = _found(world, camera_path) if world.key else build_place(world, camera_path)
     for item in place.left_out:
         if item.surprising:
             log.warning("left out %s: %s", item.what, item.why)
@@ -76,6 +84,16 @@ def _found(world: World, camera_path: CameraPath) -> BuiltPlace:
     if sum(len(part.part.mesh.faces) for part in place.static) > _LEAST:
         _keep_place(folder, place)
     return place
+
+
+def _shared(world: World, outlook: Outlook, camera_path: CameraPath) -> BuiltPlace:
+    """Return a camera's own place if one was kept, else its part of one that others share."""
+    kept = _kept_place(_folder(world, camera_path)) if world.key else None
+    if kept is not None:
+        return kept
+    place = outlook.memory.of(("place",), partial(build_place, world, outlook.camera_path))
+    lanes = len(world.scenario.network.lanes)
+    return replace(place, static=seen_of(place.static, camera_path, lanes=lanes))
 
 
 def _folder(world: World, camera_path: CameraPath) -> Path:
