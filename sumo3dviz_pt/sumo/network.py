@@ -16,6 +16,7 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
 from sumo3dviz_pt.sumo.places.projection import middle_of
+from sumo3dviz_pt.sumo.repairs.at_grade import say_at_grade
 from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
 from sumo3dviz_pt.sumo.repairs.look import look_over
@@ -99,6 +100,7 @@ def read_network(path: Path) -> Network:
         )
     look_over(network, draft.oddities)
     draft.oddities.say(path)
+    say_at_grade(network, path)
     return network
 
 
