@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 from sumo3dviz_pt.model.geometry import Floats
 
+UNKNOWN_SPEED = 27.78
+"""Limit of roads of which SUMO's type map for OpenStreetMap knows none [m/s]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lane:
@@ -59,6 +62,17 @@ class Edge:
     type: str = ""
     priority: int = -1
     crossed_edges: tuple[str, ...] = ()
+
+    @property
+    def told_speed(self) -> float:
+        """Highest limit of its lanes [m/s]; 0 where that tells nothing.
+
+        SUMO's type map gives roads of OpenStreetMap whose limit is unknown 100 km/h. Where people
+        walk or cycle on such a road, it may be any street.
+        """
+        fastest = max(lane.speed for lane in self.lanes)
+        slow = any(lane.allowed & {"pedestrian", "bicycle"} for lane in self.lanes)
+        return 0.0 if slow and abs(fastest - UNKNOWN_SPEED) < 0.05 else fastest
 
 
 @dataclass(frozen=True, slots=True, eq=False)

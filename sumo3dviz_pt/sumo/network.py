@@ -16,6 +16,7 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
 from sumo3dviz_pt.sumo.places.projection import convergence_at, middle_of
+from sumo3dviz_pt.sumo.repairs.at_grade import say_at_grade
 from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
 from sumo3dviz_pt.sumo.repairs.look import look_over
@@ -25,6 +26,9 @@ from sumo3dviz_pt.sumo.values import parse_flag, parse_number, parse_points
 _T = TypeVar("_T")
 
 _DEFAULT_SPEED = 13.89
+_NO_LENGTH = 1e-6
+"""A lane that reaches less far in plan [m] is one point, or goes straight up."""
+
 _WIDEST_JUNCTION = 10_000.0
 """Length of the longest side of a box around an outline that is drawn [m]."""
 
@@ -61,8 +65,9 @@ def read_network(path: Path) -> Network:
     """Read a road network.
 
     Repeated neighbouring points of shapes are dropped. A lane whose shape is a single
-    point becomes 1 cm long, so that it has a direction. What else can be repaired is, and one
-    note says what was odd: lanes without shape, width or length, junctions without a place.
+    point, or goes straight up, becomes 1 cm long in plan, so that it has a direction. What
+    else can be repaired is, and one note says what was odd: lanes without shape, width or
+    length, junctions without a place.
 
     Args:
         path: The .net.xml, plain or gzipped.
@@ -96,6 +101,7 @@ def read_network(path: Path) -> Network:
         )
     look_over(network, draft.oddities)
     draft.oddities.say(path)
+    say_at_grade(network, path)
     return network
 
 
@@ -229,9 +235,10 @@ def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, plac
 
 
 def _lane_shape(element: Element) -> Floats:
-    """Return a lane's shape, with at least two points unless it has none."""
+    """Return a lane's shape, which has a direction in plan unless it has no point."""
     shape = _points(element, "shape")
-    return frozen(from_point(shape[0]) if len(shape) == 1 else shape)
+    upright = len(shape) and float(np.ptp(shape[:, :2], axis=0).max()) < _NO_LENGTH
+    return frozen(from_point(shape[0], top=float(shape[-1, 2])) if upright else shape)
 
 
 def _outline(element: Element, key: str) -> Floats:

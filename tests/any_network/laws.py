@@ -42,6 +42,9 @@ OVERLAP = 1e-3
 STAND = 0.05
 """A road user's height and that of the surface below it differ by at most so much [m]."""
 
+CRUMB, WHEELS = 2.0, 0.8
+"""Smallest area of footway that stands alone [m2]; how far wheels are from a way's middle [m]."""
+
 VIEW = 3.0
 """What our code adds keeps so far from the axis of a standing camera [m]."""
 
@@ -53,6 +56,9 @@ _SHARP = float(np.radians(10.0))
 
 _OFF_ROAD = frozenset({"pedestrian", "wheelchair", "bicycle", "scooter", "container", "ship"})
 """vClasses that do not keep to carriageways."""
+
+_CARS = frozenset({"passenger", "bus", "truck", "delivery"})
+"""vClasses that climb no kerbs."""
 
 _FLYING = frozenset({"drone", "aircraft", "ship", "cable_car"})
 """vClasses that do not stand on roads."""
@@ -267,6 +273,35 @@ def overlaps(drawn: Drawn) -> Iterator[str]:
             )
 
 
+def kerbs_in_the_way(drawn: Drawn) -> Iterator[str]:
+    """Yield kerbs that stand where vehicles drive, and crumbs of footways amid carriageways."""
+    raised = drawn.layout.raised
+    tree = shapely.STRtree(raised)
+    for area in raised:
+        if area.area < CRUMB and len(tree.query(area, predicate="dwithin", distance=0.05)) == 1:
+            yield f"a kerb around {area.area:.2f} m2 alone near {_place(area)}"
+    for edge in drawn.network.edges.values():
+        for lane in edge.lanes if edge.function == "internal" else ():
+            if lane.id in drawn.lanes and lane.allowed & _CARS:
+                line = shapely.LineString(lane.shape[:, :2]).buffer(min(WHEELS, 0.4 * lane.width))
+                for k in tree.query(line, predicate="intersects"):
+                    shared = shapely.intersection(line, raised[k])
+                    if shared.area > 0.05 and _on_one_level(drawn, lane, shared):
+                        where = f"{shared.area:.2f} m2 of kerb near {_place(shared)}"
+                        yield f"{lane.id} leads over {where}"
+
+
+def _on_one_level(drawn: Drawn, lane: Lane, shared: shapely.Geometry) -> bool:
+    """Whether a footway that a lane passes is neither above nor below it."""
+    spot = shapely.get_coordinates(shapely.point_on_surface(shared))[:1]
+    cells = drawn.layout.cells
+    near = shapely.STRtree(cells.polygons).query(shapely.Point(spot[0]), predicate="intersects")
+    near = near[cells.raised[near]]
+    z = lane.shape[np.argmin(np.hypot(*(lane.shape[:, :2] - spot).T)), 2]
+    heights = cells.heights(near, np.repeat(spot, len(near), axis=0))
+    return bool((np.abs(heights - z) < _LEVEL).any())
+
+
 def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
     """Yield road users whose front stands on no drawn surface of its own kind.
 
@@ -466,7 +501,7 @@ def _ways(drawn: Drawn) -> Iterator[tuple[Floats, str]]:
     for edge in drawn.network.edges.values():
         for lane in edge.lanes:
             # Tracks pass below platforms' roofs, and people through doors.
-            if lane.id in drawn.lanes and lane.allowed & {"passenger", "bus", "truck", "bicycle"}:
+            if lane.id in drawn.lanes and lane.allowed & (_CARS | {"bicycle"}):
                 line = lane.shape
                 if len(line) > 1:
                     yield np.stack([line[:-1], line[1:]], axis=1), lane.id

@@ -32,7 +32,8 @@ _LAWS: Mapping[str, Callable[[float, float, float], bool]] = {
     "olive": lambda r, g, b: b < min(r, g),
     "lilac": lambda r, g, b: g < r <= b,
     "yellow ochre sand cream ecru beige mustard": lambda r, g, b: r >= g > b,
-    "sandstone camel caramel orange amber bronze brown oak rust skin pearl": lambda r, g, b: r > g > b,
+    "sandstone camel caramel": lambda r, g, b: r > g > b,
+    "orange amber bronze brown oak rust skin pearl": lambda r, g, b: r > g > b,
     "anthracite charcoal": lambda r, g, b: r <= g <= b <= 1.3 * r,
     "white black grey silver": lambda r, g, b: max(r, g, b) <= 1.25 * min(r, g, b) + 0.005,
 }  # fmt: skip

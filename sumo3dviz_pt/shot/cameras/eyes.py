@@ -41,7 +41,7 @@ def clear_eye(eye: Floats, body: Body) -> Floats:
     across = corners[..., 1:] - eye[1:]
     near = corners[((across.min(axis=1) < CLEAR) & (across.max(axis=1) > -CLEAR)).all(axis=1)]
     for ahead in np.append(np.arange(0.0, reach, _STEP), reach):
-        place = eye + [ahead, 0.0, 0.0]
+        place = eye + np.array([ahead, 0.0, 0.0])
         if not _blocked(place, near) and _distance(place, near) >= CLEAR:
             break
     return np.asarray(place)
