@@ -16,7 +16,7 @@ NET = """<net version="1.20">
 <junction id="c" type="dead_end" x="300" y="-100" incLanes="" intLanes="" shape=""/>
 <junction id="d" type="dead_end" x="300" y="200" incLanes="sn_0" intLanes="" shape=""/>
 </net>"""
-"""A road to the east and one to the north that cross, and meet in a junction, so nothing is said."""
+"""A road to the east and one to the north that cross, and share a junction, so no note is due."""
 
 FLAT = NET.format(z=0)
 STEPS = 25
