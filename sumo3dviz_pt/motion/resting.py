@@ -36,21 +36,28 @@ def settled(samples: LoggedSamples) -> LoggedSamples:
     if not (both & moved).any():
         return samples
     rows = np.arange(len(rest))
-    positions = samples.positions.copy()
+    positions, offsets = samples.positions.copy(), samples.offsets.copy()
+    ahead = np.column_stack([np.cos(samples.yaws), np.sin(samples.yaws)])
     lengths = np.hypot(apart[:, 0], apart[:, 1])
     shift, way = np.zeros(3), np.inf
     for row in rows[1:].tolist():
+        if way >= _FORGOTTEN and not rest[row - 1]:
+            continue
         first = int(rows[row - 1])
         away = samples.positions[row] - samples.positions[first]
         twist = abs(samples.yaws[row] - samples.yaws[first])
-        if both[row - 1] and np.hypot(*away[:2]) <= _WIGGLE and twist <= _TWIST:
-            rows[row], positions[row] = first, positions[first]
+        stays = rest[row - 1] and (rest[row] or lengths[row - 1] == 0.0)
+        if stays and np.hypot(*away[:2]) <= _WIGGLE and twist <= _TWIST:
+            rows[row], positions[row], offsets[row] = first, positions[first], offsets[first]
             continue
         if first < row - 1:
             shift, way = positions[row - 1] - samples.positions[row - 1], 0.0
         way += float(lengths[row - 1])
-        positions[row] += shift * max(1.0 - way / _FORGOTTEN, 0.0)
-    return replace(samples.part(rows), times=samples.times, positions=positions)
+        back = shift * max(1.0 - way / _FORGOTTEN, 0.0)
+        positions[row] += back
+        offsets[row] += back[:2] @ ahead[row]
+    still, times, speeds = samples.part(rows), samples.times, samples.speeds
+    return replace(still, times=times, speeds=speeds, positions=positions, offsets=offsets)
 
 
 def resting(samples: LoggedSamples) -> Bools:
