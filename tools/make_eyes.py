@@ -1,8 +1,8 @@
 """Draws what four eyes see from every model: python tools/make_eyes.py FOLDER PICTURE.jpg
 
 Driver, passenger, cyclist and pedestrian look out of every vehicle and every person of the library,
-at the example crossing, by day and by night; `--models` names a few. Beside the sheet, whose
-rows have a model's day and night, the mean luminance of the darkest day is printed.
+at the example crossing, by day and by night; `--models` and `--times` name a few. The sheet grows
+while it is drawn; the mean luminance of each picture is printed.
 """
 
 from __future__ import annotations
@@ -209,19 +209,29 @@ def main() -> None:
     parser.add_argument("folder", type=Path, help="where the scene's files go")
     parser.add_argument("picture", type=Path, help="the sheet, .jpg or .png")
     parser.add_argument("--models", nargs="*", default=model_names(), help="default all")
+    parser.add_argument("--times", nargs="*", default=TIMES, help="templates; default day, night")
+    parser.add_argument("--quality", default="preview", help="a preset; default preview")
     parser.add_argument("--size", type=int, default=128, help="width of each picture [px]")
     parser.add_argument("--columns", type=int, default=3, help="models in a row")
     options = parser.parse_args()
     scene = write_scene(options.folder, options.models)
     size = (options.size, options.size * 9 // 16)
     found: list[Seen] = []
-    for template in TIMES:
-        for seen in look(scene, options.models, template=template, views=EYES, size=size):
+    for template in options.times:
+        pictures = look(
+            scene,
+            options.models,
+            template=template,
+            views=EYES,
+            size=size,
+            quality=options.quality,
+        )
+        for seen in pictures:
             found.append(seen)
+            sheet(found, models_in_row=options.columns).save(options.picture, quality=80)
             print(f"{seen.model} {seen.view} {template} {seen.luminance:.0f}", flush=True)
-    sheet(found, models_in_row=options.columns).save(options.picture, quality=80)
-    darkest = min((s for s in found if s.template == TIMES[0]), key=lambda s: s.luminance)
-    print(f"darkest by day: {darkest.model}, {darkest.view}: {darkest.luminance:.1f} of 255")
+    darkest = min(found, key=lambda seen: seen.luminance)
+    print(f"darkest: {darkest.model}, {darkest.view}: {darkest.luminance:.1f} of 255")
 
 
 if __name__ == "__main__":
