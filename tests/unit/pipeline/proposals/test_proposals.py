@@ -343,6 +343,19 @@ def test_a_corner_never_looks_against_the_sun(turn):
     assert ahead @ sun[:2] <= 0.5 * np.hypot(*ahead) * np.hypot(*sun[:2]) + 1e-9
 
 
+def test_a_corner_against_the_sun_is_none_rather_than_blind():
+    """Houses leave room for an eye only where the sun is in front."""
+    sun = np.array([0.9, 0.0, np.sqrt(1.0 - 0.81)])
+    walls = [house("s", (-60, -60), (60, -9)), house("n", (-60, 9), (60, 60))]
+    walls.append(house("e", (4, -60), (60, 60)))
+    stands = corner(scouting(scenario_of(crossers(), polygons=tuple(walls)), sun=sun))
+    if stands is not None:
+        ahead = (stands.aim - stands.eye)[:2]
+        assert ahead @ sun[:2] <= 0.5 * np.hypot(*ahead) * np.hypot(*sun[:2]) + 1e-9
+    anywhere = corner(scouting(scenario_of(crossers(), polygons=tuple(walls))))
+    assert anywhere is not None and (anywhere.aim - anywhere.eye)[0] > 0.0, "it looks to the east"
+
+
 def test_vehicles_that_pass_right_before_an_eye_lower_its_value():
     movement = movement_of(crossers()).during(10.0, 20.0)
     low = Poses(np.array([[20.0, -5.0, 1.7], [30.0, -20.0, 1.7]]), np.zeros((2, 3)), 65.0)
