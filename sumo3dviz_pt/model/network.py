@@ -124,14 +124,14 @@ class Location:
     Attributes:
         net_offset: Added to projected coordinates to give net ones, (x, y) [m].
         boundary: Net coordinates x0, y0, x1, y1 [m].
-        geo_boundary: lon0, lat0, lon1, lat1 [deg]; meaningless when projection is "!".
         projection: PROJ string, or "!" when there is none.
+        place: Latitude and longitude of the boundary's middle [deg]; None if they are not known.
     """
 
     net_offset: tuple[float, float] = (0.0, 0.0)
     boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    geo_boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     projection: str = "!"
+    place: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

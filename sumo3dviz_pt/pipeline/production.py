@@ -385,7 +385,7 @@ def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tup
     Raises:
         ConfigError: If nobody moves, or whom the camera rides with is unknown.
     """
-    from sumo3dviz_pt.cast.fleet import find_trajectory
+    from sumo3dviz_pt.cast.finding import find_trajectory
 
     if isinstance(camera, LagrangianCamera):
         trajectories = (find_trajectory(trajectories, camera.vehicle),)
