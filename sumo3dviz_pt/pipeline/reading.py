@@ -15,6 +15,7 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.smoothing import motion_of as motion_of
+from sumo3dviz_pt.sumo.values import parse_time as parse_time
 
 
 def scenario_files(job: Job) -> ScenarioFiles:
