@@ -15,8 +15,8 @@ from pathlib import Path
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.files.whole import read_plain
 
-MOST_PIXELS = 1 << 28
-"""Of a picture or a map: 16384 x 16384."""
+MOST_PIXELS = 1 << 26
+"""Of a picture or a map: 8192 x 8192, which take a gigabyte as numbers."""
 
 _MOST_BYTES = 500_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
