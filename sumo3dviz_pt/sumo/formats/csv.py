@@ -31,6 +31,9 @@ _NUMBERS = {"z": "0", "slope": "0", "speed": "nan", "pos": "nan", "signals": "-1
 _PART = 1 << 16
 """Number of bytes that are cut into cells at once."""
 
+_LONGEST = 1 << 20
+"""Longest line that is read [bytes]."""
+
 _PEEK = 20
 """Number of blocks in which a lane must be named."""
 
@@ -78,6 +81,9 @@ class CsvFormat(TableFormat):
                 data = rest + chunk
                 whole = data.rfind(b"\n") + 1
                 rest = data[whole:]
+                if len(rest) > _LONGEST:
+                    message = "the line is longer than 1 MB; no vehicle log has such lines"
+                    raise InputError(message, file=file, line=line + data.count(b"\n", 0, whole))
                 for part in _parts(data, whole):
                     yield from _blocks(part, way, file, line)
                     line += part.count(b"\n")

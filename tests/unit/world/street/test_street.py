@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
+import colour
 import numpy as np
 import pytest
 import shapely
@@ -406,3 +407,20 @@ def test_what_stands_hangs_on_no_camera_and_nothing_touches_across_tiles():
     away = np.hypot(*(west[:, None, :2] - west[None, :, :2]).transpose(2, 0, 1))
     # Bollards stand in rows of their own.
     assert away[~np.eye(len(west), dtype=bool)].min() > 1.0
+
+
+def test_lamps_have_the_colour_of_a_black_body_of_4000_kelvin():
+    """Seen by a camera whose white is one of 5000 K, by Bradford's adaptation."""
+
+    def black_body(kelvin):
+        found = colour.sd_to_XYZ(colour.sd_blackbody(kelvin, colour.SpectralShape(360, 780, 10)))
+        return found / found[1]
+
+    space = colour.RGB_COLOURSPACES["sRGB"]
+    white = colour.xy_to_XYZ(space.whitepoint)
+    seen = colour.adaptation.chromatic_adaptation_VonKries(
+        black_body(4000.0), black_body(5000.0), white, transform="Bradford"
+    )
+    expected = space.matrix_XYZ_to_RGB @ seen
+    found = np.array(radiance(LOW))
+    np.testing.assert_allclose(found / found.max(), expected / expected.max(), atol=0.05)
