@@ -96,7 +96,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             return complain(explained(package_of(error.name), error), 1)
         if not isinstance(error, Sumo3dvizError | OSError | MemoryError):
             raise
-        return complain(error, 1, hint)
+        return complain(str(error) or "there is not enough memory for this", 1, hint)
 
 
 def build_parser() -> argparse.ArgumentParser:

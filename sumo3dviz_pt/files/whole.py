@@ -65,7 +65,8 @@ def read_plain(path: Path, *, most: int) -> bytes:
     if path.is_dir():
         raise InputError("is a folder; name a file in it", file=path)
     with open_plain(path) as stream:
-        data = stream.read(most + 1)
+        # So much is set aside at once; files of the system say that they have no size.
+        data = stream.read(min(most, max(path.stat().st_size, 1 << 20)) + 1)
     if len(data) > most:
         message = f"has more than {most:,} bytes, the most that is read; is it the right file?"
         raise InputError(message, file=path)
