@@ -199,9 +199,11 @@ def _farm_order(options: argparse.Namespace) -> FarmOrder:
 
 def _in_words(plan: FarmPlan) -> str:
     """Return what a farm would do."""
+    from sumo3dviz_pt.pipeline.progress.costs import time_in_words
+
     lines = [
         f"{plan.folder}: {len(plan.tasks)} tasks,"
-        f" about {sum(task.cpu for task in plan.tasks) / 3600:.2g} CPU-hours"
+        f" about {time_in_words(sum(task.cpu for task in plan.tasks))} of CPU time"
     ]
     for number, task in enumerate(plan.tasks):
         needs = f", after {len(task.needs)} others" if task.needs else ""

@@ -1,12 +1,54 @@
-"""Writes files that are whole or not there."""
+"""Writes files that are whole or not there, and reads no others than plain ones."""
 
 from __future__ import annotations
 
 import os
 import socket
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
+
+from sumo3dviz_pt.errors import InputError
+
+_SPECIAL = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def refuse_special(path: Path) -> None:
+    """Refuse what no reader may open: a pipe can wait for ever, and a device need not end.
+
+    Links are followed. What does not exist, or is a folder, is left to the reader.
+
+    Raises:
+        InputError: If it is a pipe, a device or a socket.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return
+    for is_one, what in _SPECIAL:
+        if is_one(mode):
+            message = (
+                f"is {what} and no plain file; copy what comes out of it to one, and name that"
+            )
+            raise InputError(message, file=path)
+
+
+def open_plain(path: Path) -> BinaryIO:
+    """Open a plain file for reading.
+
+    Raises:
+        InputError: If it is a pipe, a device or a socket.
+        OSError: If it cannot be opened.
+    """
+    refuse_special(path)
+    return path.open("rb")
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
 from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
+from sumo3dviz_pt.library.vehicles.plates import LETTER
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import (
@@ -193,11 +194,12 @@ class Shot:
         seen = np.flatnonzero(choice.near[:, 0] | whole_detail | by_proxy)
         wholes = self.fleet.wholes(present, seen, view=view)
         for row, whole in zip(seen.tolist(), wholes, strict=True):
+            read = bool(choice.lettered[row, 0])
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
             ridden = whole.id == view.rides_in
             vclass = self.fleet.bodies[int(present.users[row])].vclass
-            whole_parts = self.fleet.parts(present, row, whole, level=level, ridden=ridden)
-            for part in on_tracks(whole_parts, vclass, self.tracks):
+            made = self.fleet.parts(present, row, whole, level=level, ridden=ridden, lettered=read)
+            for part in on_tracks(made, vclass, self.tracks):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
                 some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
                 some.append(part)
@@ -296,7 +298,7 @@ class ShotBuilder:
             fleet = fleet.grounded(place.surface.rise_at)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
-        fleet = fleet.with_full_detail(crowd.full_models)
+        fleet = fleet.with_full_detail(crowd.full_models, lettered=LETTER in crowd.slots.deforming)
         # Put together what does not change.
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)

@@ -167,10 +167,10 @@ def _shared(own: Mapping[str, Floats], shapes: Mapping[str, shapely.Geometry]) -
 
 
 def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cells:
-    """Return lanes of footways without what vehicles' ways through junctions need.
+    """Return cells of which the raised ones leave vehicles' ways through junctions free.
 
     Args:
-        footways: Lanes.
+        footways: Lanes, walking areas or junctions.
         insides: Contents of junctions, by junction id.
     """
     ways = [s for inside in insides.values() for s in inside.ways if not _is_cycled(s)]
@@ -180,7 +180,7 @@ def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cell
     polygons = footways.polygons.copy()
     for k, index in zip(way.tolist(), cell.tolist(), strict=True):
         shared = common(footways.polygons[index], cores[k])
-        if shared.area < _CRUMB:
+        if not footways.raised[index] or shared.area < _CRUMB:
             continue
         # A way on a bridge above the footway, or below it, takes nothing from it.
         middle = shapely.get_coordinates(shapely.point_on_surface(shared))

@@ -305,7 +305,7 @@ def test_poles_leave_the_asphalt_of_junctions_between_lanes_but_stand_on_walking
     walk = Edge(":B_w0", "walkingarea", "", "", (Lane("w", ":B_w0", 0, shape, 1, 1, 1, FOOT),))
     paved = replace(made, junctions={"B": wide}, edges={**made.edges, walk.id: walk})
     head, *_ = build_signals(paved, phases("G"), SignalSettings()).heads
-    assert head.foot[:2] == pytest.approx([103.5, -2.3])
+    assert head.foot[:2] == pytest.approx([104.5, -2.3])
 
 
 def test_no_head_of_a_row_hangs_over_a_road_beside_it():
