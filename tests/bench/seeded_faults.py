@@ -103,8 +103,8 @@ FAULTS = {
         "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
     ),
     "far road users beyond the detailed ones are dropped": Fault(
-        "shot/visibility.py", "return Choice(near & ~full, shown & ~near, full)",
-        "return Choice(near & ~full, shown & ~near & (distance > NEAR_END), full)",
+        "shot/visibility.py", "shown & ~near, full, lettered)",
+        "shown & ~near & (distance > NEAR_END), full, lettered)",
         ("tests/property/test_visibility_properties.py",),
     ),
     # Bodies on their path.
@@ -244,7 +244,7 @@ FAULTS = {
         "motion/headings.py", "_AXLE = 0.78", "_AXLE = 1.0", (MANOEUVRES,),
     ),
     "bodies turn as fast as corners do": Fault(
-        "motion/headings.py", "FASTEST_TURN = np.radians(130.0)", "FASTEST_TURN = 1e4",
+        "motion/alignment.py", "FASTEST_TURN = np.radians(130.0)", "FASTEST_TURN = 1e4",
         (STIFF, MANOEUVRES),
     ),
     "corners are not rounded": Fault(
