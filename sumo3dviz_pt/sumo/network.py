@@ -66,8 +66,8 @@ def read_network(path: Path) -> Network:
 
     Repeated neighbouring points of shapes are dropped. A lane whose shape is a single
     point, or goes straight up, becomes 1 cm long in plan, so that it has a direction. What
-    else can be repaired is, and one note says what was odd: lanes without shape, width or
-    length, junctions without a place.
+    else can be repaired is, and one note says what was odd: lanes without shape, width or length,
+    junctions without a place.
 
     Args:
         path: The .net.xml, plain or gzipped.
