@@ -22,8 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from any_network.programs import call
 from any_traffic import LANES, STEPS, network, traffic
@@ -37,10 +36,12 @@ from sumo3dviz_pt.motion.setting import body_length
 from sumo3dviz_pt.motion.smoothers.registry import SMOOTHERS
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
+ROOT = Path(__file__).resolve().parents[2]
 SHARED = ("bologna_acosta", "doerpfeldstr", "badhersfeld", "barcelona", "monaco_west_hills")
 DRAWN = 300
 """Logs drawn by a seed."""
 
+Counts = dict[str, dict[str, dict[str, int]]]
 Simulated = tuple[str, list[TrafficLog], Network, dict[str, VehicleType]]
 
 
@@ -56,8 +57,9 @@ def simulations(data: Path, folder: Path) -> Iterator[Simulated]:
     chance = np.random.default_rng(0)
     logs = []
     for seed in range(DRAWN):
-        step, euler, sublane = STEPS[seed % len(STEPS)], *chance.integers(2, size=2) > 0
-        drawn = traffic(seed, step=step, euler=bool(euler), sublane=bool(sublane))
+        step = STEPS[seed % len(STEPS)]
+        euler, sublane = (bool(each) for each in chance.integers(2, size=2))
+        drawn = traffic(seed, step=step, euler=euler, sublane=sublane)
         logs.append(log_of(replace(drawn, id=str(seed)), names=LANES, step=step))
     yield "drawn logs", logs, network(), dict(TYPES)
 
@@ -73,8 +75,7 @@ def grid(folder: Path) -> None:
     for number in range(308):
         start, end = chance.choice(edges, 2, replace=False)
         trips.append(
-            f'<trip id="t{number}" type="c" depart="{number * 0.9:.0f}"'
-            f' from="{start}" to="{end}"/>'
+            f'<trip id="t{number}" type="c" depart="{number * 0.9:.0f}" from="{start}" to="{end}"/>'
         )
     (folder / "trips.rou.xml").write_text("\n".join([*trips, "</routes>"]), encoding="utf-8")
     words = ["-n", "net.net.xml", "-r", "trips.rou.xml", "--fcd-output", "fcd.xml", "--end", "600"]
@@ -97,7 +98,7 @@ def counted(simulated: Simulated) -> dict[str, dict[str, int]]:
     return found
 
 
-def page(before: dict[str, dict[str, dict[str, int]]], now: dict[str, dict[str, dict[str, int]]]) -> str:
+def page(before: Counts, now: Counts) -> str:
     """Return the manual's table: before, then now."""
     names = smoother_names()
     lines = ["| road users | all | " + " | ".join(f"`{name}`" for name in names) + " |"]
