@@ -16,6 +16,7 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.smoothing import motion_of as motion_of
+from sumo3dviz_pt.sumo.values import parse_time as parse_time
 
 _LARGEST = 1_500_000_000
 """Text of logs beyond which only the window is read [bytes]: ten million rows."""

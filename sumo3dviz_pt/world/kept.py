@@ -1,25 +1,28 @@
 """Keeps built places in the user's cache, so that the next command need not build them again.
 
 A kept place lies under all that it depends on: what its world is made from, our own code, and the
-camera's path. It is a pickle, from which nothing is restored but values of this package, NumPy and
-shapely: what somebody else may have laid there cannot run other code.
+camera's path. Nothing but values comes out of it (see `files.values`): what somebody else may have
+laid there runs no code.
 """
 
 from __future__ import annotations
 
 import contextlib
-import io
 import logging
 import os
-import pickle
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.files.kept import keep, make_room, read_whole
+from sumo3dviz_pt.files.values import kinds_in, packed, unpacked
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.memory import digest_of
+from sumo3dviz_pt.world.rails.tracks import RailHeight
+from sumo3dviz_pt.world.roads.build import WalkingHeight
+from sumo3dviz_pt.world.shared import Outlook, seen_of
 
 log = logging.getLogger(__name__)
 
@@ -29,28 +32,14 @@ _LEAST = 100_000
 _MOST = 2_000_000_000
 """Size of all kept places above which the oldest are removed [bytes]."""
 
-_NAME = "place.pickle"
-
-_OURS = ("sumo3dviz_pt.model.", "sumo3dviz_pt.library.", "sumo3dviz_pt.world.")
-_OTHERS = frozenset(
-    {
-        *(("builtins", name) for name in ("complex", "frozenset", "set", "slice")),
-        *(("numpy", name) for name in ("dtype", "ndarray")),
-        *((f"numpy.{core}.multiarray", name) for core in ("_core", "core")
-          for name in ("_reconstruct", "scalar")),
-        *((f"numpy.{core}.numeric", "_frombuffer") for core in ("_core", "core")),
-        ("functools", "partial"),
-        ("shapely", "STRtree"),
-        ("shapely.io", "from_wkb"),
-        ("shapely.strtree", "STRtree"),
-        ("types", "MappingProxyType"),
-    }
-)  # fmt: skip
-"""What else a place may hold, by module and name."""
+_KINDS = kinds_in(BuiltPlace, WalkingHeight, RailHeight)
+"""What a place may hold; annotations hide which classes tell its heights."""
 
 
 def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     """Return what stands around a camera's path: what was kept of it, or newly built.
+
+    A world whose cameras share a place gives what this one sees of that, about.
 
     Args:
         world: What exists.
@@ -59,7 +48,10 @@ def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    place = _found(world, camera_path) if world.key else build_place(world, camera_path)
+    if world.outlook is not None:
+        place = _shared(world, world.outlook, camera_path)
+    else:
+        place = _found(world, camera_path) if world.key else build_place(world, camera_path)
     for item in place.left_out:
         if item.surprising:
             log.warning("left out %s: %s", item.what, item.why)
@@ -78,6 +70,16 @@ def _found(world: World, camera_path: CameraPath) -> BuiltPlace:
     return place
 
 
+def _shared(world: World, outlook: Outlook, camera_path: CameraPath) -> BuiltPlace:
+    """Return a camera's own place if one was kept, else its part of one that others share."""
+    kept = _kept_place(_folder(world, camera_path)) if world.key else None
+    if kept is not None:
+        return kept
+    place = outlook.memory.of(("place",), partial(build_place, world, outlook.camera_path))
+    lanes = len(world.scenario.network.lanes)
+    return replace(place, static=seen_of(place.static, camera_path, lanes=lanes))
+
+
 def _folder(world: World, camera_path: CameraPath) -> Path:
     """Return where a place is kept."""
     path = [camera_path.positions, camera_path.forwards, camera_path.half_angles]
@@ -88,11 +90,11 @@ def _folder(world: World, camera_path: CameraPath) -> Path:
 def _kept_place(folder: Path) -> BuiltPlace | None:
     """Return a kept place; None if it is not there, damaged or not of this kind."""
     files = read_whole(folder)
-    if files is None or _NAME not in files:
+    if files is None:
         return None
     try:
-        place = _Restored(io.BytesIO(files[_NAME])).load()
-    except (pickle.UnpicklingError, AttributeError, ImportError, EOFError, TypeError) as error:
+        place = unpacked(files, _KINDS)
+    except ValueError as error:
         log.info("%s: the place is built anew (%s)", folder, error)
         return None
     with contextlib.suppress(OSError):
@@ -103,21 +105,7 @@ def _kept_place(folder: Path) -> BuiltPlace | None:
 def _keep_place(folder: Path, place: BuiltPlace) -> None:
     """Keep a place, and remove the oldest ones if there are too many."""
     try:
-        keep(folder, {_NAME: pickle.dumps(place, protocol=5)})
+        keep(folder, packed(place, _KINDS))
         make_room(folder, _MOST)
-    except OSError as error:
+    except (OSError, TypeError) as error:
         log.info("%s: the place is not kept (%s)", folder, error)
-
-
-class _Restored(pickle.Unpickler):
-    """Restores values of known kinds only."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        """Return a class or function that a place may hold.
-
-        Raises:
-            UnpicklingError: If it is of another kind.
-        """
-        if module.startswith(_OURS) or (module, name) in _OTHERS:
-            return super().find_class(module, name)
-        raise pickle.UnpicklingError(f"it holds {module}.{name}")

@@ -103,6 +103,44 @@ def test_module_keeps_the_house_rules(path: Path) -> None:
     assert not problems
 
 
+NO_CODE_OUT_OF_DATA = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "marshal", "shelve"}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_no_code_comes_out_of_data(path: Path) -> None:
+    """Caches, frames, states and users' files hold values only (the architecture's law 11)."""
+    tree = tree_of(path)
+    problems = [
+        f"{package} in line {line}"
+        for package, line in imports(ast.walk(tree))
+        if package in NO_CODE_OUT_OF_DATA
+    ]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call):
+            called, words = dotted(node.func), [ast.unparse(word) for word in node.keywords]
+            wrong = {
+                "np.load": "allow_pickle=False" not in words,
+                "numpy.load": True,
+                "yaml.load": not any("SafeLoader" in word for word in words),
+                **dict.fromkeys(("yaml.unsafe_load", "yaml.full_load", "yaml.load_all"), True),
+                **dict.fromkeys(("builtins.eval", "builtins.exec", "__import__"), True),
+            }
+            if wrong.get(called) or "allow_pickle=True" in words:
+                problems.append(f"{called} in line {node.lineno}")
+    assert not problems
+
+
+def test_scripts_of_others_are_checked() -> None:
+    """What our pages load from an address has an integrity hash; only jsPsych comes from one."""
+    loads = re.compile(r"<(?:script|link)\b[^>]*(?:src|href)\s*=\s*[\"'](?:https?:)?//[^>]*>")
+    for path in PACKAGE.rglob("*"):
+        if path.suffix in {".html", ".js", ".css", ".py"}:
+            text = path.read_text(encoding="utf-8")
+            assert all("integrity=" in one for one in loads.findall(text)), path
+            assert not re.search(r"@import\s+(?:url\()?[\"']?(?:https?:)?//", text), path
+            assert not re.search(r"import\(?\s*[\"']https?://", text), path
+
+
 def test_nothing_heavy_is_imported_at_the_top_of_a_module() -> None:
     for path in MODULES:
         if not path.is_relative_to(PACKAGE / "render"):

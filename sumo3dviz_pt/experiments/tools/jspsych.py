@@ -30,6 +30,22 @@ PACKAGES: Mapping[str, str] = {
 }
 """What the page loads, by npm's names, and in which versions."""
 
+_SCRIPTS: Mapping[str, str] = {
+    "jspsych": "PPMNzYQfqrWFhrOxhpwxXmKK+LDH//fBCLsvA/JIRHOfiuOcZ2j8wJhqo87V4R4B",
+    "@jspsych/plugin-preload": "BiUYHx4tdTYToceth936qf4Wkf+Ho2VZti/5bB5/nDiPRuTaZ37hrxkLsANkHGdp",
+    "@jspsych/plugin-html-button-response": (
+        "tPGtXEC8xEbInWvarnxvJ3fyzeXwRDS0QjGUts+TGQ9I8OCxiqsv9lxTS3mEN6um"
+    ),
+    "@jspsych/plugin-video-button-response": (
+        "EzTLpOPKkUdmj0L6ueQzRV1TLRFgve84vNAlFZZxx8oc2p6GVHL6Mt8lH229p+yi"
+    ),
+}
+"""Digests (SHA-384) of `_SCRIPT` of these packages: a browser runs nothing else that an address
+may send."""
+
+_STYLES = "+gGUkbtw2BJWSroKW2jzIEXGe7KxdycJ0Bo+CqzpIOSBHOYEHHRWETaV+v2mpdWX"
+"""The same of jsPsych's `_STYLE`."""
+
 _SCRIPT = "dist/index.browser.min.js"
 _STYLE = "css/jspsych.css"
 _PAGE = Path(__file__).with_name("page") / "index.html"
@@ -44,8 +60,8 @@ def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
 
 def page(content: StudyContent) -> str:
     """Return the page."""
-    # A script may hold no "</"; JSON may write its slash as an escape.
-    study = json.dumps(_study(content), ensure_ascii=False).replace("</", "<\\/")
+    # "</" ends a script and "<!--<script" keeps it from ending; JSON may write "<" as an escape.
+    study = json.dumps(_study(content), ensure_ascii=False).replace("<", "\\u003c")
     parts = {
         "language": html.escape(content.words.language),
         "title": html.escape(content.words.title),
@@ -62,8 +78,17 @@ def _head(base: str) -> str:
         name: html.escape(f"{base}{name}{f'@{version}' if _is_online(base) else ''}", quote=True)
         for name, version in PACKAGES.items()
     }
-    lines = [f'<script src="{place}/{_SCRIPT}"></script>' for place in places.values()]
-    return "\n".join([*lines, f'<link rel="stylesheet" href="{places["jspsych"]}/{_STYLE}">'])
+    lines = [
+        f'<script src="{place}/{_SCRIPT}"{_checked(base, _SCRIPTS[name])}></script>'
+        for name, place in places.items()
+    ]
+    style = f'href="{places["jspsych"]}/{_STYLE}"{_checked(base, _STYLES)}'
+    return "\n".join([*lines, f'<link rel="stylesheet" {style}>'])
+
+
+def _checked(base: str, digest: str) -> str:
+    """Return attributes by which a browser refuses a file from an address if it is another one."""
+    return f' integrity="sha384-{digest}" crossorigin="anonymous"' if _is_online(base) else ""
 
 
 def _is_online(base: str) -> bool:

@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.own import own_folder
 from sumo3dviz_pt.installation.processors import THREADS
 from sumo3dviz_pt.pipeline.farm.plan import FarmPlan
 from sumo3dviz_pt.pipeline.farm.state import OVER, STOP, FarmState, read_state
@@ -40,6 +42,9 @@ _BEATS = 6
 
 _IDLE = 10.0
 """Longest time between two looks at the disk while there is nothing to begin [s]."""
+
+_KERNELS = "DRJIT_CACHE_DIR"
+"""Environment variable that names a folder for compiled kernels to Dr.Jit."""
 
 _INTERRUPTED, _WRONG = 130, 2
 """Exit codes of our commands."""
@@ -93,7 +98,11 @@ def work(
 
     Returns:
         How far the farm is then.
+
+    Raises:
+        ConfigError: If others may write to this machine's compiled kernels.
     """
+    _kernels(plan)  # before a task is claimed
     pause = _LOOK
     while True:
         state = read_state(plan)
@@ -265,12 +274,31 @@ def _environment(plan: FarmPlan, orders: Orders) -> dict[str, str]:
     threads = orders.threads or os.environ.get("SLURM_CPUS_PER_TASK") or plan.engine.threads
     if threads:
         env[THREADS] = str(threads)
-    if plan.engine.name != "local" and "DRJIT_CACHE_DIR" not in env:
-        # Homes are often shared, and processors differ.
-        cache = Path(tempfile.gettempdir()) / f"sumo3dviz-pt-kernels-{_user()}"
-        cache.mkdir(parents=True, exist_ok=True)
-        env["DRJIT_CACHE_DIR"] = str(cache)
+    cache = _kernels(plan)
+    if cache is not None:
+        env[_KERNELS] = str(cache)
     return env
+
+
+def _kernels(plan: FarmPlan) -> Path | None:
+    """Return where this machine keeps compiled kernels; None for the user's own folder.
+
+    Homes are often shared, and processors differ. Kernels are code, so nobody else may write there.
+
+    Raises:
+        ConfigError: If somebody else may have.
+    """
+    if plan.engine.name == "local" or _KERNELS in os.environ:
+        return None
+    path = Path(tempfile.gettempdir()) / f"sumo3dviz-pt-kernels-{_user()}"
+    try:
+        return own_folder(path)
+    except (ConfigError, OSError) as error:
+        raise ConfigError(
+            f"compiled kernels cannot be kept in {path} ({error}); remove that, or let"
+            f" {_KERNELS} name a folder of your own",
+            key="engine",
+        ) from error
 
 
 def _user() -> str:

@@ -7,7 +7,6 @@ import hashlib
 import json
 import logging
 import os
-import pickle
 from pathlib import Path
 
 import mitsuba as mi
@@ -15,6 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.files.kept import Files, keep, make_room, read_whole
+from sumo3dviz_pt.files.values import kinds_in, packed
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.map import SkyMap, Sun, bake_dome, bake_sky, map_size, sky_of_dome
@@ -26,6 +26,8 @@ _LEAST = 8_000_000
 
 _MOST = 600_000_000
 """What all skies may take, a dozen [bytes]."""
+
+_KINDS = kinds_in(Sky)
 
 _DOME, _SUN = "dome.f32", "sun.json"
 
@@ -50,13 +52,10 @@ def kept_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
 
 def _folder(sky: Sky, size: tuple[int, int]) -> Path:
     """Return where a sky is kept: its recipe, our code and Mitsuba are in the name."""
-    buffers: list[pickle.PickleBuffer] = []
-    recipe = pickle.dumps(
-        (sky, size, mi.__version__, mi.variant()), 5, buffer_callback=buffers.append
-    )
-    digest = hashlib.blake2b(catalog.code_digest("render/sky") + recipe, digest_size=16)
-    for buffer in buffers:
-        digest.update(buffer.raw())
+    recipe = packed((sky, size, mi.__version__, mi.variant()), _KINDS)
+    digest = hashlib.blake2b(catalog.code_digest("render/sky"), digest_size=16)
+    for content in recipe.values():
+        digest.update(content)
     return catalog.cache_root() / "skies" / digest.hexdigest()
 
 

@@ -102,7 +102,7 @@ class Halves:
     @classmethod
     def load(cls, path: Path) -> Halves:
         """Return what `save` stored."""
-        with np.load(path) as stored:
+        with np.load(path, allow_pickle=False) as stored:
             sums = tuple({name: stored[f"{name}{half}"] for name in LAYERS} for half in (0, 1))
             return cls((sums[0], sums[1]), stored["count"].tolist())
 

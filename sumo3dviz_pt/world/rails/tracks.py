@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -102,25 +101,31 @@ def track_rise(layout: RoadLayout) -> Callable[[Floats], Floats] | None:
         return None
     flush = shapely.STRtree([line for line, up in zip(lines, solid, strict=True) if not up])
     ballast = shapely.STRtree([line for line, up in zip(lines, solid, strict=True) if up])
-    return partial(_rise_at, flush, ballast)
+    return RailHeight(flush, ballast)
 
 
-def _rise_at(flush: shapely.STRtree, ballast: shapely.STRtree, places: Floats) -> Floats:
-    """Return the height of rails at places, (n, 2) -> (n,) [m].
+@dataclass(frozen=True, slots=True, eq=False)
+class RailHeight:
+    """Tells the height of rails.
 
-    Args:
+    Attributes:
         flush: Tracks in streets.
         ballast: Those in ballast.
-        places: Where.
     """
-    spots = shapely.points(np.asarray(places, dtype=np.float64)[:, :2])
-    share = np.zeros(len(spots))
-    share[np.unique(ballast.query(spots, predicate="dwithin", distance=_BESIDE)[0])] = 1.0
-    (found, _), away = flush.query_nearest(
-        spots, max_distance=_RAMP, return_distance=True, all_matches=False
-    )
-    share[found] *= np.clip((away - _BESIDE) / (_RAMP - _BESIDE), 0.0, 1.0)
-    return np.asarray(RISE * share * share * (3.0 - 2.0 * share))
+
+    flush: shapely.STRtree
+    ballast: shapely.STRtree
+
+    def __call__(self, places: Floats) -> Floats:
+        """Return the height of rails at places, (n, 2) -> (n,) [m]."""
+        spots = shapely.points(np.asarray(places, dtype=np.float64)[:, :2])
+        share = np.zeros(len(spots))
+        share[np.unique(self.ballast.query(spots, predicate="dwithin", distance=_BESIDE)[0])] = 1.0
+        (found, _), away = self.flush.query_nearest(
+            spots, max_distance=_RAMP, return_distance=True, all_matches=False
+        )
+        share[found] *= np.clip((away - _BESIDE) / (_RAMP - _BESIDE), 0.0, 1.0)
+        return np.asarray(RISE * share * share * (3.0 - 2.0 * share))
 
 
 def track_parts(

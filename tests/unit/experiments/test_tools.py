@@ -175,6 +175,16 @@ def test_jspsych_comes_from_an_address_or_a_folder(tmp_path, ratings, base, firs
     assert len(sources) == len(PACKAGES) + 1 and sources[0].startswith(first)
 
 
+def test_what_comes_from_an_address_is_checked(ratings):
+    """Every script and style has a digest of its own; files of one's own folder need none."""
+    head = page(ratings).partition("</head>")[0]
+    loaded = re.findall(r"<(?:script|link)[^>]*(?:src|href)=[^>]*>", head)
+    digests = {re.search(r'integrity="sha384-([A-Za-z0-9+/]{64})"', one)[1] for one in loaded}
+    assert len(digests) == len(loaded) == len(PACKAGES) + 1
+    assert all('crossorigin="anonymous"' in one and "@" in one for one in loaded)
+    assert "integrity" not in page(replace(ratings, jspsych="node_modules/"))
+
+
 # Told factors ------------------------------------------------------------------------------
 
 

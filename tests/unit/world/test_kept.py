@@ -1,7 +1,6 @@
 """Places that are kept in the user's cache."""
 
-import os
-import pickle
+import json
 import shutil
 from dataclasses import fields, replace
 
@@ -129,32 +128,31 @@ def test_worlds_without_a_key_and_small_places_are_not_kept(tmp_path, built, cac
 
 def test_damaged_places_are_built_anew(tmp_path, built, cache):
     kept.place_around(world_in(tmp_path), EYE)
-    (file,) = cache.rglob("place.pickle")
+    (file,) = cache.rglob("arrays.bin")
     content = file.read_bytes()
     file.write_bytes(content[:-10])
     kept.place_around(world_in(tmp_path), EYE)
     assert len(built) == 2 and file.read_bytes()[-10:] == content[-10:]
 
 
-class Foreign:
-    """Would make a file if it were restored."""
-
-    def __init__(self, target):
-        self.target = target
-
-    def __reduce__(self):
-        return os.mkdir, (str(self.target),)
-
-
-def test_no_code_of_others_runs(tmp_path, built, cache):
+@pytest.mark.parametrize("named", ["os.system", "os.mkdir", "subprocess.Popen", "builtins.exec"])
+def test_what_somebody_else_laid_there_runs_no_code(tmp_path, built, cache, named):
+    """It may name a module's attribute with or without dots, or be a pickle."""
     kept.place_around(world_in(tmp_path), EYE)
     (folder,) = cache.iterdir()
-    for entry in folder.iterdir():
-        entry.unlink()
-    folder.rmdir()
-    kept.keep(folder, {"place.pickle": pickle.dumps(Foreign(tmp_path / "made"))})
+    shutil.rmtree(folder)
+    made = tmp_path / "made"
+    words = pickled(f"mkdir {made}", named)
+    tree = ["kind", named, {"path": str(made), "command": f"mkdir {made}", "args": str(made)}]
+    files = {"tree.json": json.dumps(tree).encode(), "arrays.bin": b""}
+    kept.keep(folder, {**files, "place.pickle": words})
     kept.place_around(world_in(tmp_path), EYE)
-    assert len(built) == 2 and not (tmp_path / "made").exists()
+    assert len(built) == 2 and not made.exists()
+
+
+def pickled(command, named):
+    """A pickle that calls `os.system` through a module of ours that imports `os`."""
+    return b"\x80\x04" + f"csumo3dviz_pt.world.kept\n{named}\n(V{command}\ntR.".encode()
 
 
 def test_surprises_are_told_every_time(tmp_path, monkeypatch, caplog):

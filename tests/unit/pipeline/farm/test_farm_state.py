@@ -6,8 +6,10 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -110,7 +112,7 @@ def test_plans_that_are_no_plans_are_refused(plan):
     with pytest.raises(InputError, match="damaged"):
         read_plan(plan.folder)
     (plan.folder / PLAN).write_text("{", encoding="utf-8")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="damaged"):
         read_plan(plan.folder)
     with pytest.raises(ConfigError, match="there is no farm"):
         read_plan(plan.folder / "other")
@@ -328,3 +330,21 @@ def test_engines_that_do_not_exist_are_refused():
     with pytest.raises(ConfigError, match="one word"):
         EngineChoice("slurm", partition="long; rm")
     assert check_engine(EngineChoice("local", workers=4096)).threads == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="temporary folders are one's own there")
+@pytest.mark.parametrize("how", ["open", "link"])
+def test_kernels_of_others_are_not_run(plan, tmp_path, monkeypatch, how):
+    """Compiled kernels in the temporary folder are code; nobody else may have laid them there."""
+    monkeypatch.delenv("DRJIT_CACHE_DIR", raising=False)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    folder = tmp_path / f"sumo3dviz-pt-kernels-{os.getuid()}"
+    if how == "link":
+        folder.symlink_to(tmp_path)
+    else:
+        folder.mkdir()
+        folder.chmod(0o777)
+    spread = replace(plan, engine=EngineChoice("dask"))
+    with pytest.raises(ConfigError, match="DRJIT_CACHE_DIR name a folder of your own"):
+        work(spread, Orders(), tell=print)
+    assert not tries_in(plan.folder)
