@@ -135,6 +135,7 @@ def _whole(
     return whole if _living(whole, *window).traffic.traces else None
 
 
+@lru_cache(maxsize=2)
 def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario:
     """Return a simulation with those only who are there in a window, or soon before or after it.
 
