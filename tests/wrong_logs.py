@@ -128,5 +128,13 @@ NOTED = {
         changed(id=lambda r: f"v{(int(r['id'][1:]) * 5 + int(r['time']) * 7) % 12}"),
         "faster than 100 m/s",
     ),
+    "one row 39 km away": (
+        changed(x=lambda r: r["x"] - 39_000.0 * ((r["id"], r["time"]) == ("v4", 6.0))),
+        r'a row lies far .*: vehicle "v4" at 6 s, 38,990 m away, .* not drawn from 5 to 7 s',
+    ),
+    "two rows astray": (
+        changed(y=lambda r: r["y"] + 2000.0 * ((r["id"], r["time"] % 9) == ("v2", 6.0))),
+        '2 rows lie far .*: first vehicle "v2" at 6 s',
+    ),
     "heights from another zero": (changed(z=lambda _: 47.0), "47 m above their lanes"),
 }

@@ -10,6 +10,7 @@ import numpy as np
 from sumo3dviz_pt.cast.articulation import UnitLinks
 from sumo3dviz_pt.library.vehicles.bellows import bend_phase, chord
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
+from sumo3dviz_pt.library.vehicles.plates import LETTER, LETTERS, Plate, plates_of
 from sumo3dviz_pt.library.vehicles.stretching import BodyStretch
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
@@ -27,6 +28,7 @@ class Drawn:
         deforming: Names, one for each part that takes poses, near and in full detail; such parts
             are never instanced.
         length: As drawn [m].
+        letters: Names, one for each letter on its number plates.
     """
 
     model: str
@@ -35,6 +37,7 @@ class Drawn:
     full: tuple[str, ...] = ()
     deforming: tuple[str, ...] = ()
     length: float = 0.0
+    letters: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,15 +129,17 @@ class Assembly:
         units: From front to rear, at least one.
         hinged: Whether the units' ends are kept together where it bends.
         drawn: Names of its prototypes at each level.
+        plates: Number plates of its bodies, near and in full detail, by their names.
     """
 
     model: str
     units: tuple[Unit, ...]
     hinged: bool = False
     drawn: Drawn = field(init=False)
+    plates: Mapping[str, tuple[Plate, ...]] = field(init=False)
 
     def __post_init__(self) -> None:
-        """List the prototypes."""
+        """List the prototypes, and find number plates."""
         folds = [unit.joint.prototype for unit in self.units if unit.joint is not None]
         bodies = [unit.prototype for unit in self.units]
         deforming = tuple(p.name for p in (*bodies, *folds) if p.poses is not None)
@@ -143,7 +148,13 @@ class Assembly:
         able = len(rigid) == len(bodies) and all(unit.wheels for unit in self.units)
         full = [name for unit in self.units for name in (unit.full, *_wheels(unit))] if able else []
         far = tuple(p.name for p in (*bodies, *folds))
-        object.__setattr__(self, "drawn", Drawn(self.model, rigid, far, tuple(full), deforming))
+        own = [plates_of(unit.prototype) for unit in self.units]
+        letters = (LETTER,) * (LETTERS * sum(map(len, own)))
+        drawn = Drawn(self.model, rigid, far, tuple(full), deforming, letters=letters)
+        object.__setattr__(self, "drawn", drawn)
+        named = zip(self.units, own, strict=True)
+        plates = {name: some for u, some in named for name in (u.prototype.name, u.full)}
+        object.__setattr__(self, "plates", plates)
 
     @property
     def prototypes(self) -> Mapping[str, Prototype]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,19 +22,21 @@ from sumo3dviz_pt.cast.choice import (
     looks_for,
     models_for,
 )
+from sumo3dviz_pt.cast.cockpits import Cockpit, open_cockpit
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
+from sumo3dviz_pt.cast.finding import find_trajectory
 from sumo3dviz_pt.cast.fitted_models import Prototypes
 from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
 from sumo3dviz_pt.cast.grounded import Rise, grounded
+from sumo3dviz_pt.cast.lettering import letters_on
 from sumo3dviz_pt.cast.lights import VehicleLights
 from sumo3dviz_pt.cast.own_looks import OwnLooks
 from sumo3dviz_pt.cast.pose_sampler import PoseSampler
 from sumo3dviz_pt.cast.presence import Presence, Present
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
-from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
+from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
@@ -59,7 +60,7 @@ class Fleet:
         trajectories: One for each road user.
         bodies: What each shows.
         colours: Of each.
-        cockpits: Names of opened prototypes by key of the road user that a camera sits in.
+        cockpits: Opened bodies by key of the road user that a camera sits in.
         prototypes: By name; only those in use.
         materials: Of user models, beside `MATERIALS`.
         lights: Which lamps they light; None leaves all off.
@@ -79,7 +80,7 @@ class Fleet:
     colours: tuple[Colour, ...]
     prototypes: Mapping[str, Prototype]
     materials: Mapping[str, Bsdf] = field(default_factory=dict)
-    cockpits: Mapping[str, str] = field(default_factory=dict)
+    cockpits: Mapping[str, Cockpit] = field(default_factory=dict)
     lights: VehicleLights | None = None
     seed: int = 0
     suspension: bool = True
@@ -140,7 +141,14 @@ class Fleet:
             yield self._whole(present, row, matrix, opened=opened)
 
     def parts(
-        self, present: Present, row: int, whole: Mover, *, level: Level, ridden: bool
+        self,
+        present: Present,
+        row: int,
+        whole: Mover,
+        *,
+        level: Level,
+        ridden: bool,
+        lettered: bool = False,
     ) -> Iterator[Mover]:
         """Yield the parts that one of those who exist at a time is drawn with.
 
@@ -150,6 +158,7 @@ class Fleet:
             whole: The road user in one piece, from `wholes`.
             level: Of detail.
             ridden: Whether the camera rides with it.
+            lettered: Whether its number plates can be read.
         """
         body, piece = self.bodies[int(present.users[row])], int(present.pieces[row])
         full, stance = level == "full", AT_REST
@@ -158,7 +167,13 @@ class Fleet:
         if self.suspension and body.ride == "lean" and level != "far":
             leant = Transform(self.pose_sampler.lean(piece, present.time))
             whole = replace(whole, world_from_body=whole.world_from_body @ leant)
-        yield from body.assembly.movers(whole, full=full, stance=stance)
+        cockpit = None if level == "far" else self.cockpits.get(whole.id)
+        for mover in body.assembly.movers(whole, full=full, stance=stance):
+            yield mover
+            if lettered:
+                yield from letters_on(mover, body.assembly.plates.get(mover.prototype, ()))
+            if cockpit is not None and mover.prototype == cockpit.body.name:
+                yield from cockpit.needles(mover, speed=float(present.speeds[row]))
 
     def positions(self, times: Floats) -> tuple[Bools, Floats]:
         """Return where everyone is, for culling.
@@ -188,15 +203,11 @@ class Fleet:
             left_hand: Whether traffic keeps left and drivers sit on the right.
             wipers: Whether wipers rest on its windscreen.
         """
-        body = self.body(key)
-        cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
-        eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
-        cowl_x, belt = float(cowl[0]), float(cowl[2])
-        opened = cutaway(body.prototype, cowl=cowl_x, belt=belt, eye=eye, wipers=wipers)
+        opened = open_cockpit(self.body(key), left_hand=left_hand, wipers=wipers)
         return replace(
             self,
-            prototypes={**self.prototypes, opened.name: opened},
-            cockpits={**self.cockpits, key: opened.name},
+            prototypes={**self.prototypes, **opened.prototypes},
+            cockpits={**self.cockpits, key: opened},
         )
 
     def drawn(self, k: int, *, opened: bool = False) -> Drawn:
@@ -208,9 +219,9 @@ class Fleet:
         """
         drawn = replace(self.bodies[k].assembly.drawn, length=float(self.lengths[k]))
         cockpit = self.cockpits.get(self.trajectories[k].key)
-        if not (opened and cockpit):
+        if cockpit is None or not opened:
             return drawn
-        return replace(drawn, near=(cockpit, *drawn.near[1:]), full=())
+        return replace(drawn, near=(*cockpit.names, *drawn.near[1:]), full=())
 
     def grounded(self, rise: Rise) -> Fleet:
         """Return the same fleet on the road that is drawn.
@@ -227,15 +238,21 @@ class Fleet:
         )
         return replace(self, trajectories=trajectories)
 
-    def with_full_detail(self, models: frozenset[str]) -> Fleet:
-        """Return the same fleet with some models in full detail; build them if they are new."""
+    def with_full_detail(self, models: frozenset[str], *, lettered: bool = False) -> Fleet:
+        """Return the same fleet with some models in full detail; build them if they are new.
+
+        Args:
+            models: Their names.
+            lettered: Whether number plates can be read.
+        """
         made = full_bodies(
             unit
             for body in self.bodies
             if body.assembly.model in models
             for unit in body.assembly.units
         )
-        return replace(self, prototypes={**self.prototypes, **made})
+        letters = {LETTER: letter()} if lettered else {}
+        return replace(self, prototypes={**self.prototypes, **made, **letters})
 
     def first_step(self, key: str) -> float:
         """Return the phase with which somebody's strides begin, [0, 1)."""
@@ -246,8 +263,8 @@ class Fleet:
         k, piece = int(present.users[row]), int(present.pieces[row])
         body, key = self.bodies[k], self.trajectories[k].key
         name = body.prototype.name
-        if key == opened:
-            name = self.cockpits.get(key, name)
+        if key == opened and key in self.cockpits:
+            name = self.cockpits[key].body.name
         frame = frame.copy()
         frame[:3, :3] *= body.scale
         phase = share = 0.0
@@ -361,30 +378,6 @@ def find_rider(fleet: Fleet, name: str) -> Trajectory:
         ConfigError: If the log has none of that name; the message names some it has.
     """
     return find_trajectory(fleet.trajectories, name)
-
-
-def find_trajectory(trajectories: Sequence[Trajectory], name: str) -> Trajectory:
-    """Return a trajectory by SUMO's id, or by its key.
-
-    Raises:
-        ConfigError: If there is none of that name; the message names some.
-    """
-    known = {trajectory.key: trajectory for trajectory in trajectories}
-    for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
-        if key in known:
-            return known[key]
-    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, trajectories)}")
-
-
-def _suggested(name: str, trajectories: Sequence[Trajectory]) -> str:
-    """End of a sentence that names near ids and some that exist."""
-    ids = list(dict.fromkeys(trajectory.id for trajectory in trajectories))
-    if not ids:
-        return "; there is nobody in this time window"
-    near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)
-    some = [each for each in ids if each not in near][:3]
-    meant = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
-    return f"{meant}; for example {', '.join(map(repr, some))} exist" if some else meant
 
 
 def _announce(choices: Sequence[Choice]) -> None:

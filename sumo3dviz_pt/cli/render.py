@@ -119,11 +119,13 @@ def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tupl
     """Return a scene and what is to be made of it; refuse what is wrong before any work."""
     from sumo3dviz_pt.pipeline.films.build import check_order, check_places
     from sumo3dviz_pt.pipeline.production import check_choices
+    from sumo3dviz_pt.pipeline.progress.room import check_memory
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     order = order_of(options, scene)
     job = load_job(scene, overrides_of(options))
     check_choices(job, request)
+    check_memory(job, request)
     shots = check_order(job, request, order)
     if not options.dry_run:
         check_places(job, order, shots)

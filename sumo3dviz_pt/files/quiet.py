@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,3 +49,11 @@ def overheard(said: list[bytes]) -> Iterator[None]:
             said.append(heard.read())
             with os.fdopen(kept, "wb") as console:
                 console.write(said[-1])
+
+
+@contextmanager
+def unwarned() -> Iterator[None]:
+    """Let a library's warnings of a user's file go; what matters of them we say ourselves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

@@ -1,12 +1,76 @@
-"""Writes files that are whole or not there."""
+"""Writes files that are whole or not there, and reads no others than plain ones."""
 
 from __future__ import annotations
 
 import os
 import socket
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
+
+from sumo3dviz_pt.errors import InputError
+
+_SPECIAL = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def refuse_special(path: Path) -> None:
+    """Refuse what no reader may open: a pipe can wait for ever, and a device need not end.
+
+    Links are followed. What does not exist, or is a folder, is left to the reader.
+
+    Raises:
+        InputError: If it is a pipe, a device or a socket.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return
+    for is_one, what in _SPECIAL:
+        if is_one(mode):
+            message = (
+                f"is {what} and no plain file; copy what comes out of it to one, and name that"
+            )
+            raise InputError(message, file=path)
+
+
+def open_plain(path: Path) -> BinaryIO:
+    """Open a plain file for reading.
+
+    Raises:
+        InputError: If it is a pipe, a device or a socket.
+        OSError: If it cannot be opened.
+    """
+    refuse_special(path)
+    return path.open("rb")
+
+
+def read_plain(path: Path, *, most: int) -> bytes:
+    """Read a plain file that may hold so many bytes.
+
+    Args:
+        path: The file.
+        most: Bytes.
+
+    Raises:
+        InputError: If it is a pipe, a device, a socket or a folder, or larger.
+        OSError: If it cannot be read.
+    """
+    if path.is_dir():
+        raise InputError("is a folder; name a file in it", file=path)
+    with open_plain(path) as stream:
+        # So much is set aside at once; files of the system say that they have no size.
+        data = stream.read(min(most, max(path.stat().st_size, 1 << 20)) + 1)
+    if len(data) > most:
+        message = f"has more than {most:,} bytes, the most that is read; is it the right file?"
+        raise InputError(message, file=path)
+    return data
 
 
 @contextmanager

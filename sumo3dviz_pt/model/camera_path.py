@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +64,25 @@ class CameraPath:
         """Eyes at positions, (n, 3) [m], that see in all directions."""
         ahead = np.tile([1.0, 0.0, 0.0], (len(positions), 1))
         return cls(positions, ahead, np.full(len(positions), np.pi))
+
+    @classmethod
+    def joined(cls, paths: Sequence[CameraPath]) -> CameraPath:
+        """Return all views of several paths; at least one."""
+
+        def joint(name: str, usual: Callable[[CameraPath], Floats]) -> Floats | None:
+            given = [getattr(path, name) for path in paths]
+            if all(each is None for each in given):
+                return None
+            some = zip(given, paths, strict=True)
+            return np.concatenate([usual(path) if v is None else v for v, path in some])
+
+        return cls(
+            np.concatenate([path.positions for path in paths]),
+            np.concatenate([path.forwards for path in paths]),
+            np.concatenate([path.half_angles for path in paths]),
+            joint("parallel", lambda path: np.zeros(len(path.positions))),
+            joint("behind", lambda path: np.zeros((len(path.positions), 3))),
+        )
 
     @property
     def eyes(self) -> Floats | None:

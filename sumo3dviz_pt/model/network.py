@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 
 from sumo3dviz_pt.model.geometry import Floats
 
+UNKNOWN_SPEED = 27.78
+"""Limit of roads of which SUMO's type map for OpenStreetMap knows none [m/s]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lane:
@@ -60,6 +63,18 @@ class Edge:
     priority: int = -1
     crossed_edges: tuple[str, ...] = ()
 
+    @property
+    def told_speed(self) -> float:
+        """Highest limit of its lanes [m/s]; 0 where that tells nothing.
+
+        SUMO's type map gives roads of OpenStreetMap whose limit is unknown 100 km/h. Where people
+        walk or cycle on such a road, it may be any street. Who draws a network means its limits.
+        """
+        fastest = max(lane.speed for lane in self.lanes)
+        slow = any(lane.allowed & {"pedestrian", "bicycle"} for lane in self.lanes)
+        mapped = self.type.startswith("highway.")
+        return 0.0 if mapped and slow and abs(fastest - UNKNOWN_SPEED) < 0.05 else fastest
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Junction:
@@ -110,14 +125,16 @@ class Location:
     Attributes:
         net_offset: Added to projected coordinates to give net ones, (x, y) [m].
         boundary: Net coordinates x0, y0, x1, y1 [m].
-        geo_boundary: lon0, lat0, lon1, lat1 [deg]; meaningless when projection is "!".
         projection: PROJ string, or "!" when there is none.
+        place: Latitude and longitude of the boundary's middle [deg]; None if they are not known.
+        convergence: How far the y axis points clockwise from true north there [rad].
     """
 
     net_offset: tuple[float, float] = (0.0, 0.0)
     boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    geo_boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     projection: str = "!"
+    place: tuple[float, float] | None = None
+    convergence: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

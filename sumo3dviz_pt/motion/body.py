@@ -23,6 +23,7 @@ from sumo3dviz_pt.motion.headings import (
     tractrix,
 )
 from sumo3dviz_pt.motion.manoeuvres import ManoeuvreStretch, stretches
+from sumo3dviz_pt.motion.resting import settled
 from sumo3dviz_pt.motion.samples import LoggedSamples, wrapped
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.smoothers.front import Front
@@ -187,6 +188,8 @@ def make_piece(
     # A single sample stands, and some smoothers have headings of their own.
     if len(samples.times) == 1:
         return StandingPiece(samples), ()
+    if not smoother.raw:
+        samples = settled(samples)
     if smoother.heads:
         front = smoother.make(samples, setting)
         yaw = float(samples.yaws[0])
@@ -234,7 +237,7 @@ def _leg(
     if heading == "tractrix":
         headings = tractrix(driven, ahead, setting.length, yaw=yaw)
     else:
-        headings = chord(driven, ahead)
+        headings = chord(driven, ahead, samples, setting.length)
     return Leg(driven, headings, start=start), _steep(driven, ahead)
 
 

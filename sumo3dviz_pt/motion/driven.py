@@ -103,14 +103,16 @@ class Driven:
 
 
 def _moving(knots: Floats, samples: LoggedSamples) -> Floats:
-    """Return the knots without those while the road user stands, as much of a city does."""
-    steps = np.abs(np.diff(samples.positions, axis=0)).max(axis=1)
+    """Return the knots without those while the road user stands, as much of a city does.
+
+    A stop may be reached within the step after the one that logs it.
+    """
+    steps = np.abs(np.diff(samples.positions, axis=0)).max(axis=1) > _STILL
+    steps[1:] |= steps[:-1].copy()
     index = np.searchsorted(samples.times[1:-1], knots, side="right")
-    kept = (steps > _STILL)[index]
+    kept = steps[index]
     kept[[0, -1]] = True
-    return np.union1d(
-        knots[kept], samples.times[1:-1][(steps[1:] > _STILL) != (steps[:-1] > _STILL)]
-    )
+    return np.union1d(knots[kept], samples.times[1:-1][steps[1:] != steps[:-1]])
 
 
 def _past(

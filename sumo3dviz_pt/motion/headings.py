@@ -13,17 +13,22 @@ from typing import Literal
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.motion.alignment import (
+    aligned,
+    calmed,
+    leeway,
+    room_on_the_spot,
+    turning_room,
+)
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
 from sumo3dviz_pt.motion.driven import STEP, Driven
-from sumo3dviz_pt.motion.samples import LoggedSamples, absolute_times
+from sumo3dviz_pt.motion.resting import resting
+from sumo3dviz_pt.motion.samples import LoggedSamples, absolute_times, wrapped
 
 Heading = Literal["chord", "tractrix"]
 
 STEEPEST = np.radians(30.0)
 """Steepest pitch that is shown [rad]; SUMO logs up to 90 degrees at kerbs and stairs."""
-
-FASTEST_TURN = np.radians(130.0)
-"""Fastest turn of a body [rad/s]; the corners of a lane can turn faster."""
 
 REAR_AXLE = 0.78
 """Distance of the rear axle from the front as a share of the body's length."""
@@ -37,20 +42,45 @@ _LEAST_LEVEL = 0.2
 _EASED = 9
 """Number of knots of an eased turn."""
 
+_STRAIGHTENED = 1.5
+"""A body stands nearly as it is logged; it turns there over this many of its lengths."""
+
 
 def chords(driven: Driven, length: float) -> Floats:
     """Return vectors from the path's point one length [m] behind to the front, (n, 3) [m]."""
     return driven.places.values - driven.points_at(driven.travelled - length)
 
 
-def chord(driven: Driven, ahead: Floats) -> Hermite:
-    """Return the headings along chords, which come from `chords`.
+def chord(driven: Driven, ahead: Floats, samples: LoggedSamples, length: float) -> Hermite:
+    """Return the headings along chords that come from `chords`, kept near the logged angles.
+
+    Args:
+        driven: The driven path.
+        ahead: The chords, (n, 3) [m].
+        samples: What is logged.
+        length: Length of the body [m].
 
     Returns:
         Yaw and pitch over time, (n, 2) [rad], unwrapped.
     """
-    yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
-    return _curve(driven.knots, calmed(driven.knots, yaws), slopes_of(ahead))
+    knots, first = driven.knots, np.arctan2(ahead[0, 1], ahead[0, 0])
+    yaws = np.arctan2(ahead[:, 1], ahead[:, 0])
+    away = _way_to_rest(driven, samples) / (_STRAIGHTENED * length)
+    near = leeway(knots, yaws, samples, loose=np.minimum(away, 1.0))
+    yaws = aligned(yaws, near)
+    # The first yaw stays, because the body already stands like that.
+    yaws[0] += wrapped(first - yaws[0])
+    calm = calmed(turning_room(knots, driven.travelled, length), yaws, near)
+    return _curve(knots, calm, slopes_of(ahead))
+
+
+def _way_to_rest(driven: Driven, samples: LoggedSamples) -> Floats:
+    """Return the way from each knot to the nearest place where the body rests, (n,) [m]."""
+    rest = resting(samples)
+    rests = np.unique(np.interp(samples.times[:-1][rest], driven.knots, driven.travelled))
+    bounds = np.concatenate([[-np.inf], rests, [np.inf]])
+    after = np.searchsorted(bounds[1:-1], driven.travelled) + 1
+    return np.minimum(driven.travelled - bounds[after - 1], bounds[after] - driven.travelled)
 
 
 def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Hermite:
@@ -71,7 +101,8 @@ def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Her
     )
     dragged = _dragged(front.at(knots).positions[:, :2], REAR_AXLE * length, yaw)
     slopes = np.interp(knots, driven.knots, slopes_of(ahead))
-    return _curve(knots, calmed(knots, np.unwrap(dragged)), slopes)
+    room = turning_room(knots, np.interp(knots, driven.knots, driven.travelled), length)
+    return _curve(knots, calmed(room, np.unwrap(dragged)), slopes)
 
 
 def slopes_of(ahead: Floats) -> Floats:
@@ -97,37 +128,14 @@ def logged(samples: LoggedSamples, *, yaw: float, at_once: bool) -> Hermite:
     if not at_once:
         curve = _curve(samples.times, yaws, samples.slopes)
         knots = absolute_times(float(samples.times[0]), float(samples.times[-1]), step=STEP)
+        knots = np.union1d(knots, samples.times)
         shown = curve.at(knots)[0]
-        return _curve(knots, calmed(knots, shown[:, 0]), shown[:, 1])
+        room = room_on_the_spot(knots, samples)
+        return _curve(knots, calmed(room, shown[:, 0]), shown[:, 1])
     share = np.linspace(0.0, 1.0, _EASED)
     times = samples.times[0] + share * (samples.times[-1] - samples.times[0])
     turned = yaws[0] + eased(share) * (yaws[-1] - yaws[0])
     return _curve(times, turned, np.interp(times, samples.times, samples.slopes))
-
-
-def calmed(times: Floats, yaws: Floats) -> Floats:
-    """Return the same turns, nowhere faster than `FASTEST_TURN`, (n,) [rad].
-
-    The result is the middle between the lowest and the highest curve of that slope that bound
-    the yaws. Where all turns are slow enough, they stay as they are.
-    """
-    if (np.abs(np.diff(yaws)) <= FASTEST_TURN * np.diff(times)).all():
-        return yaws
-    # Each yaw limits all yaws around it; far away in time it limits nothing any more.
-    reach = np.ptp(yaws) / FASTEST_TURN
-    low, high = yaws.copy(), yaws.copy()
-    for step in range(1, len(times)):
-        later = times[step:] - times[:-step]
-        if later.min() > reach:
-            break
-        away = FASTEST_TURN * later
-        low[:-step] = np.minimum(low[:-step], yaws[step:] + away)
-        low[step:] = np.minimum(low[step:], yaws[:-step] + away)
-        high[:-step] = np.maximum(high[:-step], yaws[step:] - away)
-        high[step:] = np.maximum(high[step:], yaws[:-step] - away)
-    # The first yaw stays, because the body already stands like that.
-    first = FASTEST_TURN * (times - times[0])
-    return np.clip((low + high) / 2.0, yaws[0] - first, yaws[0] + first)
 
 
 def _curve(times: Floats, yaws: Floats, pitches: Floats) -> Hermite:

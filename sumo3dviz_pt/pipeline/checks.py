@@ -8,11 +8,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.panes import reflection_samples
 from sumo3dviz_pt.model.ratios import in_short
 from sumo3dviz_pt.model.scene import LeftOut, SceneData
+from sumo3dviz_pt.pipeline.outlooks import Outing, outlooks
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -21,8 +25,8 @@ from sumo3dviz_pt.pipeline.production import (
     life_of,
     prepare,
 )
+from sumo3dviz_pt.pipeline.progress.conditions import conditions_factor, film_cost
 from sumo3dviz_pt.pipeline.progress.costs import (
-    cost_of,
     space_in_words,
     time_in_words,
     update_cost,
@@ -60,7 +64,7 @@ class _Span:
 
 
 def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, Any]:
-    """Build every shot without rendering and report on it.
+    """Build every shot without rendering and report on it; shots near each other share a place.
 
     Args:
         job: The scene file.
@@ -70,9 +74,8 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         ConfigError: If a setting is wrong.
         InputError: If a file is wrong.
     """
-    import numpy as np
-
     from sumo3dviz_pt.cast.own_looks import idle
+    from sumo3dviz_pt.pipeline.motion.lawful import lawfulness
 
     check_choices(job, Request())
     # Without shots, each camera shows all that it can.
@@ -101,24 +104,30 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         },
         "sun": None if sun is None else sun.as_dict(),
         "weather": weather_report(job).as_dict(),
+        "motion": lawfulness(motion).as_dict(),
         "missing_files": [str(path) for path in files.missing],
         "nobody": idle(job.vehicles.by_id, types),
         "shots": [],
     }
-    for window in windows:
-        times = frame_times(window.start, window.end, job.output.fps, window.speed)
-        # A film's plan does not need every frame to say what it holds.
-        sparse = times[:: max(1, len(times) // 50)] if len(times) else np.array([window.start])
-        production = prepare(job, Request(camera=window.camera), sparse)
+    frames = [frame_times(w.start, w.end, job.output.fps, w.speed) for w in windows]
+    outings = [Outing(w.camera, _sparse(w, t)) for w, t in zip(windows, frames, strict=True)]
+    shared = outlooks(job, files, scenario, motion, outings)
+    for window, times, outing, outlook in zip(windows, frames, outings, shared, strict=True):
+        production = prepare(job, Request(camera=window.camera), outing.times, outlook=outlook)
         names = presets or catalog.template_names("quality")
         qualities = {
             name: _traced(quality_preset(name, together=len(times) > 1), job.cameras[window.camera])
             for name in names
         }
-        shot = _shot(production, qualities, len(times))
+        shot = _shot(production, qualities, len(times)) | {"about": outlook is not None}
         about = {"camera": window.camera, "from": window.start, "to": window.end}
         report["shots"].append({**about, **shot})
     return report
+
+
+def _sparse(span: _Span, times: Floats) -> Floats:
+    """Return times that stand for all of a shot's: its plan does not need every frame, (n,) [s]."""
+    return times[:: max(1, len(times) // 50)] if len(times) else np.array([span.start])
 
 
 def _traced(quality: Quality, camera: CameraSettings) -> Quality:
@@ -144,6 +153,7 @@ def _shot(production: Production, qualities: Mapping[str, Quality], frames: int)
         count * data.prototypes[name].triangles for name, count in data.slots.deforming.items()
     )
     total = sum(families.values()) + bodies + far
+    factor = conditions_factor(output.size, dark=production.shot.dark, weather=data.weather)
     return {
         "frames": frames,
         "fps": in_short(output.fps),
@@ -154,12 +164,8 @@ def _shot(production: Production, qualities: Mapping[str, Quality], frames: int)
         "left_out": [_left_out(item) for item in data.left_out],
         "not_compiled": _not_compiled(production, total),
         "forecast": {
-            name: cost_of(
-                quality,
-                size=output.size,
-                triangles=total,
-                frames=frames,
-                half=output.half,
+            name: film_cost(
+                quality, output, triangles=total, frames=frames, factor=factor
             ).as_dict()
             for name, quality in qualities.items()
         },
@@ -229,6 +235,7 @@ def in_words(report: dict[str, Any]) -> str:
     if weather["moments"] and weather["left_out"]:
         lines += [f"         left out: {', '.join(weather['left_out'])}"]
     lines += [f"missing  {path}" for path in report["missing_files"]]
+    lines += [f"note     {report['motion']['text']}"] if report["motion"]["text"] else []
     lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
     shots = report["shots"]
     common = _common([shot["left_out"] for shot in shots])
@@ -254,7 +261,8 @@ def _shot_lines(shot: dict[str, Any], *, told: Sequence[Any] = ()) -> list[str]:
         "",
         f"shot     {shot['camera']}, {shot['from']:g} to {shot['to']:g} s, {shot['frames']} frames"
         f" of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
-        f"  triangles {total:,}: " + ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v),
+        f"  triangles {'about ' if shot.get('about') else ''}{total:,}: "
+        + ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v),
         f"  parts     {parts}",
     ]
     if shot["over_budget"]:
@@ -288,7 +296,7 @@ def _compiled_lines(absent: Sequence[dict[str, Any]]) -> list[str]:
     return [f"  not compiled  {', '.join(words)}"]
 
 
-_COST_HEAD = ("", "CPU-s a frame", "CPU-hours", "time here", "memory", "frames", "film")
+_COST_HEAD = ("", "CPU-s a frame", "CPU time", "time here", "memory", "frames", "film")
 
 
 def _cost_lines(shot: dict[str, Any]) -> list[str]:
@@ -297,7 +305,7 @@ def _cost_lines(shot: dict[str, Any]) -> list[str]:
         (
             name,
             f"{cost['cpu_seconds_per_frame']:g}",
-            f"{cost['cpu_hours']:g}",
+            time_in_words(3600 * cost["cpu_hours"]),
             time_in_words(cost["wall_seconds"]),
             space_in_words(cost["memory_mb"]),
             space_in_words(cost["frames_mb"]),

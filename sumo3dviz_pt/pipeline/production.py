@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
     from sumo3dviz_pt.shot.build import Shot
+    from sumo3dviz_pt.world.shared import Outlook
 
 log = logging.getLogger(__name__)
 
@@ -216,7 +217,13 @@ def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction
 
 
 def prepare(
-    job: Job, request: Request, times: Floats, *, film: bool = False, together: bool = False
+    job: Job,
+    request: Request,
+    times: Floats,
+    *,
+    film: bool = False,
+    together: bool = False,
+    outlook: Outlook | None = None,
 ) -> Production:
     """Read and build everything for frames at some times.
 
@@ -226,6 +233,7 @@ def prepare(
         times: Of the whole shot, (n,) [s], n >= 1.
         film: Whether it ends where the log does, with a note, and cannot begin before it.
         together: Whether its frames may help each other, if its quality says so.
+        outlook: Cameras of a report that share one place; default: the shot's own place.
 
     Raises:
         ConfigError: If a choice does not exist or the window holds nothing.
@@ -233,6 +241,7 @@ def prepare(
     """
     import time
 
+    from sumo3dviz_pt.pipeline.motion.lawful import note_breaches
     from sumo3dviz_pt.shot.build import build_shot
     from sumo3dviz_pt.shot.exposing import focus_target, shutter_of
     from sumo3dviz_pt.shot.in_view import users_in_view
@@ -246,19 +255,20 @@ def prepare(
     shutter = shutter_of(camera, frame_step(times, fps=float(job.output.fps)))
     last = float(times[-1]) + shutter.lasts
     files, scenario = read_files(job, begin=float(times[0]), end=last)
-    _check_window(scenario, times)
+    check_window(scenario, times)
     if film:
-        times = _within_log(scenario, times)
+        times = within_log(scenario, times)
     # Whom the camera rides with says where it is, and so who else is in view.
     motion = motion_of(job, scenario)
     riders = motion.smooth(motion.named(getattr(camera, "vehicle", "")))
     check_rider(camera, name=name, times=times, trajectories=riders, logs=files.trajectories)
     announce(Doing.BUILD)
-    world = world_of(scenario, job, files)
+    world = replace(world_of(scenario, job, files), outlook=outlook)
     seen = users_in_view(world, riders, camera=camera, times=times)
     followed = motion.named(getattr(camera, "vehicle", ""))
     followed |= motion.named(focus_target(camera) or "")
     trajectories = motion.smooth(seen | followed)
+    note_breaches(motion, trajectories, span=(float(times[0]), last))
     shot = build_shot(world, trajectories, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(
@@ -266,7 +276,7 @@ def prepare(
     )
 
 
-def _check_window(scenario: Scenario, times: Floats) -> None:
+def check_window(scenario: Scenario, times: Floats) -> None:
     """Refuse times that do not lie in the log."""
     log_of = scenario.traffic
     if times[-1] < log_of.begin - 1e-6 or times[0] > log_of.end + 1e-6:
@@ -303,7 +313,7 @@ def get_ready(job: Job, request: Request) -> None:
     ready_renderer(request.variant)
 
 
-def _within_log(scenario: Scenario, times: Floats) -> Floats:
+def within_log(scenario: Scenario, times: Floats) -> Floats:
     """Return a film's times without those after the log's end, (n,) [s]."""
     begin, end = scenario.traffic.begin, scenario.traffic.end
     if times[0] < begin - 1e-6:
@@ -377,7 +387,7 @@ def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tup
     Raises:
         ConfigError: If nobody moves, or whom the camera rides with is unknown.
     """
-    from sumo3dviz_pt.cast.fleet import find_trajectory
+    from sumo3dviz_pt.cast.finding import find_trajectory
 
     if isinstance(camera, LagrangianCamera):
         trajectories = (find_trajectory(trajectories, camera.vehicle),)

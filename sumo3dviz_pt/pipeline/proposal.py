@@ -12,6 +12,7 @@ from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario
 from sumo3dviz_pt.pipeline.guessed_types import guess_notes
 from sumo3dviz_pt.pipeline.proposals.busiest import busiest
+from sumo3dviz_pt.pipeline.proposals.meetings import apart, meetings_of, riding_apart
 from sumo3dviz_pt.pipeline.proposals.movement import movement_of
 from sumo3dviz_pt.pipeline.proposals.outdoors import outdoors
 from sumo3dviz_pt.pipeline.proposals.rides import choose_rides
@@ -50,6 +51,7 @@ def propose(
         InputError: If network or trajectories are missing or damaged.
         ConfigError: If the template or the output's folder does not exist.
     """
+    from sumo3dviz_pt.pipeline.motion.lawful import lawfulness_of
     from sumo3dviz_pt.sumo import find_scenario, read_scenario, with_use
 
     announce(Doing.READ)
@@ -70,7 +72,8 @@ def propose(
     proposal = _proposal(content, template)
     # All that the user should know.
     notes = [f"missing, and done without: {path}" for path in files.missing]
-    notes += [*guess_notes(content.guesses), *_notes(proposal)]
+    drawn = lawfulness_of(content).text
+    notes += [*guess_notes(content.guesses), *([drawn] if drawn else []), *_notes(proposal)]
     text = scene_text(files, content, proposal, output=output, misfit=own.allow_misfit)
     return text, notes
 
@@ -82,17 +85,23 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
     traffic, network = scenario.traffic, scenario.network
     if not traffic.traces:
         raise InputError("the vehicle log has steps but no traffic; there is nothing to film")
+    meetings = meetings_of(network)
     movement = movement_of(traffic.traces)
-    found = busiest(movement, network, span=(traffic.begin, traffic.end), length=SHOT)
+    found = busiest(
+        apart(movement, meetings), network, span=(traffic.begin, traffic.end), length=SHOT
+    )
     look = ChosenTemplate(template, "as asked for") if template else None
-    look = look or choose_template(network, found.place)
+    look = look or choose_template(network, found.place, scenario.polygons)
     # Scout the place for cameras.
     there = movement.during(found.start, found.end).near(found.place, _NEAR)
     job = make_job({"scenario": {}, "template": look.name})
     around = outdoors(scenario, found.place, there, textured=job.textured)
     sun = build_sky(job.sky, location=network.location).sun_direction
-    scouting = Scouting(found, there, around, sun, scenario.vehicle_types)
-    rides, unmet = choose_rides(traffic.traces, scenario.vehicle_types, found)
+    scouting = Scouting(found, there, around, sun, scenario.vehicle_types, meetings)
+    riders = riding_apart(traffic.traces, meetings)
+    rides, unmet = choose_rides(riders, scenario.vehicle_types, found)
+    if not riders:
+        unmet.append("no camera rides: everyone drives where roads cross without a junction")
     return Proposal(
         found,
         look,
@@ -118,7 +127,9 @@ def _notes(proposal: Proposal) -> list[str]:
         notes.append("nobody in this log moves; the cameras look at somebody who stands")
     notes += [f"camera {ride.camera} rides with {ride.vehicle}" for ride in proposal.rides]
     if proposal.corner is None:
-        notes.append("no camera `corner`: there is no room for an eye beside the road")
+        notes.append(
+            "no camera `corner`: there is no room for an eye beside the road, sun behind it"
+        )
     if proposal.flight is None:
         notes.append("no camera `flight`: every way around the place leads through something")
     return [*notes, *proposal.unmet]

@@ -22,26 +22,31 @@ class SunReport:
         azimuth: Clockwise from north, true north where the sun was asked for by clock [deg].
         elevation: Above the horizon, as seen through air [deg].
         when: The moment, with its zone; None where the sun was asked for by angles.
+        place: Latitude and longitude from which it is seen [deg]; None as before.
     """
 
     azimuth: float
     elevation: float
     when: dt.datetime | None = None
+    place: tuple[float, float] | None = None
 
     @property
     def zone(self) -> str | None:
         """Name of the moment's time zone."""
-        if self.when is None:
-            return None
-        return str(getattr(self.when.tzinfo, "key", None) or self.when.tzname())
+        from sumo3dviz_pt.world.sky.build import zone_name
+
+        return None if self.when is None else zone_name(self.when)
 
     def __str__(self) -> str:
         height = f"{abs(self.elevation):.1f}° {'above' if self.elevation >= 0 else 'below'}"
         words = f"azimuth {self.azimuth:.1f}°, {height} the horizon"
-        if self.when is None:
+        if self.when is None or self.place is None:
             return words
+        from sumo3dviz_pt.world.sky.build import place_in_words
+
         utc = self.when.astimezone(dt.UTC)
-        return f"{words}: {self.when:%Y-%m-%d %H:%M} {self.zone} ({utc:%H:%M} UTC)"
+        moment = f"{self.when:%Y-%m-%d %H:%M} {self.zone} ({utc:%H:%M} UTC)"
+        return f"{words}: {moment} at {place_in_words(*self.place)}"
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -50,6 +55,7 @@ class SunReport:
             "elevation": round(self.elevation, 3),
             "time": None if self.when is None else self.when.isoformat(),
             "zone": self.zone,
+            "place": None if self.place is None else [round(angle, 5) for angle in self.place],
             "text": str(self),
         }
 
@@ -79,9 +85,10 @@ def sun_report(job: Job, *, location: Location | None = None) -> SunReport | Non
         return SunReport(asked.azimuth % 360.0, asked.elevation)
     if asked.place is None and location is None:
         location = _location(job)
-    when, where = moment_of(asked, location), np.radians(place_of(asked, location))
-    sun = sun_position(when, latitude=float(where[0]), longitude=float(where[1]))
-    return SunReport(float(np.degrees(sun.azimuth)), float(np.degrees(sun.elevation)), when)
+    when, place = moment_of(asked, location), place_of(asked, location)
+    latitude, longitude = np.radians(place).tolist()
+    sun = sun_position(when, latitude=latitude, longitude=longitude)
+    return SunReport(float(np.degrees(sun.azimuth)), float(np.degrees(sun.elevation)), when, place)
 
 
 def _location(job: Job) -> Location:

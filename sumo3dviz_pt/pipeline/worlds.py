@@ -54,14 +54,16 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
             point where it stands.
     """
     from sumo3dviz_pt.shot.cameras.clearances import clearance_of, clearing
+    from sumo3dviz_pt.world.areas.waterways import with_waterways
     from sumo3dviz_pt.world.build import World
 
     settings = [job.model_dump(mode="json", exclude=_APART), _shaping(job)]
-    stamps = stamps_of((files.network, *files.additional))
+    stamps = stamps_of(_shown_by(files))
     cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
     name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
     clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
     key = _key_of(job, files, cameras)
+    scenario = with_waterways(scenario)
     world = World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
     if world.weather is None or not world.weather.is_snowy:
         return world
@@ -77,13 +79,18 @@ def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]
     content = {
         "settings": with_files(job.model_dump(exclude=_APART), _where_and_what),
         "library": str(data_root("assets")),
-        "files": [contents(path) for path in (files.network, *files.signals, *files.additional)],
+        "files": [contents(path) for path in _shown_by(files)],
         "cameras": cameras,
         "weather": _shaping(job),
         "versions": versions(),
         "package": package_hashes(),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _shown_by(files: ScenarioFiles) -> tuple[Path, ...]:
+    """Return a simulation's files that say what exists, not who is on the road."""
+    return (files.network, *files.signals, *files.additional)
 
 
 def _where_and_what(path: Path) -> list[str]:

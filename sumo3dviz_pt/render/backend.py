@@ -63,7 +63,7 @@ def choose_backend(name: str = "llvm") -> Backend:
         return Backend(name, VARIANTS[name], jit=name != "scalar")
     if name != "llvm":
         raise RenderError(f"the variant {VARIANTS[name]} does not work here: {problem}")
-    note = f"rendering takes two to six times longer than it need: {problem}"
+    note = f"rendering takes three to nine times as long as it need: {problem}"
     log.warning("%s", note)
     problem = _try_variant(VARIANTS["scalar"])
     if problem is not None:

@@ -13,6 +13,7 @@ from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
 from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
+from sumo3dviz_pt.library.vehicles.plates import LETTER
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import (
@@ -28,6 +29,7 @@ from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot.afloat import on_what_is_drawn
 from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
@@ -194,10 +196,10 @@ class Shot:
         wholes = self.fleet.wholes(present, seen, view=view)
         for row, whole in zip(seen.tolist(), wholes, strict=True):
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
-            ridden = whole.id == view.rides_in
             vclass = self.fleet.bodies[int(present.users[row])].vclass
-            whole_parts = self.fleet.parts(present, row, whole, level=level, ridden=ridden)
-            for part in on_tracks(whole_parts, vclass, self.tracks):
+            ridden, read = whole.id == view.rides_in, bool(choice.lettered[row, 0])
+            made = self.fleet.parts(present, row, whole, level=level, ridden=ridden, lettered=read)
+            for part in on_tracks(made, vclass, self.tracks):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
                 some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
                 some.append(part)
@@ -292,11 +294,10 @@ class ShotBuilder:
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
-        if place.surface is not None:
-            fleet = fleet.grounded(place.surface.rise_at)
+        fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
-        fleet = fleet.with_full_detail(crowd.full_models)
+        fleet = fleet.with_full_detail(crowd.full_models, lettered=LETTER in crowd.slots.deforming)
         # Put together what does not change.
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)

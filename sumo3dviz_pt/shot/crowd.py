@@ -115,7 +115,8 @@ def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Fl
     """
     # Hand out the slots, each road user's finest level first.
     detailed, distant = Counter(slots.detailed), Counter(slots.far)
-    found = {level: np.zeros_like(choice.near) for level in ("full", "near", "far")}
+    levels_found = ("full", "near", "far", "lettered")
+    found = {level: np.zeros_like(choice.near) for level in levels_found}
     wanted = choice.near | choice.full | choice.far
     for k in sorted(np.flatnonzero(wanted[:, 0]).tolist(), key=lambda k: float(distances[k])):
         body = bodies[k]
@@ -129,8 +130,12 @@ def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Fl
             if needed <= room:
                 room.subtract(needed)
                 found[level][k] = True
+                wished = Counter(body.letters if choice.lettered[k, 0] and level != "far" else ())
+                if wished and wished <= detailed:
+                    detailed.subtract(wished)
+                    found["lettered"][k] = True
                 break
-    return Choice(found["near"], found["far"], found["full"])
+    return Choice(**found)
 
 
 def lengths_of(bodies: Sequence[Drawn]) -> Floats:
@@ -171,9 +176,9 @@ def _slots(
     bodies: Sequence[Drawn], frames: Sequence[CrowdFrames], *, limit: int, able: Bools
 ) -> Slots:
     """The most bodies of each kind at once."""
-    near, far, full, moving = (
+    near, far, full, moving, letters = (
         _Members.of([getattr(body, level) for body in bodies])
-        for level in ("near", "far", "full", "deforming")
+        for level in ("near", "far", "full", "deforming", "letters")
     )
     lengths = lengths_of(bodies)
     rigid: Counter[str] = Counter()
@@ -185,7 +190,7 @@ def _slots(
             camera_path, alive, positions, limit=limit, can_be_full=able, lengths=lengths
         )
         rigid |= near.most(choice.near)
-        deforming |= moving.most(choice.near | choice.full)
+        deforming |= moving.most(choice.near | choice.full) | letters.most(choice.lettered)
         distant |= far.most(choice.far)
         instanced |= full.most(choice.full)
     return Slots(_sorted(rigid + instanced), _sorted(distant), _sorted(deforming))

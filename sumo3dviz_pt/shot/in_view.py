@@ -30,6 +30,38 @@ _CHUNK = 400
 """Traces that are looked at at once."""
 
 
+def way_of(
+    world: World, riders: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
+) -> CameraPath:
+    """Return where a camera is and looks in each moment that a shot shows.
+
+    Args:
+        world: What exists, and the log.
+        riders: The smoothed motion of those whom the camera rides with.
+        camera: Its settings.
+        times: Of the shot's frames, (t,) [s].
+    """
+    return _way(world, riders, camera=camera, times=times)[0]
+
+
+def _way(
+    world: World, riders: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
+) -> tuple[CameraPath, Floats]:
+    """Return a camera's way and the moments that it consists of [s]; arguments as in `way_of`."""
+    fleet = with_seat(everyone(world, riders), camera, world=world)
+    built = exposed_camera(
+        camera,
+        fleet=fleet,
+        left_hand=world.left_hand,
+        step=frame_step(times, fps=float(world.job.output.fps)),
+        focused=False,
+    )
+    moments = moments_of(built, times)
+    aspect = world.job.output.size[1] / world.job.output.size[0]
+    views = [built.view_at(each) for each in moments.tolist()]
+    return CameraPath.of(views, aspect=aspect), moments
+
+
 def users_in_view(
     world: World, riders: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
 ) -> Bools:
@@ -41,18 +73,7 @@ def users_in_view(
         camera: Its settings.
         times: Of the shot's frames, (t,) [s].
     """
-    # Find where the camera is and looks in each frame.
-    fleet = with_seat(everyone(world, riders), camera, world=world)
-    built = exposed_camera(
-        camera,
-        fleet=fleet,
-        left_hand=world.left_hand,
-        step=frame_step(times, fps=float(world.job.output.fps)),
-        focused=False,
-    )
-    moments = moments_of(built, times)
-    aspect = world.job.output.size[1] / world.job.output.size[0]
-    camera_path = CameraPath.of([built.view_at(each) for each in moments.tolist()], aspect=aspect)
+    camera_path, moments = _way(world, riders, camera=camera, times=times)
     # Look for everyone near the lines between their samples.
     scenario = world.scenario
     traces = scenario.traffic.traces

@@ -135,6 +135,8 @@ def _room(*, fleet: Fleet, camera: Camera, eyes: Floats, times: Floats, budget: 
             most |= there
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     plan = plan_crowd(bodies, frames, triangles=triangles, budget=budget, limit=_MOST_NEAR)
-    near = {**plan.slots.near, **dict.fromkeys(fleet.cockpits.values(), 1)}
+    near = dict(plan.slots.near)
+    for cockpit in fleet.cockpits.values():
+        near |= Counter(cockpit.names)
     slots = Slots(dict(sorted(near.items())), dict(sorted(most.items())), plan.slots.deforming)
     return replace(plan, slots=slots)

@@ -34,6 +34,13 @@ MOST_NEAR = 120
 MOST_FULL = 16
 """Road users in full detail in one frame, at most: wheels are parts of their own."""
 
+MOST_LETTERED = 24
+"""Road users whose number plates can be read in one frame, at most."""
+
+_LEGIBLE = 1.5
+"""Plates can be read up to this many times as far as there is full detail: farther letters are
+lower than three pixels of a picture 1920 wide."""
+
 _CHUNK = 200
 
 
@@ -45,11 +52,13 @@ class Choice:
         near: In detail.
         far: By their stand-ins.
         full: In full detail.
+        lettered: With number plates that can be read, near or in full detail.
     """
 
     near: Bools
     far: Bools
     full: Bools
+    lettered: Bools
 
 
 def choose(
@@ -80,14 +89,14 @@ def choose(
     # Choose levels from the coarsest to the finest.
     shown = alive & (distance < FAR_END) & in_view(camera_path, places, radius=reach)
     near = _nearest(distance, among=shown & (distance < near_end(camera_path)), limit=limit)
-    able = (
-        near
-        & (distance < _full_end(camera_path))
-        & in_picture(camera_path, places, radius=np.maximum(_LONGEST, long)[:, None])
-    )
+    full_end = _full_end(camera_path)
+    close = near & (distance < _LEGIBLE * full_end)
+    close &= in_picture(camera_path, places, radius=np.maximum(_LONGEST, long)[:, None])
+    able = close & (distance < full_end)
     able &= False if can_be_full is None else can_be_full[:, None]
     full = _nearest(distance, among=able, limit=MOST_FULL)
-    return Choice(near & ~full, shown & ~near, full)
+    lettered = _nearest(distance, among=close, limit=MOST_LETTERED)
+    return Choice(near & ~full, shown & ~near, full, lettered)
 
 
 def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:

@@ -23,6 +23,7 @@ from sumo3dviz_pt.sumo.formats import ElementSink, format_of
 from sumo3dviz_pt.sumo.formats.format import KINDS
 from sumo3dviz_pt.sumo.plausibility.places import explanation
 from sumo3dviz_pt.sumo.plausibility.sample import LogSample
+from sumo3dviz_pt.sumo.values import parse_number
 
 logger = logging.getLogger(__name__)
 
@@ -128,11 +129,11 @@ class _FirstRows(ElementSink):
         """Keep a row whose numbers are possible."""
         if tag in KINDS:
             with suppress(KeyError, ValueError):
-                place = float(attributes["x"]), float(attributes["y"])
-                speed = float(attributes.get("speed", "nan"))
+                place = parse_number(attributes["x"]), parse_number(attributes["y"])
+                speed = parse_number(attributes.get("speed", "nan"))
                 if all(abs(value) <= COORDINATE.high for value in place):
                     lane = attributes.get("lane") or attributes.get("edge") or ""
-                    offset = float(attributes["pos"]) if "pos" in attributes else math.nan
+                    offset = parse_number(attributes["pos"]) if "pos" in attributes else math.nan
                     self.rows.add(tag, place, lane, speed, offset)
         self._taken += 1
         if len(self.rows.kinds) >= _ROWS or self._taken >= _ELEMENTS:

@@ -9,10 +9,12 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.scenario import ScenarioFiles
-from sumo3dviz_pt.sumo.outputs import Affixes
+from sumo3dviz_pt.sumo.other_files import OTHERS, advice, remedy
+from sumo3dviz_pt.sumo.outputs import Affixes, not_set, replaced
 from sumo3dviz_pt.sumo.stream import read_elements, root_of
 from sumo3dviz_pt.sumo.survey import (
     CONFIGURATION_ROOTS,
+    Survey,
     readable_elements,
     signal_logs,
     survey_files,
@@ -45,6 +47,8 @@ class _NamedFiles:
     inputs: list[Path] = field(default_factory=list)
     trajectories: list[Path] = field(default_factory=list)
     affixes: Affixes = field(default_factory=Affixes)
+    unset: dict[str, str] = field(default_factory=dict)
+    """Variables that are not set, by what the option is about that names them."""
 
     def missing(self) -> tuple[Path, ...]:
         """Return the files that do not exist."""
@@ -83,12 +87,14 @@ def find_scenario(
     found = survey_folder(folder, network=first, named=own)
     if configuration is None and len(found.configurations) == 1:
         return find_scenario(found.configurations[0], network=network, trajectories=trajectories)
+    if "inputs" in named.unset:
+        logger.warning("%s", named.unset["inputs"])
     inputs = survey_files(file for file in named.inputs if file.is_file())
     logs = tuple(trajectories) or _existing(named.trajectories)
     outputs = [named.affixes.written(file) for file in _signal_outputs(named.inputs)]
     return ScenarioFiles(
-        network=first or _only(found.networks, path),
-        trajectories=logs or _logs(found.trajectories, named.trajectories, path),
+        network=first or _only(found, named, path),
+        trajectories=logs or _logs(found, named, path),
         signals=signal_logs(_existing(outputs) or found.signals),
         additional=(inputs + found).additional,
         vehicle_types=(inputs + found).vehicle_types,
@@ -98,7 +104,10 @@ def find_scenario(
 
 def _named_by(configuration: Path) -> _NamedFiles:
     """Return the files that a configuration names, relative to itself."""
-    if root_of(configuration) not in CONFIGURATION_ROOTS:
+    if (root := root_of(configuration)) not in CONFIGURATION_ROOTS:
+        if root is not None and root in OTHERS:
+            message = f"is {OTHERS[root].what}; {remedy(root, configuration)}"
+            raise InputError(message, file=configuration)
         # Complain about damage before complaining about the kind of file.
         for _ in read_elements(configuration, root=(), what="a configuration of SUMO"):
             pass
@@ -113,10 +122,17 @@ def _named_by(configuration: Path) -> _NamedFiles:
         target = _OPTIONS.get(element.tag)
         value = element.text("value", element.text("v", ""))
         if element.tag in ("output-prefix", "output-suffix"):
-            affixes[element.tag.removeprefix("output-")] = value
-        if target is not None and value:
+            affixes[element.tag.removeprefix("output-")] = replaced(value)
+            target = "trajectories" if not_set(value) else None
+        elif target is not None and value:
             paths = [_path(configuration.parent, name) for name in value.split(",") if name.strip()]
             getattr(named, target).extend(paths)
+        if target is not None and not_set(value):
+            variables = " and ".join(not_set(value))
+            named.unset[target] = (
+                f'{element.tag}="{value}" of {configuration.name} names {variables}, which is not'
+                " set in the environment; set it as it was when SUMO ran"
+            )
     named.affixes = Affixes(**affixes)
     named.trajectories = [named.affixes.written(path) for path in named.trajectories]
     return named
@@ -124,8 +140,9 @@ def _named_by(configuration: Path) -> _NamedFiles:
 
 def _path(folder: Path, name: str) -> Path:
     """Return a file that SUMO names; files written on Windows may hold backslashes."""
-    plain = folder / name.strip()
-    return plain if plain.exists() else folder / name.strip().replace("\\", "/")
+    name = replaced(name.strip())
+    plain = folder / name
+    return plain if plain.exists() else folder / name.replace("\\", "/")
 
 
 def _signal_outputs(inputs: list[Path]) -> list[Path]:
@@ -145,36 +162,47 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(path for path in paths if path.is_file())
 
 
-def _only(networks: tuple[Path, ...], place: Path) -> Path:
+def _only(found: Survey, named: _NamedFiles, place: Path) -> Path:
     """Return the network if there is exactly one."""
+    networks = found.networks
     if not networks:
-        raise InputError("no network (.net.xml) was found; name it by --network", file=place)
+        why = named.unset.get("network") or advice(_roots(found.others), networks=True)
+        why = why or "name it by --network"
+        raise InputError(f"no network (.net.xml) was found; {why}", file=place)
     if len(networks) > 1:
         raise InputError(f"{_names(networks)} are networks; name one by --network", file=place)
     return networks[0]
 
 
-def _logs(found: tuple[Path, ...], named: Sequence[Path], place: Path) -> tuple[Path, ...]:
+def _logs(survey: Survey, named: _NamedFiles, place: Path) -> tuple[Path, ...]:
     """Return the vehicle logs to use.
 
     Args:
-        found: Logs that were found by content.
-        named: Logs that a configuration names; found logs with similar names are preferred.
+        survey: What was found by content.
+        named: What a configuration names; found logs with similar names are preferred.
         place: Where they were looked for, for messages.
     """
-    alike = tuple(f for f in found if any(f.name.startswith(n.name.split(".")[0]) for n in named))
+    found = survey.trajectories
+    starts = tuple(path.name.split(".")[0] for path in named.trajectories)
+    alike = tuple(file for file in found if file.name.startswith(starts))
     logs = vehicle_logs(alike) or vehicle_logs(found)
     if not found:
-        raise InputError(
-            "no vehicle log was found; run sumo with --fcd-output fcd.xml.gz, "
-            "or name a log by --trajectories",
-            file=place,
-        )
+        run = "run sumo with --fcd-output fcd.xml.gz"
+        if survey.configurations or not place.is_dir():
+            run = f"let init --record run the simulation, or {run}"
+        why = named.unset.get("trajectories") or advice(_roots(survey.others), networks=False)
+        parts = ("no vehicle log was found", *([why] if why else []), run)
+        raise InputError(f"{'; '.join(parts)}, or name a log by --trajectories", file=place)
     if not logs:
         raise InputError(
             f"{_names(found)} are vehicle logs; name one by --trajectories", file=place
         )
     return logs
+
+
+def _roots(files: Sequence[Path]) -> dict[Path, str | None]:
+    """Return the root elements of files."""
+    return {file: root_of(file) for file in files}
 
 
 def _names(files: Sequence[Path]) -> str:

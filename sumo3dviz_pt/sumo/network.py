@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
@@ -15,15 +15,20 @@ from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
+from sumo3dviz_pt.sumo.places.projection import convergence_at, middle_of
+from sumo3dviz_pt.sumo.repairs.at_grade import say_at_grade
 from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
 from sumo3dviz_pt.sumo.repairs.look import look_over
 from sumo3dviz_pt.sumo.stream import Element, read_elements
-from sumo3dviz_pt.sumo.values import parse_flag, parse_points
+from sumo3dviz_pt.sumo.values import parse_flag, parse_number, parse_points
 
 _T = TypeVar("_T")
 
 _DEFAULT_SPEED = 13.89
+_NO_LENGTH = 1e-6
+"""A lane that reaches less far in plan [m] is one point, or goes straight up."""
+
 _WIDEST_JUNCTION = 10_000.0
 """Length of the longest side of a box around an outline that is drawn [m]."""
 
@@ -60,8 +65,9 @@ def read_network(path: Path) -> Network:
     """Read a road network.
 
     Repeated neighbouring points of shapes are dropped. A lane whose shape is a single
-    point becomes 1 cm long, so that it has a direction. What else can be repaired is, and one
-    note says what was odd: lanes without shape, width or length, junctions without a place.
+    point, or goes straight up, becomes 1 cm long in plan, so that it has a direction. What
+    else can be repaired is, and one note says what was odd: lanes without shape, width or length,
+    junctions without a place.
 
     Args:
         path: The .net.xml, plain or gzipped.
@@ -95,6 +101,7 @@ def read_network(path: Path) -> Network:
         )
     look_over(network, draft.oddities)
     draft.oddities.say(path)
+    say_at_grade(network, path)
     return network
 
 
@@ -228,9 +235,10 @@ def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, plac
 
 
 def _lane_shape(element: Element) -> Floats:
-    """Return a lane's shape, with at least two points unless it has none."""
+    """Return a lane's shape, which has a direction in plan unless it has no point."""
     shape = _points(element, "shape")
-    return frozen(from_point(shape[0]) if len(shape) == 1 else shape)
+    upright = len(shape) and float(np.ptp(shape[:, :2], axis=0).max()) < _NO_LENGTH
+    return frozen(from_point(shape[0], top=float(shape[-1, 2])) if upright else shape)
 
 
 def _outline(element: Element, key: str) -> Floats:
@@ -301,24 +309,23 @@ def _connection(element: Element) -> Connection:
 
 
 def _location(element: Element) -> Location:
+    """Return where a network lies; `origBoundary` holds what was cut off, too, and is not read."""
     x, y = _numbers(element, "netOffset", 2)
-    return Location(
+    west, south, east, north = _numbers(element, "convBoundary", 4)
+    located = Location(
         net_offset=(x, y),
-        boundary=_box(element, "convBoundary"),
-        geo_boundary=_box(element, "origBoundary"),
+        boundary=(west, south, east, north),
         projection=element.text("projParameter", "!"),
     )
-
-
-def _box(element: Element, key: str) -> tuple[float, float, float, float]:
-    a, b, c, d = _numbers(element, key, 4)
-    return a, b, c, d
+    place = middle_of(located)
+    turned = 0.0 if place is None else convergence_at(place, located)
+    return replace(located, place=place, convergence=turned)
 
 
 def _numbers(element: Element, key: str, count: int) -> list[float]:
     text = element.text(key, ",".join(["0"] * count))
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [parse_number(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(map(math.isfinite, numbers)):

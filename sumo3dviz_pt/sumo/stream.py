@@ -19,9 +19,15 @@ from typing import BinaryIO, Protocol, cast
 from xml.parsers import expat
 
 from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.bounds import ANY, Range
+from sumo3dviz_pt.sumo.other_files import OTHERS, remedy
+from sumo3dviz_pt.sumo.values import parse_number
 
 CHUNK = 1 << 18
+_LONGEST = 1 << 23
+"""Longest tag or text that is read [bytes]; shapes of 20,000 points have a million."""
+
 _GZIP_MAGIC = b"\x1f\x8b"
 _XML_HEADS = (_GZIP_MAGIC, b"<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 _FOREIGN = {
@@ -95,11 +101,13 @@ class Element:
         """Return an attribute; without a default it must be there.
 
         Raises:
-            InputError: If it is missing.
+            InputError: If it is missing, or an id that is empty.
         """
         value = self.attributes.get(key, default)
         if value is None:
             raise self.error(f'the attribute "{key}" is missing; add it or write the file again')
+        if key == "id" and not value and default is None:
+            raise self.error("the id is empty; give one or write the file again")
         return value
 
     def number(self, key: str, default: float | None = None, *, within: Range = ANY) -> float:
@@ -117,7 +125,7 @@ class Element:
             return default
         value = self.text(key)
         try:
-            number = float(value)
+            number = parse_number(value)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
@@ -168,7 +176,8 @@ def chunks(file: Path) -> Iterator[bytes]:
         InputError: If it cannot be read.
     """
     try:
-        yield from unpacked(file)
+        with _opened(file) as stream:
+            yield from _within_bounds(stream, file)
     except (EOFError, OSError, zlib.error) as error:
         raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
 
@@ -231,6 +240,11 @@ def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
     """
     if roots and element.tag not in roots:
         expected = " or ".join(f"<{name}>" for name in roots)
+        if element.tag in OTHERS:
+            raise InputError(
+                f"is {OTHERS[element.tag].what}, not {what}; {remedy(element.tag, element.file)}",
+                file=element.file,
+            )
         raise InputError(
             f"is not {what}: its root element is <{element.tag}>, not {expected}; "
             "name the right file",
@@ -242,9 +256,9 @@ def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
 def may_be_xml(file: Path) -> bool:
     """Whether the first bytes look like XML; fast, as folders may hold thousands of files."""
     try:
-        with file.open("rb") as stream:
+        with open_plain(file) as stream:
             return stream.read(64).lstrip().startswith(_XML_HEADS)
-    except OSError:
+    except (OSError, InputError):
         return False
 
 
@@ -269,7 +283,7 @@ def _steps(parser: expat.XMLParserType, file: Path, sieve: Sieve | None = None) 
 
     try:
         with _opened(file) as stream:
-            while chunk := _chunk(stream):
+            for chunk in _within_bounds(stream, file):
                 parse(sieve.left(chunk))
                 yield
     except EOFError:
@@ -292,7 +306,7 @@ def _opened(file: Path) -> BinaryIO:
         raise InputError("the file does not exist; check the path", file=file)
     if file.is_dir():
         raise InputError("is a folder; name a file in it", file=file)
-    with file.open("rb") as raw:
+    with open_plain(file) as raw:
         head = raw.read(8)
     if not head:
         raise InputError("the file is empty; write it again", file=file)
@@ -308,6 +322,29 @@ def _chunk(stream: BinaryIO) -> bytes:
     # `read` would lose what it has unpacked when a gzip stream breaks off; `read1` does not.
     reader = stream.read1 if isinstance(stream, gzip.GzipFile) else stream.read
     return reader(CHUNK)
+
+
+def _within_bounds(stream: BinaryIO, file: Path) -> Iterator[bytes]:
+    """Yield what is in an XML file, unless a single tag or text is so long that memory would end.
+
+    Args:
+        stream: The file, open.
+        file: For messages.
+
+    Raises:
+        InputError: If one is too long.
+    """
+    length = 0
+    while chunk := _chunk(stream):
+        last = chunk.rfind(b"<")
+        length = len(chunk) - last if last >= 0 else length + len(chunk)
+        if length > _LONGEST:
+            raise InputError(
+                f"a single tag or text is longer than {_LONGEST >> 20} MB, which nothing of SUMO"
+                " is; write the file again",
+                file=file,
+            )
+        yield chunk
 
 
 def _truncated(parser: expat.XMLParserType, file: Path, skipped: int) -> TruncatedError:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo.formats import format_of, is_log
+from sumo3dviz_pt.sumo.other_files import OTHERS
 from sumo3dviz_pt.sumo.plausibility.damage import note_damage
 from sumo3dviz_pt.sumo.stops import KINDS
 from sumo3dviz_pt.sumo.stream import Element, may_be_xml, read_elements, root_of
@@ -48,6 +49,7 @@ class Survey:
         additional: Files with a POI, a polygon, a stop or a parking area.
         vehicle_types: Route files, and additional files with a vType.
         configurations: SUMO's configurations.
+        others: Files whose kind is known and of which no film can be made.
     """
 
     networks: tuple[Path, ...] = ()
@@ -56,6 +58,7 @@ class Survey:
     additional: tuple[Path, ...] = ()
     vehicle_types: tuple[Path, ...] = ()
     configurations: tuple[Path, ...] = ()
+    others: tuple[Path, ...] = ()
 
     def __add__(self, other: Survey) -> Survey:
         """Join the files of two places; each file stands once."""
@@ -157,6 +160,8 @@ def _sorted_in(file: Path, root: str | None) -> Survey:
         )
     if root in _PLACES:
         return Survey(**{_PLACES[root]: one})
+    if root in OTHERS:
+        return Survey(others=one)
     return Survey(trajectories=one if is_log(file) else ())
 
 

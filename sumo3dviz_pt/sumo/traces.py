@@ -34,6 +34,20 @@ _SHIFTS = ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5))
 """Grids shifted by half a cell: two points nearer than that share a cell of one of them."""
 
 
+def user_key(kind: str, name: str, type_id: str) -> Key:
+    """Return the key of a road user, which keeps its type for as long as it drives.
+
+    SUMO gives it a type of its own, `type@id`, from the moment when TraCI, a blue light or a
+    split of a train changes something about it.
+
+    Args:
+        kind: `vehicle`, `person` or `container`.
+        name: Its id.
+        type_id: Its vType in a row of the log, may be empty.
+    """
+    return kind, name, type_id.removesuffix(f"@{name}") if "@" in type_id else type_id
+
+
 def build_traces(rows: RowsOfUsers) -> tuple[Trace, ...]:
     """Make traces in order of first appearance; `rows` is emptied to save memory.
 

@@ -44,6 +44,22 @@ _FAR, _HIGH = COORDINATE.high, HEIGHT.high
 _TRUE = frozenset({"1", "true", "yes", "on", "x", "t"})
 
 
+def parse_number(text: str) -> float:
+    """Return a number as SUMO reads it: in ASCII; Python would take `1_0` and other digits, too.
+
+    Raises:
+        ValueError: If it is none.
+    """
+    if not is_plain(text):
+        raise ValueError(f"{text!r} is not a number")
+    return float(text)
+
+
+def is_plain(numbers: str) -> bool:
+    """Whether numbers, or many of them joined, are written in what SUMO writes them in."""
+    return numbers.isascii() and "_" not in numbers
+
+
 def parse_time(text: str) -> float:
     """Return a time that is written as SUMO does.
 
@@ -57,13 +73,13 @@ def parse_time(text: str) -> float:
         ValueError: If it is none of these.
     """
     if ":" not in text:
-        seconds = float(text)
+        seconds = parse_number(text)
     else:
         sign = -1.0 if text.lstrip().startswith("-") else 1.0
         parts = text.strip().lstrip("-").split(":")
         if len(parts) not in (3, 4):
             raise ValueError(f"{text!r} is not a time")
-        values = [float(part) for part in reversed(parts)]
+        values = [parse_number(part) for part in reversed(parts)]
         if min(values) < 0:
             raise ValueError(f"{text!r} is not a time")
         seconds = sign * sum(v * unit for v, unit in zip(values, _SECONDS, strict=False))
@@ -123,7 +139,7 @@ def parse_points(text: str) -> NDArray[np.float64]:
         raise ValueError(f"these are {len(words)}, and at most {MOST_POINTS} can be drawn")
     for word in words:
         try:
-            numbers = [float(part) for part in word.split(",")]
+            numbers = [parse_number(part) for part in word.split(",")]
         except ValueError:
             numbers = []
         if len(numbers) not in (2, 3):
@@ -155,7 +171,7 @@ def yaw_from_angle_deg(angle_deg: float) -> float:
 
 
 def _hex_colour(digits: str) -> tuple[float, ...]:
-    if len(digits) not in (6, 8):
+    if len(digits) not in (6, 8) or not is_plain(digits):
         raise ValueError(f"#{digits} is not a colour")
     return tuple(int(digits[i : i + 2], 16) / 255.0 for i in (0, 2, 4))
 
@@ -164,7 +180,7 @@ def _number_colour(text: str) -> tuple[float, ...]:
     words = text.split(",")
     if len(words) not in (3, 4):
         raise ValueError(f"{text!r} is not a colour")
-    values = [float(word) for word in words]
+    values = [parse_number(word) for word in words]
     whole = all("." not in word for word in words)
     scale = 255.0 if whole and max(values) > 1 else 1.0
     if not all(0.0 <= value <= scale for value in values):

@@ -50,6 +50,7 @@ from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_he
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
 from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season, season_of
+from sumo3dviz_pt.world.shared import Outlook
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -108,6 +109,7 @@ class World:
         key: A hash of all that it is made from, to keep its places on disk; empty keeps none.
         weather: Over time; None for a dry and clear summer.
         driven: Where all vehicles of the log were, if snow lies.
+        outlook: Cameras that share one place; None builds each camera's own.
     """
 
     scenario: Scenario
@@ -118,6 +120,7 @@ class World:
     key: str = ""
     weather: WeatherCourse | None = None
     driven: DrivenWays | None = None
+    outlook: Outlook | None = None
 
     @classmethod
     def of(
@@ -199,8 +202,9 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     street = build_street(scenario, job.street, site=site, dark=dark, style=style.signs)
     rails = _rails(scenario, job, land)
     # Objects, in as many triangles as the rest leaves.
-    made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street, islands)
-    fixed = [part for some in (roads, land.ground, *made) for part in some.static]
+    beside = (signals, railway, street, islands)
+    made = (roads, land.ground, grown.meadow, grown.planting, grown.fronts, *beside)
+    fixed = [part for some in made for part in some.static]
     fixed += [*grown.pits, *areas.static, *areas.grown.static]
     taken = sum(len(part.part.mesh.faces) for part in fixed)
     scenery = build_scenery(
@@ -212,14 +216,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
     )
     # All of it together.
-    parts = (*fixed, *scenery.static)
-    said = (
-        *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
-        *(signals, railway, street, islands),
-    )
+    said = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
     season = season_of(job)
     return BuiltPlace(
-        in_season((part for part in parts if len(part.part.mesh.faces)), season),
+        in_season((p for p in (*fixed, *scenery.static) if len(p.part.mesh.faces)), season),
         grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
         roads.surface_height_at,

@@ -10,6 +10,8 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
@@ -20,6 +22,7 @@ from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.memory import digest_of
 from sumo3dviz_pt.world.rails.tracks import RailHeight
 from sumo3dviz_pt.world.roads.build import WalkingHeight
+from sumo3dviz_pt.world.shared import Outlook, seen_of
 
 log = logging.getLogger(__name__)
 
@@ -36,6 +39,8 @@ _KINDS = kinds_in(BuiltPlace, WalkingHeight, RailHeight)
 def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     """Return what stands around a camera's path: what was kept of it, or newly built.
 
+    A world whose cameras share a place gives what this one sees of that, about.
+
     Args:
         world: What exists.
         camera_path: Where the camera is and looks.
@@ -43,7 +48,10 @@ def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    place = _found(world, camera_path) if world.key else build_place(world, camera_path)
+    if world.outlook is not None:
+        place = _shared(world, world.outlook, camera_path)
+    else:
+        place = _found(world, camera_path) if world.key else build_place(world, camera_path)
     for item in place.left_out:
         if item.surprising:
             log.warning("left out %s: %s", item.what, item.why)
@@ -60,6 +68,16 @@ def _found(world: World, camera_path: CameraPath) -> BuiltPlace:
     if sum(len(part.part.mesh.faces) for part in place.static) > _LEAST:
         _keep_place(folder, place)
     return place
+
+
+def _shared(world: World, outlook: Outlook, camera_path: CameraPath) -> BuiltPlace:
+    """Return a camera's own place if one was kept, else its part of one that others share."""
+    kept = _kept_place(_folder(world, camera_path)) if world.key else None
+    if kept is not None:
+        return kept
+    place = outlook.memory.of(("place",), partial(build_place, world, outlook.camera_path))
+    lanes = len(world.scenario.network.lanes)
+    return replace(place, static=seen_of(place.static, camera_path, lanes=lanes))
 
 
 def _folder(world: World, camera_path: CameraPath) -> Path:

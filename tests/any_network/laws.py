@@ -42,6 +42,9 @@ OVERLAP = 1e-3
 STAND = 0.05
 """A road user's height and that of the surface below it differ by at most so much [m]."""
 
+CRUMB, WHEELS = 2.0, 0.8
+"""Smallest area of footway that stands alone [m2]; how far wheels are from a way's middle [m]."""
+
 VIEW = 3.0
 """What our code adds keeps so far from the axis of a standing camera [m]."""
 
@@ -54,8 +57,14 @@ _SHARP = float(np.radians(10.0))
 _OFF_ROAD = frozenset({"pedestrian", "wheelchair", "bicycle", "scooter", "container", "ship"})
 """vClasses that do not keep to carriageways."""
 
+_CARS = frozenset({"passenger", "bus", "truck", "delivery"})
+"""vClasses that climb no kerbs."""
+
 _FLYING = frozenset({"drone", "aircraft", "ship", "cable_car"})
 """vClasses that do not stand on roads."""
+
+_RISES = (0.6, 1.4)
+"""Heights above a lane at which its way is free [m]: of a bonnet and of a roof."""
 
 _GROUND = frozenset({"ground", "roads", "markings", "grass"})
 """Families of what lies on the ground and does not stand on it."""
@@ -107,7 +116,14 @@ class Drawn:
             for edge in self.network.edges.values()
             if edge.function == "walkingarea"
         ]
-        shapes += [_outline(junction.outline) for junction in self.network.junctions.values()]
+        roads = {
+            key
+            for edge in self.network.edges.values()
+            if any(not _is_waterway(lane) for lane in edge.lanes)
+            for key in (edge.from_junction, edge.to_junction)
+        }
+        junctions = self.network.junctions
+        shapes += [_outline(junctions[key].outline) for key in junctions if key in roads]
         return shapely.union_all(shapes, grid_size=1e-4)
 
 
@@ -262,6 +278,35 @@ def overlaps(drawn: Drawn) -> Iterator[str]:
                 f"{cells.owners[a]} and {cells.owners[b]} share {area.area:.4f} m2"
                 f" near {_place(area)}, {gap:.2f} m apart in height"
             )
+
+
+def kerbs_in_the_way(drawn: Drawn) -> Iterator[str]:
+    """Yield kerbs that stand where vehicles drive, and crumbs of footways amid carriageways."""
+    raised = drawn.layout.raised
+    tree = shapely.STRtree(raised)
+    for area in raised:
+        if area.area < CRUMB and len(tree.query(area, predicate="dwithin", distance=0.05)) == 1:
+            yield f"a kerb around {area.area:.2f} m2 alone near {_place(area)}"
+    for edge in drawn.network.edges.values():
+        for lane in edge.lanes if edge.function == "internal" else ():
+            if lane.id in drawn.lanes and lane.allowed & _CARS:
+                line = shapely.LineString(lane.shape[:, :2]).buffer(min(WHEELS, 0.4 * lane.width))
+                for k in tree.query(line, predicate="intersects"):
+                    shared = shapely.intersection(line, raised[k])
+                    if shared.area > 0.05 and _on_one_level(drawn, lane, shared):
+                        where = f"{shared.area:.2f} m2 of kerb near {_place(shared)}"
+                        yield f"{lane.id} leads over {where}"
+
+
+def _on_one_level(drawn: Drawn, lane: Lane, shared: shapely.Geometry) -> bool:
+    """Whether a footway that a lane passes is neither above nor below it."""
+    spot = shapely.get_coordinates(shapely.point_on_surface(shared))[:1]
+    cells = drawn.layout.cells
+    near = shapely.STRtree(cells.polygons).query(shapely.Point(spot[0]), predicate="intersects")
+    near = near[cells.raised[near]]
+    z = lane.shape[np.argmin(np.hypot(*(lane.shape[:, :2] - spot).T)), 2]
+    heights = cells.heights(near, np.repeat(spot, len(near), axis=0))
+    return bool((np.abs(heights - z) < _LEVEL).any())
 
 
 def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
@@ -429,6 +474,62 @@ def standing_on_roads(drawn: Drawn, static: Sequence[StaticPart]) -> Iterator[st
             )
 
 
+def blocked_ways(drawn: Drawn, static: Sequence[StaticPart]) -> Iterator[str]:
+    """Yield what stands across the way of road users, whatever it belongs to.
+
+    Along the middle of each drawn lane nothing is met at the heights of a bonnet and of a roof.
+    """
+    ways = list(_ways(drawn))
+    if not ways:
+        return
+    pieces, names = np.concatenate([piece for piece, _ in ways]), [n for _, n in ways]
+    owner = np.repeat(np.arange(len(ways)), [len(piece) for piece, _ in ways])
+    tree = shapely.STRtree(shapely.linestrings(pieces[..., :2]))
+    for part in static:
+        corners = part.part.mesh.vertices[part.part.mesh.faces]
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        face, piece = tree.query(shapely.box(*low[:, :2].T, *high[:, :2].T))
+        met = face[:0], face[:0]
+        for rise in _RISES:
+            way = pieces[piece] + [0.0, 0.0, rise]
+            hit = _pierced(corners[face], way)
+            met = np.append(met[0], face[hit]), np.append(met[1], piece[hit])
+        if len(met[0]):
+            x, y, z = corners[met[0][0]].mean(axis=0)
+            lanes = sorted({names[owner[k]] for k in met[1]})
+            yield (
+                f"{part.id}: {len(met[0])} faces across {', '.join(lanes[:3])},"
+                f" first at ({x:.2f}, {y:.2f}, {z:.2f})"
+            )
+
+
+def _ways(drawn: Drawn) -> Iterator[tuple[Floats, str]]:
+    """Pieces of the middles of lanes that vehicles use, (n, 2, 3) [m], and the lane's id."""
+    for edge in drawn.network.edges.values():
+        for lane in edge.lanes:
+            # Tracks pass below platforms' roofs, and people through doors.
+            if lane.id in drawn.lanes and lane.allowed & (_CARS | {"bicycle"}):
+                line = lane.shape
+                if len(line) > 1:
+                    yield np.stack([line[:-1], line[1:]], axis=1), lane.id
+
+
+def _pierced(triangles: Floats, ways: Floats) -> Bools:
+    """Which triangles, (n, 3, 3), straight lines, (n, 2, 3), go through."""
+    a, b, c = (triangles[:, k] for k in range(3))
+    start, step = ways[:, 0], ways[:, 1] - ways[:, 0]
+    one, other = b - a, c - a
+    normal = np.cross(one, other)
+    facing = (normal * step).sum(axis=1)
+    flat = np.abs(facing) < 1e-9
+    facing = np.where(flat, 1.0, facing)
+    along = (normal * (a - start)).sum(axis=1) / facing
+    aside = np.cross(start - a, step)
+    u, v = -(other * aside).sum(axis=1) / facing, (one * aside).sum(axis=1) / facing
+    inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+    return np.asarray(~flat & inside & (along > 0.0) & (along < 1.0))
+
+
 def before_camera(eye: Floats, target: Floats, static: Sequence[StaticPart]) -> Iterator[str]:
     """Yield things close to the axis of a standing camera, as far as that is above heads.
 
@@ -472,8 +573,12 @@ def _spread(part: StaticPart) -> Floats:
 def _is_drawn(edge: Edge, lane: Lane) -> bool:
     """Whether a lane has a surface of its own: waterways have none, nor lanes without length."""
     length = float(np.hypot(*np.ptp(lane.shape[:, :2], axis=0)))
-    bare = bool(lane.allowed) and lane.allowed <= {"ship"}
-    return not bare and length >= (1e-3 if edge.function == "internal" else 0.05)
+    return not _is_waterway(lane) and length >= (1e-3 if edge.function == "internal" else 0.05)
+
+
+def _is_waterway(lane: Lane) -> bool:
+    """Whether a lane is for ships alone."""
+    return bool(lane.allowed) and lane.allowed <= {"ship"}
 
 
 def _lane_area(lane: Lane) -> shapely.Geometry:

@@ -8,7 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from any_network.known import expect
-from any_network.laws import floating_users, gaps, overlaps, wrong_area, wrong_heads
+from any_network.laws import (
+    floating_users,
+    gaps,
+    kerbs_in_the_way,
+    overlaps,
+    wrong_area,
+    wrong_heads,
+)
 from any_network.programs import why_missing
 from any_network.recipes import RECIPES
 from any_network.simulation import LOG, NET, SIGNALS, TYPES, simulate
@@ -44,7 +51,9 @@ def test_a_number_means_the_same_network_and_traffic_each_time(number, tmp_path)
         assert len({re.sub(r"<!--.*?-->", "", text, flags=re.S) for text in texts}) == 1, name
 
 
-@pytest.mark.parametrize("law", [wrong_area, gaps, overlaps], ids=lambda law: law.__name__)
+@pytest.mark.parametrize(
+    "law", [wrong_area, gaps, overlaps, kerbs_in_the_way], ids=lambda law: law.__name__
+)
 def test_roads_keep_the_laws_of_surfaces(town, law, request):
     expect(request, law.__name__, town.number)
     faults = list(law(town.drawn))

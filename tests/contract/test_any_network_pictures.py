@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from any_network.known import expect
-from any_network.laws import before_camera, standing_on_roads
+from any_network.laws import before_camera, blocked_ways, standing_on_roads
 from any_network.programs import why_missing
 from any_network.proposed import Pose, badly_placed, filled, lonely, poses_of
 from any_network.towns import PICTURED, Town, made_town, name_of
@@ -63,6 +63,7 @@ def built(
 def test_nothing_stands_where_vehicles_drive(built, request):
     expect(request, "standing_on_roads", built.town.number)
     faults = list(standing_on_roads(built.town.drawn, built.static))
+    faults += blocked_ways(built.town.drawn, built.static)
     assert not faults, "\n".join(faults[:20])
 
 

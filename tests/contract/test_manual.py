@@ -66,6 +66,24 @@ def test_contributing_names_places_that_are_there() -> None:
     assert not missing
 
 
+def test_contributing_names_what_is_defined_in_its_row() -> None:
+    """A class or table stands in a file or folder that the same row opens."""
+    rows = [row for row in text_of(ROOT / "CONTRIBUTING.md").splitlines() if row.startswith("| ")]
+    named = [(row, name) for row in rows for name in re.findall(r"`([A-Z]\w+)`", row)]
+    assert len(named) >= 7
+    for row, name in named:
+        places = [root / each for each in opened_by(row) for root in (PACKAGE, ROOT)]
+        files = [file for place in places for file in (place, *place.glob("*.py"))]
+        texts = (text_of(file) for file in files if file.is_file())
+        defined = re.compile(rf"^(class )?{name}\b( =|:|\()", re.M)
+        assert any(defined.search(text) for text in texts), f"{name}: {row}"
+
+
+def opened_by(row: str) -> list[str]:
+    """Files and folders that a row of the table names."""
+    return [name for quoted in re.findall(r"`([a-z_/{},.]+)`", row) for name in spread(quoted)]
+
+
 def test_pages_that_the_code_cites_are_there() -> None:
     for path in PACKAGE.rglob("*.py"):
         for name in re.findall(r"\bdocs/[\w/.]+\.md", path.read_text(encoding="utf-8")):

@@ -15,6 +15,7 @@ from any_network.laws import (
     before_camera,
     floating_users,
     gaps,
+    kerbs_in_the_way,
     overlaps,
     standing_on_roads,
     wrong_area,
@@ -43,6 +44,7 @@ LAWS = {
     "wrong_area": lambda town: wrong_area(town.drawn),
     "gaps": lambda town: gaps(town.drawn),
     "overlaps": lambda town: overlaps(town.drawn),
+    "kerbs_in_the_way": lambda town: kerbs_in_the_way(town.drawn),
     "floating_users": lambda town: floating_users(town.drawn, town.scenario),
     "wrong_heads": lambda town: wrong_heads(
         town.scenario.network,
@@ -147,6 +149,48 @@ def test_missing_and_doubled_heads_are_seen(road):
     assert not list(wrong_heads(network, signals))
     for heads in (signals.heads[1:], (*signals.heads, signals.heads[0])):
         assert list(wrong_heads(network, replace(signals, heads=heads)))
+
+
+def across(*ways, walks="8,-20 8,20") -> str:
+    """A road of some lanes through a junction 16 m long, and a footway across it, as XML."""
+    normal, inner, links = [], [], []
+    for number, y in enumerate(ways):
+        for edge, lane, line in (
+            ("w", f"w_{number}", f"-90,{y} 0,{y}"),
+            (":j_0", f":j_0_{number}", f"0,{y} 16,{y}"),
+            ("e", f"e_{number}", f"16,{y} 90,{y}"),
+        ):
+            text = f'<lane id="{lane}" index="{number}" disallow="pedestrian" shape="{line}"/>'
+            (inner if edge == ":j_0" else normal).append((edge, text))
+        links.append(
+            f'<connection from="w" to="e" fromLane="{number}" toLane="{number}"'
+            f' via=":j_0_{number}" dir="s" state="M"/>'
+        )
+    lanes = {key: "".join(t for edge, t in normal if edge == key) for key in ("w", "e")}
+    within = "".join(text for _, text in inner)
+    into, through = (" ".join(f"{key}_{k}" for k in range(len(ways))) for key in ("w", ":j_0"))
+    return f"""<net version="1.20"><location netOffset="0,0" convBoundary="-90,-20,90,20"
+ origBoundary="-90,-20,90,20" projParameter="!"/>
+<edge id=":j_0" function="internal">{within}</edge>
+<edge id="w" from="a" to="j">{lanes["w"]}</edge><edge id="e" from="j" to="b">{lanes["e"]}</edge>
+<edge id="f" from="c" to="d"><lane id="f_0" index="0" allow="pedestrian" width="2"
+ shape="{walks}"/></edge>
+<junction id="a" type="dead_end" x="-90" y="0" incLanes="" shape=""/>
+<junction id="j" type="priority" x="8" y="0" incLanes="{into}"
+ intLanes="{through}" shape="0,-6 16,-6 16,6 0,6"/>
+<junction id="b" type="dead_end" x="90" y="0" incLanes="" shape=""/>
+{"".join(links)}</net>"""
+
+
+@pytest.mark.parametrize("ways", [(0.0,), (-3.2, 0.0, 3.2), (-3.0, 0.1, 3.3)])
+def test_a_footway_across_a_junction_leaves_no_crumbs(tmp_path, ways):
+    path = tmp_path / "net.net.xml"
+    path.write_text(across(*ways), encoding="utf-8")
+    network = read_network(path)
+    drawn = Drawn(network, layout_roads(network, RoadSettings()))
+    for law in (kerbs_in_the_way, gaps, overlaps):
+        assert not list(law(drawn))
+    assert len(drawn.layout.raised) == 2
 
 
 @pytest.mark.parametrize(

@@ -197,9 +197,8 @@ def road_style(name: str, network: Network) -> RoadStyle:
 
 
 def _in_north_america(location: Location) -> bool:
-    """Whether the middle of a network with known coordinates lies there."""
-    if location.projection == "!":
+    """Whether a network whose place is known lies there."""
+    if location.place is None:
         return False
-    west, south, east, north = location.geo_boundary
-    x, y = 0.5 * (west + east), 0.5 * (south + north)
+    y, x = location.place
     return any(w <= x <= e and s <= y <= n for w, s, e, n in _STATES)

@@ -79,7 +79,7 @@ class FrameFront:
         return np.asarray(steps[np.clip(index, 0, len(steps) - 1)])
 
 
-@register("paper", heads=True)
+@register("paper", heads=True, blur=(POSITION_FRAMES + HEADING_FRAMES) / 2 / FRAME_RATE, raw=True)
 def paper(samples: LoggedSamples, setting: Setting) -> Front:
     """Smooth as the founding paper does."""
     del setting  # the paper uses positions and angles only

@@ -22,6 +22,8 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.motion.alignment import aligned, calmed, leeway, room_on_the_spot, turning_room
+from sumo3dviz_pt.motion.curves import Hermite, monotone_slopes
 from sumo3dviz_pt.motion.samples import (
     LoggedSamples,
     PiecewiseLinear,
@@ -48,7 +50,10 @@ LARGEST_CRAB = np.pi / 3
 """Largest angle between velocity and SUMO's angle at which the velocity leads [rad]."""
 
 HEADING_STEP = 0.02
-"""Headings are known at multiples of this time, and at both ends of a piece [s]."""
+"""Directions are taken at multiples of this time, and at both ends of a piece [s]."""
+
+SHOWN_STEP = 0.1
+"""Averaged headings are known at multiples of this time, and at both ends of a piece [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,14 +64,14 @@ class SmoothFront:
         origin: Position that is subtracted from all others to keep their digits, (3,) [m].
         path: x, y and SUMO's unwrapped yaw, (n, 3).
         rise: z and slope, (n, 2).
-        heading: Unwrapped yaw before its averaging, (m, 1) [rad].
+        heading: Yaw over time [rad].
         remarks: What was noticed.
     """
 
     origin: Floats
     path: PiecewiseLinear
     rise: PiecewiseLinear
-    heading: PiecewiseLinear
+    heading: Hermite
     remarks: tuple[Remark, ...] = ()
 
     @property
@@ -83,25 +88,40 @@ class SmoothFront:
         """Return where the front is at times within [begin, end], (n,) [s]."""
         path, rates = self.path.average(times, half_width=POSITION_HALF_WIDTH)
         rise, climbs = self.rise.average(times, half_width=HEIGHT_HALF_WIDTH)
-        yaws, _ = self.heading.average(times, half_width=HEADING_HALF_WIDTH)
         return FrontMotion(
             np.column_stack([path[:, :2], rise[:, 0]]) + self.origin,
             np.linalg.norm(np.column_stack([rates[:, :2], climbs[:, 0]]), axis=1),
-            yaws[:, 0],
+            self.heading.at(times)[0],
             rise[:, 1],
         )
 
 
-@register("paper_symmetric", heads=True)
+@register("paper_symmetric", heads=True, blur=POSITION_HALF_WIDTH + HEADING_HALF_WIDTH)
 def paper_symmetric(samples: LoggedSamples, setting: Setting) -> Front:
     """Smooth in continuous time, with exact ends."""
-    del setting  # the paper uses positions and angles only
     origin = samples.positions[0]
     place = samples.positions - origin
     path = PiecewiseLinear.through(samples.times, np.column_stack([place[:, :2], samples.yaws]))
     rise = PiecewiseLinear.through(samples.times, np.column_stack([place[:, 2], samples.slopes]))
-    knots = absolute_times(float(samples.times[0]), float(samples.times[-1]), step=HEADING_STEP)
-    return SmoothFront(origin, path, rise, PiecewiseLinear.through(knots, _headings(path, knots)))
+    return SmoothFront(origin, path, rise, _heading(path, samples, setting))
+
+
+def _heading(path: PiecewiseLinear, samples: LoggedSamples, setting: Setting) -> Hermite:
+    """Return the averaged heading, near the log's angles and turned only as the body drives."""
+    begin, end = float(samples.times[0]), float(samples.times[-1])
+    knots = absolute_times(begin, end, step=HEADING_STEP)
+    raw = PiecewiseLinear.through(knots, _headings(path, knots))
+    shown = absolute_times(begin, end, step=SHOWN_STEP)
+    yaws = raw.average(shown, half_width=HEADING_HALF_WIDTH)[0][:, 0]
+    if setting.kind == "person":
+        room = room_on_the_spot(shown, samples)
+    else:
+        places = path.average(shown, half_width=POSITION_HALF_WIDTH)[0][:, :2]
+        ways = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        room = turning_room(shown, np.concatenate([[0.0], np.cumsum(ways)]), setting.length)
+    near = leeway(shown, yaws, samples)
+    calm = calmed(room, aligned(yaws, near), near)
+    return Hermite(shown, calm, monotone_slopes(shown, calm))
 
 
 def _headings(path: PiecewiseLinear, times: Floats) -> Floats:

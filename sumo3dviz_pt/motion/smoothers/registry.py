@@ -20,21 +20,27 @@ class Smoother:
     Attributes:
         make: The function that makes the motion.
         heads: Whether it has its own rule for headings; else bodies follow their fronts.
+        blur: Time over which it averages to each side [s].
+        raw: Whether it takes samples as they are, also where a road user wiggles at rest.
     """
 
     make: Make
     heads: bool = False
+    blur: float = 0.0
+    raw: bool = False
 
 
 SMOOTHERS: dict[str, Smoother] = {}
 """Smoothers by the name that users choose; filled at import, only read afterwards."""
 
 
-def register(name: str, *, heads: bool = False) -> Callable[[Make], Make]:
-    """Register a smoother under the name that users choose."""
+def register(
+    name: str, *, heads: bool = False, blur: float = 0.0, raw: bool = False
+) -> Callable[[Make], Make]:
+    """Register a smoother under the name that users choose; see `Smoother`."""
 
     def enter(make: Make) -> Make:
-        SMOOTHERS[name] = Smoother(make, heads)
+        SMOOTHERS[name] = Smoother(make, heads, blur, raw)
         return make
 
     return enter

@@ -1,4 +1,4 @@
-"""Says what `render` would do, without reading the simulation or rendering anything."""
+"""Says what `render` would do, without building or rendering anything; the log is read."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, numbered
-from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.production import Request, check_window, within_log
+from sumo3dviz_pt.pipeline.progress.conditions import film_cost, forecast_factor
 from sumo3dviz_pt.pipeline.progress.costs import (
     TYPICAL_TRIANGLES,
     Cost,
-    cost_of,
     space_in_words,
     time_in_words,
 )
+from sumo3dviz_pt.pipeline.progress.room import lacking
+from sumo3dviz_pt.pipeline.reading import read_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 
@@ -64,10 +66,11 @@ class Plan:
             f" {in_short(self.pace.fps)} a second, {self.quality}",
             f"  there   {self.stored} of these frames in {frames_folder(self.path)};"
             f" the film {'exists' if self.film_exists else 'does not exist'}",
-            f"  cost    about {cost.cpu_hours:.2g} CPU-hours, {time_in_words(cost.wall_seconds)}"
-            f" here, {space_in_words(cost.memory_mb)} of memory,"
+            f"  cost    about {time_in_words(3600 * cost.cpu_hours)} of CPU time,"
+            f" {time_in_words(cost.wall_seconds)} here, {space_in_words(cost.memory_mb)} of memory,"
             f" {space_in_words(cost.frames_mb)} of frames, {space_in_words(cost.film_mb)} of film",
         ]
+        lines += [f"  note    {what}" for what in lacking(cost, self.path)]
         for name, value in self.wish.items():
             lines.append(f"  pilot   chooses other samples than the preset's: {name} {value:g}")
         return "\n".join(lines)
@@ -91,16 +94,20 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
     check_rides(job, order, shots)
     for shot, path in shots:
         pace = order.pace(job, shot)
-        count = len(pace.times(shot))
+        times = pace.times(shot)
+        # A film ends where the log does.
+        _, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]))
+        check_window(scenario, times)
+        count = len(within_log(scenario, times))
         wanted = wanted_frames(order.frames, count)
         folder = frames_folder(path)
         film = numbered(path, wanted.start) if is_sequence(path) else path
-        cost = cost_of(
+        cost = film_cost(
             quality_preset(applied.quality, spp=request.spp, together=count > 1),
-            size=applied.output.size,
+            applied.output,
             triangles=TYPICAL_TRIANGLES,
             frames=len(wanted),
-            half=applied.output.half,
+            factor=forecast_factor(applied, scenario.network.location),
         )
         found.append(
             Plan(

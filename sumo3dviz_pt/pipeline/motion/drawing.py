@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import find_trajectory
+from sumo3dviz_pt.cast.finding import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Bools, Floats

@@ -63,6 +63,9 @@ _LAYERS: Mapping[LayerName, tuple[float, float]] = MappingProxyType(
     }
 )
 
+_DAYS = 3
+"""From so many on, days are told instead of hours."""
+
 TYPICAL_TRIANGLES = 1_400_000
 """Triangles of a shot of which no more is known."""
 
@@ -257,12 +260,18 @@ def _rounded(value: float) -> float:
 
 
 def time_in_words(seconds: float) -> str:
-    """Return a length of time as people say it."""
+    """Return a length of time as people say it: 45 s, 12 min, 5 h 20 min, 13 days."""
     if seconds < 90:
         return f"{seconds:.0f} s"
-    if seconds < 90 * 60:
-        return f"{seconds / 60:.0f} min"
-    return f"{seconds / 3600:.1f} h"
+    minutes = round(seconds / 60)
+    if minutes < 90:
+        return f"{minutes} min"
+    if minutes < _DAYS * 24 * 60:
+        # Minutes beside many hours are more than anybody knows.
+        minutes = 10 * round(minutes / 10) if minutes < 600 else 60 * round(minutes / 60)
+        hours, rest = divmod(minutes, 60)
+        return f"{hours} h {rest} min" if rest else f"{hours} h"
+    return f"{minutes / 60 / 24:,.0f} days"
 
 
 def space_in_words(megabytes: float) -> str:

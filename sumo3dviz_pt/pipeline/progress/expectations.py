@@ -25,6 +25,10 @@ _READ, _READ_PER_MB = 0.5, 0.07
 _BUILD, _BUILD_PER_MB = 9.0, 20.0
 """Building the scene [s]: always, and for each megabyte of the network."""
 
+_REACHED, _LATER = 1.5, 4.0
+"""Of a larger network cameras reach no more than so many megabytes; and what each further shot of
+a report takes, since shots near each other share what is built [s]."""
+
 _OPEN = 2.5
 """Giving the scene to the renderer [s]."""
 
@@ -93,8 +97,9 @@ def building_steps(job: Job, *, shots: int = 1) -> tuple[WorkStep, ...]:
     """
     files = scenario_files(job)
     read = _READ + _READ_PER_MB * _megabytes(files.trajectories)
-    build = _BUILD + _BUILD_PER_MB * _megabytes([files.network])
-    return shots * (WorkStep(Doing.READ, read), WorkStep(Doing.BUILD, build))
+    build = _BUILD + _BUILD_PER_MB * min(_megabytes([files.network]), _REACHED)
+    later = (WorkStep(Doing.READ, _READ), WorkStep(Doing.BUILD, _LATER))
+    return (WorkStep(Doing.READ, read), WorkStep(Doing.BUILD, build), *(shots - 1) * later)
 
 
 def opening_steps(job: Job) -> tuple[WorkStep, ...]:

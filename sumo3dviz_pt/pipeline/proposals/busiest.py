@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.network import Edge, Junction, Network
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 
 NEAR = 45.0
@@ -23,6 +25,10 @@ _VARIETY = 0.12  # what each further kind of road user adds
 _LONG, _SHORT = 12.0, 4.0  # distances by which a vehicle and a person on foot count as moving [m]
 _ON_FOOT = 0.6  # share by which a person on foot counts beside a vehicle
 _LEAST_ARMS = 3
+_CRUMB = 15.0  # edges shorter than this join the pieces of one crossing [m]
+_WIDEST = 70.0  # of a crossing [m]
+_ONE_LINE = 0.93  # how much of the traffic leads along one line where roads do not cross
+_ON_FEET = frozenset({"pedestrian", "wheelchair"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +75,8 @@ def busiest(
             rows[start] = movement.during(start, stop)
         there = rows[start]
         middle, junction = _snapped(place, crossings)
+        if junction and not _crosses(there.near(middle, _SNAP)):
+            middle, junction = place, ""
         value, movers = _worth(there.near(middle, NEAR))
         value *= _AT_JUNCTION if junction else 1.0
         if best is None or value > best[0] * (1.0 + 1e-9):
@@ -140,26 +148,84 @@ def _worth(there: Movement) -> tuple[float, int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Crossings:
-    """Junctions at which roads meet."""
+    """Places at which roads meet; junctions that short edges join are one.
+
+    Attributes:
+        ids: Of the largest junction of each.
+        places: Their middles, (n, 3) [m].
+    """
 
     ids: tuple[str, ...]
     places: Floats
 
 
 def _crossings(network: Network) -> _Crossings:
-    """Junctions with three arms or more."""
+    """Crossings with three arms or more, each of them a road and no crumb between junctions."""
+    roads = [edge for edge in network.edges.values() if _is_road(edge, network)]
+    whole = _joined([edge for edge in roads if edge.lanes[0].length < _CRUMB], network)
     arms: dict[str, set[str]] = {}
-    for edge in network.edges.values():
-        if edge.function == "normal":
-            arms.setdefault(edge.from_junction, set()).add(edge.to_junction)
-            arms.setdefault(edge.to_junction, set()).add(edge.from_junction)
-    ids = [
-        name
-        for name, junction in sorted(network.junctions.items())
-        if len(arms.get(name, ())) >= _LEAST_ARMS and junction.type != "internal"
-    ]
-    places = np.array([network.junctions[name].position for name in ids]).reshape(-1, 3)
-    return _Crossings(tuple(ids), places)
+    for edge in roads:
+        ends = [whole.get(name, name) for name in (edge.from_junction, edge.to_junction)]
+        if edge.lanes[0].length >= _CRUMB:
+            arms.setdefault(ends[0], set()).add(ends[1])
+            arms.setdefault(ends[1], set()).add(ends[0])
+    pieces: dict[str, list[Junction]] = {}
+    for name, junction in sorted(network.junctions.items()):
+        if junction.type != "internal":
+            pieces.setdefault(whole.get(name, name), []).append(junction)
+    real = [some for name, some in pieces.items() if len(arms.get(name, ())) >= _LEAST_ARMS]
+    ids = tuple(max((_area(k), k.id) for k in some)[1] for some in real)
+    places = [np.mean([_middle(k) for k in some], axis=0) for some in real]
+    return _Crossings(ids, np.array(places).reshape(-1, 3))
+
+
+def _is_road(edge: Edge, network: Network) -> bool:
+    """Whether something drives along an edge between two junctions that are there."""
+    ends = {edge.from_junction, edge.to_junction}
+    drives = any(lane.allowed - _ON_FEET for lane in edge.lanes)
+    return edge.function == "normal" and drives and ends <= network.junctions.keys()
+
+
+def _joined(crumbs: Sequence[Edge], network: Network) -> dict[str, str]:
+    """The name of the crossing that each junction at a crumb belongs to.
+
+    Crumbs in a row that lead farther than a crossing is wide join nothing.
+    """
+    groups: dict[str, set[str]] = {}
+    for edge in crumbs:
+        both = (edge.from_junction, edge.to_junction)
+        joint = {*both}.union(*(groups.get(name, ()) for name in both))
+        groups |= dict.fromkeys(joint, joint)
+    found = {}
+    for name, group in groups.items():
+        spots = np.array([network.junctions[k].position[:2] for k in group])
+        if float(np.ptp(spots, axis=0).max()) <= _WIDEST:
+            found[name] = min(group)
+    return found
+
+
+def _area(junction: Junction) -> float:
+    """Of a junction's outline [m2]; 0 without one."""
+    shape = junction.outline[:, :2]
+    return float(shapely.Polygon(shape).area) if len(shape) > 2 else 0.0
+
+
+def _middle(junction: Junction) -> Floats:
+    """The middle of a junction's outline, or where the network puts it, (3,) [m]."""
+    if len(junction.outline) < 3:
+        return junction.position
+    low, high = junction.outline.min(axis=0), junction.outline.max(axis=0)
+    return np.array([*(0.5 * (low + high))[:2], junction.position[2]])
+
+
+def _crosses(there: Movement) -> bool:
+    """Whether traffic at a place leads in several directions, not only to and fro."""
+    weight = there.driven
+    if weight.sum() <= 0.0:
+        return False
+    # Opposite directions are one line.
+    along = np.abs(np.sum(weight * np.exp(2j * there.yaws))) / weight.sum()
+    return bool(along < _ONE_LINE)
 
 
 def _snapped(place: Floats, crossings: _Crossings) -> tuple[Floats, str]:

@@ -24,6 +24,8 @@ _FARTHEST = 60.0  # what stands beyond this on an axis is small [m]
 _LIVELY = 0.6  # share of the time in which somebody is in view
 _LEAST_FREE = 0.6  # share of the picture that nothing near fills
 _CLUTTER = 12.0  # how much a share of the picture that poles fill spoils it
+_AGAINST = 0.5  # cosine of the angle in plan within which the sun is in front
+_HIGH = 0.87  # and the sine of its height above which it blinds nobody
 _RASTER = np.array([(x, y) for y in (-0.7, -0.25, 0.25, 0.6) for x in (-0.8, -0.4, 0.0, 0.4, 0.8)])
 RATIO = 9.0 / 16.0
 """Height / width of pictures."""
@@ -95,6 +97,19 @@ def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | N
         flat = unit(forwards[:, :2]) @ (sun[:2] / max(float(np.hypot(*sun[:2])), 1e-9))
         value *= 1.0 - 0.35 * np.maximum(flat, 0.0)
     return value
+
+
+def against(poses: Poses, sun: Floats | None) -> Bools:
+    """Return which poses look against the sun, (n,).
+
+    Args:
+        poses: n of them.
+        sun: Unit vector to the sun, (3,), or None; one high above blinds nobody.
+    """
+    if sun is None or not 0.0 < sun[2] < _HIGH:
+        return np.zeros(len(poses.eyes), dtype=np.bool_)
+    ahead = unit((poses.aims - poses.eyes)[:, :2])
+    return np.asarray(ahead @ sun[:2] > _AGAINST * float(np.hypot(*sun[:2])))
 
 
 def _seen(poses: Poses, forwards: Floats, subjects: Subjects, around: Outdoors) -> Floats:

@@ -75,7 +75,7 @@ def scene_text(
         f"quality: {default('quality')}               # one of"
         f" {', '.join(catalog.template_names('quality'))}",
         "# sky: {preset: sky_blue}       # or:",
-        '# sky: {sun: {date: 2026-06-21, time: "17:30", place: [52.5, 13.4]}}',
+        f'# sky: {{sun: {{date: 2026-06-21, time: "17:30", place: {_here(scenario)}}}}}',
         "# ground: {texture: ground_grass}",
         *type_lines(scenario.guesses),
         *_place_lines(proposal.found),
@@ -89,6 +89,12 @@ def scene_text(
         f"output: {{size: {list(default('output.size'))}, fps: {default('output.fps')}}}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _here(scenario: Scenario) -> str:
+    """Return the network's latitude and longitude as YAML, or Berlin's where it has none."""
+    latitude, longitude = scenario.network.location.place or (52.5, 13.4)
+    return f"[{latitude:.6g}, {longitude:.6g}]"
 
 
 def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:

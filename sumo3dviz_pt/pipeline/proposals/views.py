@@ -15,11 +15,13 @@ from sumo3dviz_pt.pipeline.proposals.busiest import Busiest
 from sumo3dviz_pt.pipeline.proposals.eyes import (
     Poses,
     Subjects,
+    against,
     best_of,
     rated,
     ring,
     subjects_of,
 )
+from sumo3dviz_pt.pipeline.proposals.meetings import shows_none
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors
 from sumo3dviz_pt.pipeline.proposals.passers import crowded, not_looming, unblocked
@@ -81,6 +83,7 @@ class Scouting:
         around: What stands there.
         sun: Unit vector to the sun, (3,), or None.
         types: Vehicle types by id.
+        meetings: Where roads cross at one height without a junction, (n, 3) [m].
     """
 
     found: Busiest
@@ -88,6 +91,7 @@ class Scouting:
     around: Outdoors
     sun: Floats | None
     types: Mapping[str, VehicleType] = field(default_factory=dict)
+    meetings: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
     def subjects(self) -> Subjects:
@@ -103,6 +107,7 @@ class Scouting:
         """
         above = poses.eyes[:, 2] - self.around.ground(poses.eyes)
         usable = (above >= _CLEAR) & ~self.around.within(poses.eyes, margin=margin)
+        usable &= shows_none(poses, self.meetings)
         some = Poses(poses.eyes[usable], poses.aims[usable], poses.fov, poses.focus)
         values = np.zeros(len(usable))
         values[usable] = rated(some, self.subjects, self.around, sun=self.sun)
@@ -132,7 +137,10 @@ def overview(scouting: Scouting) -> Stand:
 
 
 def corner(scouting: Scouting) -> Stand | None:
-    """Return a camera at the height of people beside the road, or None without room for it."""
+    """Return a camera at the height of people beside the road, or None without room for it.
+
+    It never looks against the sun.
+    """
     place = scouting.found.place
     spots = ring(place, azimuths=_azimuths("corner", 36), distances=_AWAY)
     near = scouting.around.off_road(spots) < _BESIDE
@@ -149,7 +157,7 @@ def corner(scouting: Scouting) -> Stand | None:
     aims[:, 2] = np.maximum(place[2] + 1.0, 0.75 * (eyes[:, 2] - place[2]) + place[2] - 0.3)
     poses = Poses(eyes, aims, _CORNER_FOV, focus=12.0)
     values = scouting.rated(poses, margin=1.2) * factors
-    values *= unblocked(poses, scouting.movement)
+    values *= unblocked(poses, scouting.movement) * ~against(poses, scouting.sun)
     values *= ~(crowded(eyes, scouting.movement) & (factors == 1.0))
     chosen = best_of(values)
     return None if chosen is None else Stand(eyes[chosen], aims[chosen], _CORNER_FOV)

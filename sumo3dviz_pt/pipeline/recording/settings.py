@@ -7,6 +7,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.pipeline.recording.files import SumoSettings
+from sumo3dviz_pt.sumo.outputs import replaced
 from sumo3dviz_pt.sumo.stream import read_elements, root_of
 from sumo3dviz_pt.sumo.survey import CONFIGURATION_ROOTS
 
@@ -62,7 +63,7 @@ def _options(path: Path) -> Mapping[str, str]:
 
 def _files(path: Path, names: str) -> tuple[Path, ...]:
     """Return files that a configuration names, which are relative to itself."""
-    return tuple(path.parent / name.strip() for name in names.split(",") if name.strip())
+    return tuple(path.parent / replaced(name.strip()) for name in names.split(",") if name.strip())
 
 
 def _seconds(path: Path, given: Mapping[str, str], name: str) -> float | None:

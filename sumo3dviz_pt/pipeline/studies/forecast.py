@@ -64,7 +64,7 @@ class Forecast:
             return ", ".join(["nothing to render", *then])
         layers = [f"{space_in_words(self.layers_mb)} of layers"] if self.layers_mb else []
         parts = [
-            f"about {self.cpu_hours:.2g} CPU-hours",
+            f"about {time_in_words(3600 * self.cpu_hours)} of CPU time",
             f"{time_in_words(self.wall_seconds)} here",
             f"{space_in_words(self.memory_mb)} of memory",
             f"{space_in_words(self.frames_mb)} of frames",

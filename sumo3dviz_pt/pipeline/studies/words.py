@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from sumo3dviz_pt.pipeline.progress.costs import time_in_words
 from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import finished_films
@@ -60,7 +61,11 @@ def _film(stimulus: Stimulus, *, there: bool) -> str:
     """Return a row about a film."""
     width, height = stimulus.job.output.size
     shot = f"{stimulus.shot.camera} {stimulus.shot.start:g} to {stimulus.shot.end:g} s"
-    work = "is there" if there else f"about {cost_of_film(stimulus).cpu_hours:.2g} CPU-hours"
+    work = (
+        "is there"
+        if there
+        else f"about {time_in_words(3600 * cost_of_film(stimulus).cpu_hours)} of CPU time"
+    )
     return (
         f"  {stimulus.name:<32} {shot}, {frames_of(stimulus)} frames, {width}x{height},"
         f" {stimulus.job.quality}; {work}"

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Transform
-from sumo3dviz_pt.model.lamps import Beam, VehicleLamp
-from sumo3dviz_pt.model.scene import FrameState, SceneData, View
+from sumo3dviz_pt.model.lamps import Beam
+from sumo3dviz_pt.model.scene import FrameState, Prototype, SceneData, View
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.lights.picks import share_of
@@ -24,6 +24,7 @@ BEAM_END = 130.0
 _FADE = 0.25
 """Share of that distance over which they fade."""
 
+_BEFORE = 0.02  # from the foremost point of a body to where its beam starts [m]
 _LAMP_HEIGHT = 0.7  # of head lamps over the road, about [m]
 
 _BEAM_FLUX = 640.0
@@ -68,7 +69,7 @@ class Beams:
     def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
         self.beam, self._power = beam, heads
         self.placed: dict[str, tuple[Floats, Floats]] = {}
-        places = {name: _between(some.lamps) for name, some in scene.prototypes.items()}
+        places = {name: lamp_place(some) for name, some in scene.prototypes.items()}
         self._heads = {name: place for name, place in places.items() if place is not None}
         slots = (scene.slots.detailed, scene.slots.far)
         room = sum(some.get(name, 0) for some in slots for name in self._heads)
@@ -181,10 +182,16 @@ def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
     return Transform(matrix)
 
 
-def _between(lamps: Sequence[VehicleLamp]) -> tuple[float, float, float] | None:
-    """Return the place midway between a body's head lamps, just before them, or None [m]."""
-    heads = np.array([lamp.at for lamp in lamps if lamp.role == "head"]).reshape(-1, 3)
+def lamp_place(body: Prototype) -> tuple[float, float, float] | None:
+    """Return where a body's beam starts, or None where it has no head lamps [m].
+
+    It lies midway between the lamps, ahead of whatever sticks out farthest: a round nose reaches
+    farther than the lamps at its sides and would throw a shadow on the road.
+    """
+    heads = np.array([lamp.at for lamp in body.lamps if lamp.role == "head"]).reshape(-1, 3)
     if not len(heads):
         return None
     x, y, z = heads.mean(axis=0)
-    return float(x) + 0.05, float(y), float(z)
+    meshes = [part.mesh for part in (*body.parts, *body.far) if len(part.mesh.vertices)]
+    nose = max([float(x), *(float(mesh.vertices[:, 0].max()) for mesh in meshes)])
+    return nose + _BEFORE, float(y), float(z)

@@ -29,10 +29,13 @@ from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
 from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
+from sumo3dviz_pt.shot.cameras.eyes import clear_eye
 from sumo3dviz_pt.shot.cameras.lenses import lens_of
 from sumo3dviz_pt.shot.falling.windscreen import pane_of
 
 _LAG_SAMPLES = 49
+_ON_BODY = frozenset({"eye", "bonnet"})
+"""Anchors that lie in or on the body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +64,11 @@ class RidingView:
     lag: float = 0.0
     cutaway: bool = False
     heading_deg: float = 0.0
+
+    @property
+    def looks_out(self) -> bool:
+        """Whether the whole own body is drawn, and the eye is in or on it."""
+        return not self.cutaway and self.anchor in _ON_BODY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,6 +223,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     eye = anchor + np.array(preset.offset)
     if settings.eye_height is not None:
         eye[2] = settings.eye_height
+    if preset.looks_out:
+        eye = clear_eye(eye, body)
     # Aim it; the scene file's angles win over the preset's.
     aim = _aim(preset, anchor, eye=eye)
     pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))

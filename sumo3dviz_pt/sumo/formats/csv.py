@@ -13,6 +13,7 @@ from itertools import islice
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.formats.format import Cells
 from sumo3dviz_pt.sumo.formats.table import Block, Header, TableFormat, header_of
 from sumo3dviz_pt.sumo.stream import TruncatedError, unpacked
@@ -29,6 +30,9 @@ _NUMBERS = {"z": "0", "slope": "0", "speed": "nan", "pos": "nan", "signals": "-1
 
 _PART = 1 << 16
 """Number of bytes that are cut into cells at once."""
+
+_LONGEST = 1 << 20
+"""Longest line that is read [bytes]."""
 
 _PEEK = 20
 """Number of blocks in which a lane must be named."""
@@ -77,6 +81,9 @@ class CsvFormat(TableFormat):
                 data = rest + chunk
                 whole = data.rfind(b"\n") + 1
                 rest = data[whole:]
+                if len(rest) > _LONGEST:
+                    message = "the line is longer than 1 MB; no vehicle log has such lines"
+                    raise InputError(message, file=file, line=line + data.count(b"\n", 0, whole))
                 for part in _parts(data, whole):
                     yield from _blocks(part, way, file, line)
                     line += part.count(b"\n")
@@ -91,7 +98,7 @@ class CsvFormat(TableFormat):
 def _way(file: Path) -> _Way | None:
     """Return how a file is written, or None if it is no table with a header."""
     try:
-        with file.open("rb") as stream:
+        with open_plain(file) as stream:
             head = stream.read(_HEAD)
         if head.startswith(b"\x1f\x8b"):
             with gzip.open(file, "rb") as packed:
@@ -99,7 +106,7 @@ def _way(file: Path) -> _Way | None:
         if not _FIRST.match(head) or b"\0" in head:
             return None
         line = head.split(b"\n")[0].decode().rstrip("\r")
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError):
+    except (OSError, EOFError, zlib.error, UnicodeDecodeError, InputError):
         return None
     found = _SEPARATOR.search(line.removeprefix(_MARK))
     separator = found[0] if found else ";"
@@ -112,8 +119,9 @@ def _known(file: Path) -> _Way:
     way = _way(file)
     if way is None or not way.header.is_log:
         raise InputError(
-            "its first line does not name the columns of a vehicle log (time, id, x, y, ...);"
-            " write it with --output.column-header plain",
+            "its first line does not name the columns of a vehicle log (time, id, x, y, ...); give"
+            " what sumo writes for --fcd-output (with --output.column-header plain), and none of"
+            " its other outputs",
             file=file,
         )
     return way

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 from sumo3dviz_pt.errors import InputError, MissingExtraError
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.formats.format import ATTRIBUTES, Cells
 from sumo3dviz_pt.sumo.formats.table import Block, Header, TableFormat, header_of
 from sumo3dviz_pt.sumo.stream import TruncatedError
@@ -32,7 +33,7 @@ class ParquetFormat(TableFormat):
         """Whether a file is Parquet with the columns of a log, judging without pyarrow."""
         try:
             footer = _footer(file)
-        except OSError:
+        except (OSError, InputError):
             return False
         if footer is None:
             return False
@@ -70,6 +71,7 @@ class ParquetFormat(TableFormat):
         ]
         line = 1
         arrow: Any = _arrow()
+        _check_types(parquet.schema_arrow, wanted, file)
         try:
             for batch in parquet.iter_batches(_BATCH, columns=wanted):
                 own = header_of(batch.schema.names).names
@@ -83,6 +85,15 @@ class ParquetFormat(TableFormat):
             raise InputError(
                 f"cannot be read ({error}); write it again", file=file, line=line
             ) from error
+
+
+def _check_types(schema: Any, wanted: list[str], file: Path) -> None:
+    """Refuse columns of lists and other things within things."""
+    for name in wanted:
+        kind = schema.field(name).type
+        if _arrow().types.is_nested(kind):
+            message = f"the column {name} holds {kind}, and should hold numbers or text"
+            raise InputError(message, file=file)
 
 
 def _cells(name: str, column: Any) -> Cells:
@@ -105,7 +116,7 @@ def _cells(name: str, column: Any) -> Cells:
 
 def _footer(file: Path) -> bytes | None:
     """Return the description of a Parquet file, empty if it is broken; None for other files."""
-    with file.open("rb") as stream:
+    with open_plain(file) as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
             return None
         size = stream.seek(0, 2)

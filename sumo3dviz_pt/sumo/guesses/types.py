@@ -45,8 +45,9 @@ class TypesOfUsers:
             name: SUMO's id of the road user.
             type_id: Its vType in the log, may be empty.
         """
-        if type_id in self.defined:
-            return self.defined[type_id]
+        for known in (f"{type_id}@{name}", type_id):
+            if known in self.defined:
+                return self.defined[known]
         if type_id in DEFAULT_TYPES:
             return default_vehicle_type(type_id, kind)
         vclass = self._class_of(kind, name, type_id)

@@ -13,7 +13,8 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.sumo.bounds import ANGLE, COORDINATE, HEIGHT, SIGNAL_BITS
 from sumo3dviz_pt.sumo.formats.format import Cells, Rows
-from sumo3dviz_pt.sumo.traces import COLUMNS, Key, RowsOfUsers
+from sumo3dviz_pt.sumo.traces import COLUMNS, Key, RowsOfUsers, user_key
+from sumo3dviz_pt.sumo.values import is_plain
 
 NEEDED = ("id", "x", "y", "angle")
 """Attributes that every row must have."""
@@ -64,8 +65,10 @@ class RowPacker:
         self._lanes = lanes
         self._lane_places: dict[Any, int] = {"": -1}
         self._users: dict[Key, int] = {}
+        self._keys: list[Key] = []
         self._tables: list[Floats] = []
         self._read = 0
+        self._nameless = False
         self._clear()
 
     def _clear(self) -> None:
@@ -123,7 +126,7 @@ class RowPacker:
             for name, place in _PLACES.items():
                 table[:, place] = self._column(name, float, _NUMBERS[name])
             table[:, 8] = self._column("signals", int, -1)
-            good = bool(_possible(table).all())
+            good = bool(_possible(table).all()) and not self._nameless
         except (ValueError, OverflowError):
             good = False
         added = self._added
@@ -136,16 +139,26 @@ class RowPacker:
     def forget_users(self) -> None:
         """Begin anew with empty rows, after someone else has taken them."""
         self._users.clear()
+        self._keys.clear()
 
     def _indices(self, keys: list[Key]) -> list[int]:
-        """Return the indices of road users; they and their rows are in order of appearance."""
+        """Return the indices of road users, under whichever type a row names them."""
         try:
             return list(map(self._users.__getitem__, keys))
         except KeyError:
             for key in keys:
-                self._users.setdefault(key, len(self._users))
-                self._rows.setdefault(key, array("d"))
+                if key not in self._users:
+                    self._users[key] = self._index(user_key(*key))
             return list(map(self._users.__getitem__, keys))
+
+    def _index(self, key: Key) -> int:
+        """Return the index of a road user, who may be new."""
+        if key not in self._users:
+            self._nameless = self._nameless or not key[1]
+            self._users[key] = len(self._keys)
+            self._keys.append(key)
+            self._rows.setdefault(key, array("d"))
+        return self._users[key]
 
     def _lane_indices(self, rows: Rows) -> list[int]:
         """Return the indices of lanes, or else of edges; -1 where a row has neither."""
@@ -175,7 +188,10 @@ class RowPacker:
             return np.full(every, missing)
         cells: list[Any] = []
         for rows in self._runs:
-            cells += rows.columns.get(name) or [missing] * rows.count
+            own = rows.columns.get(name)
+            if own and isinstance(own[0], str) and not is_plain("".join(own)):
+                raise ValueError(f"{name} is not written in digits")
+            cells += own or [missing] * rows.count
         if cells[0] == cells[-1] and cells.count(cells[0]) == every:
             return np.full(every, read(cells[0]))
         return np.fromiter(map(read, cells), np.float64, every)
@@ -190,10 +206,9 @@ class RowPacker:
         owners = table[:, -1].astype(np.int64)
         order = np.argsort(owners, kind="stable")
         owners, table = owners[order], table[order, :COLUMNS]
-        keys = list(self._users)
         starts = [0, *(np.flatnonzero(np.diff(owners)) + 1).tolist()]
         for start, end in zip(starts, [*starts[1:], len(owners)], strict=True):
-            self._rows[keys[owners[start]]].frombytes(table[start:end].tobytes())
+            self._rows[self._keys[owners[start]]].frombytes(table[start:end].tobytes())
 
 
 def _possible(table: Floats) -> Bools:

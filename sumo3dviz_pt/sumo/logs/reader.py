@@ -15,8 +15,8 @@ from sumo3dviz_pt.sumo.formats import ElementSink, format_of
 from sumo3dviz_pt.sumo.formats.format import KINDS, STEP, Rows
 from sumo3dviz_pt.sumo.logs.packing import NEEDED, BadRowsError, RowPacker
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError
-from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers
-from sumo3dviz_pt.sumo.values import parse_time
+from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers, user_key
+from sumo3dviz_pt.sumo.values import is_plain, parse_number, parse_time
 
 logger = logging.getLogger(__name__)
 
@@ -106,7 +106,7 @@ class LogReader(ElementSink):
     def _step(self, attributes: Mapping[str, str]) -> None:
         """Enter a time step and choose whether its rows are kept."""
         try:
-            time = float(attributes["time"])
+            time = parse_number(attributes["time"])
             time = parse_time(attributes["time"]) if not _OLDEST <= time <= _NEWEST else time
         except (KeyError, ValueError):
             time = self._odd_time(attributes)
@@ -160,19 +160,19 @@ class LogReader(ElementSink):
         self._flush()
         get = attributes.get
         try:
-            x, y = float(attributes["x"]), float(attributes["y"])
-            z = float(get("z", 0.0))
-            angle = float(attributes["angle"])
-            speed, slope = float(get("speed", nan)), float(get("slope", 0.0))
-            offset = float(get("pos", nan))
-            signals = int(get("signals", -1))
-            key = (tag, attributes["id"], get("type", ""))
+            x, y = parse_number(attributes["x"]), parse_number(attributes["y"])
+            z = parse_number(get("z", "0"))
+            angle = parse_number(attributes["angle"])
+            speed, slope = parse_number(get("speed", "nan")), parse_number(get("slope", "0"))
+            offset = parse_number(get("pos", "nan"))
+            signals = int(get("signals", "-1")) if is_plain(get("signals", "")) else -2
+            key = user_key(tag, attributes["id"], get("type", ""))
         except (KeyError, ValueError):
             self._refuse(tag, attributes)
         # Written so that NaN fails too.
         if not (-_FAR <= x <= _FAR and -_FAR <= y <= _FAR and -_HIGH <= z <= _HIGH):
             self._refuse(tag, attributes)
-        if not (-_TURN <= angle <= _TURN and -_TURN <= slope <= _TURN):
+        if not (key[1] and -_TURN <= angle <= _TURN and -_TURN <= slope <= _TURN):
             self._refuse(tag, attributes)
         if not -1 <= signals <= _BITS:
             self._refuse(tag, attributes)
@@ -204,6 +204,7 @@ class LogReader(ElementSink):
                     f'the attribute "{name}" is missing; log at least x,y,angle '
                     "(--fcd-output.attributes)"
                 )
+        element.text("id")
         for name, within in _RANGES.items():
             if element.number(name, 0.0) not in within:
                 break

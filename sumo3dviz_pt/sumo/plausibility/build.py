@@ -6,7 +6,11 @@ from collections import Counter
 
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import TrafficLog
-from sumo3dviz_pt.sumo.plausibility.movement import movement_findings, time_findings
+from sumo3dviz_pt.sumo.plausibility.movement import (
+    movement_findings,
+    stray_findings,
+    time_findings,
+)
 from sumo3dviz_pt.sumo.plausibility.places import place_findings
 from sumo3dviz_pt.sumo.plausibility.sample import Finding, sample_of
 
@@ -31,7 +35,9 @@ def findings(log: TrafficLog, network: Network) -> tuple[Finding, ...]:
     misplaced = place_findings(sample, log.lane_names, network)
     # Directions and speeds of misplaced vehicles follow from what is wrong with their places.
     found = misplaced or movement_findings(sample)
-    return found if any(each.about == "times" for each in found) else (*found, *time_findings(log))
+    if any(each.about in ("times", "leaps") for each in found):
+        return found
+    return (*found, *time_findings(log), *stray_findings(log))
 
 
 def _mesoscopic(log: TrafficLog, network: Network) -> bool:

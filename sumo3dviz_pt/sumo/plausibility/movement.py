@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, Trace, TrafficLog
 from sumo3dviz_pt.sumo.plausibility.places import LEAST
@@ -25,6 +26,9 @@ _RATIOS = (0.75, 1.33)
 
 _UNITS = {3.6: "km/h", 2.237: "mph", 3.281: "feet per second", 100.0: "cm/s"}
 """Units of speed by their number in 1 m/s."""
+
+_STRAY = 100.0
+"""How much longer a step must be than any vehicle can go in its time for a row to be astray [m]."""
 
 _COARSE = 2.0
 """Time between rows of a vehicle from which on its motion has to be guessed [s]."""
@@ -101,6 +105,43 @@ def _speeds(sample: LogSample) -> Finding | None:
         f"the column speed is typically {ratio:.3g} times the distance that is driven in a second:"
         f" {what}",
     )
+
+
+# Single rows -------------------------------------------------------------------------------
+
+
+def stray_findings(log: TrafficLog) -> tuple[Finding, ...]:
+    """Return which single rows lie far from the rows before and after them, if any do.
+
+    A vehicle that SUMO teleports does not come back, and is not meant.
+
+    Args:
+        log: The log.
+    """
+    found = [(trace, row) for trace in log.traces for row in _strays(trace)]
+    if not found:
+        return ()
+    trace, row = found[0]
+    away = float(np.linalg.norm(trace.positions[row, :2] - trace.positions[row - 1, :2]))
+    before, after = trace.times[row - 1], trace.times[row + 1]
+    rows, many = ("a row lies", "") if len(found) == 1 else (f"{len(found)} rows lie", "first ")
+    text = (
+        f'{rows} far from the rows before and after: {many}{trace.kind} "{cut(trace.id)}" at'
+        f" {trace.times[row]:g} s, {away:,.0f} m away, so it is not drawn from {before:g} to"
+        f" {after:g} s; mend the row, or write the log again"
+    )
+    return (Finding("strays", text),)
+
+
+def _strays(trace: Trace) -> list[int]:
+    """Return the rows to which and from which nobody can go, though past them one can."""
+    if len(trace.times) < 3:
+        return []
+    places, times = trace.positions[:, :2], trace.times
+    jumps = np.linalg.norm(np.diff(places, axis=0), axis=1) > _STRAY + FASTEST * np.diff(times)
+    past = np.linalg.norm(places[2:] - places[:-2], axis=1) <= FASTEST * (times[2:] - times[:-2])
+    strays: list[int] = (np.flatnonzero(jumps[:-1] & jumps[1:] & past) + 1).tolist()
+    return strays
 
 
 # Times -------------------------------------------------------------------------------------

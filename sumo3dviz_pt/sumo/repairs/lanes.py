@@ -131,7 +131,12 @@ class LaneEnds:
         return None if junction is None else from_point(junction.position)
 
 
-def from_point(point: Floats) -> Floats:
-    """Return a line of 1 cm from a point, (2, 3) [m], so that it has a direction."""
+def from_point(point: Floats, *, top: float | None = None) -> Floats:
+    """Return a line of 1 cm from a point, (2, 3) [m], so that it has a direction.
+
+    Args:
+        point: Where it begins, (3,) [m].
+        top: Height of its end [m]; default that of the point.
+    """
     x, y, z = point.tolist()
-    return np.array([[x, y, z], [x + SHORTEST, y, z]])
+    return np.array([[x, y, z], [x + SHORTEST, y, z if top is None else top]])

@@ -29,6 +29,9 @@ REACH = 600.0
 
 _TILE = 250.0  # tiles of roads, those of street furniture [m]
 _AROUND = 100.0  # what lies nearer than this is built in detail, whether it is seen or not [m]
+DETAILED = (_TILE, _AROUND)
+"""Side of the squares of which roads are built in detail, and how far beyond them [m]."""
+
 _CLIMB = 6.0  # metres that a camera sees farther for each metre that it stands higher
 _FARTHEST = 2000.0
 

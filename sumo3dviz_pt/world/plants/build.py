@@ -160,7 +160,7 @@ def is_fast(border: Border) -> bool:
     """Return whether a border is that of a motorway or of a wide road without sidewalks."""
     lanes = border.edge.lanes
     wide = len(lanes) >= _WIDE and border.walk == 0.0
-    return wide or max(lane.speed for lane in lanes) > _FAST
+    return wide or border.edge.told_speed > _FAST
 
 
 def why_nowhere(surface: str) -> str | None:

@@ -34,6 +34,7 @@ _WHOLE = 9.0  # up to this distance clumps are whole [m]
 _BLADES = 22  # of a whole clump
 _CLEAR = 0.9  # distance from everything paved [m]
 _PIECE = 8.0  # length of gravel with one width of grains [m]
+_STEP_OFF = 0.5  # where the ground lies farther from the road's height, no stones lie [m]
 _STALKS = np.array(
     [
         [0.235, 0.195, 0.092],  # dead grass
@@ -151,15 +152,18 @@ def _strip(
     along = np.linspace(ends[0], ends[1], max(int(np.ptp(ends) / grain), 1) + 1)
     across = np.linspace(0.0, 1.0, max(int(STRIP / grain), 1) + 1)
     wide = STRIP * (0.8 + 0.3 * np.sin(along / 1.7) * np.sin(along / 4.3 + 1.0))
-    rows = []
+    rows, steps = [], []
     for share in across:
         jitter = rng.normal(0, 0.22 * grain, len(along)) if share > 0.0 else 0.0
         places, level, _ = border.at(along, border.walk + share * wide + jitter)
         ground = around.height_at(places) + 0.012
+        steps.append(np.abs(level - ground))
         rows.append(np.column_stack([places, ground + (1.0 - share) * (level - 0.015 - ground)]))
     n, m = len(along), len(across)
     i = np.arange(n - 1)[:, None] + n * np.arange(m - 1)
     quads = np.stack([i, i + 1, i + n + 1, i + n], axis=-1).reshape(-1, 4)
+    # Beside bridges, walls and tunnels it would hang as a curtain from road to ground.
+    quads = quads[np.concatenate(steps)[quads].max(axis=1, initial=0.0) < _STEP_OFF]
     if border.outward < 0:
         quads = quads[:, ::-1]
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])

@@ -23,6 +23,7 @@ from sumo3dviz_pt.world.roads.style import (
     PAVING,
     bicycle_surface,
     is_footway,
+    is_skipped,
     junction_surface,
     look_of,
     style_of,
@@ -89,12 +90,12 @@ def junction_insides(
             for strip in strips:
                 among = paths if is_footway(strip.lane) else ways
                 among.setdefault(owner, []).append(_without_rails(strip, bare))
-    # Keep junctions with any of these, or with their outline in the region.
+    # Keep junctions with any of these, or with their outline in the region; none of waterways.
     touched = {
         key
         for key, junction in network.junctions.items()
         if junction.type != "internal" and in_region(junction.outline, region)
-    }
+    } - _afloat(network)
     return {
         key: JunctionInside(
             tuple(ways.get(key, ())), tuple(walks.get(key, ())), tuple(paths.get(key, ()))
@@ -102,6 +103,15 @@ def junction_insides(
         for key in network.junctions
         if key in touched or key in ways or key in walks or key in paths
     }
+
+
+def _afloat(network: Network) -> frozenset[str]:
+    """Junctions to which only ships come."""
+    met: dict[str, list[bool]] = {}
+    for edge in network.edges.values():
+        for key in (edge.from_junction, edge.to_junction):
+            met.setdefault(key, []).extend(is_skipped(lane) for lane in edge.lanes)
+    return frozenset(key for key, skipped in met.items() if key and all(skipped))
 
 
 def _without_rails(strip: Strip, bare: frozenset[str]) -> Strip:
@@ -167,10 +177,10 @@ def _shared(own: Mapping[str, Floats], shapes: Mapping[str, shapely.Geometry]) -
 
 
 def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cells:
-    """Return lanes of footways without what vehicles' ways through junctions need.
+    """Return cells of which the raised ones leave vehicles' ways through junctions free.
 
     Args:
-        footways: Lanes.
+        footways: Lanes, walking areas or junctions.
         insides: Contents of junctions, by junction id.
     """
     ways = [s for inside in insides.values() for s in inside.ways if not _is_cycled(s)]
@@ -180,7 +190,7 @@ def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cell
     polygons = footways.polygons.copy()
     for k, index in zip(way.tolist(), cell.tolist(), strict=True):
         shared = common(footways.polygons[index], cores[k])
-        if shared.area < _CRUMB:
+        if not footways.raised[index] or shared.area < _CRUMB:
             continue
         # A way on a bridge above the footway, or below it, takes nothing from it.
         middle = shapely.get_coordinates(shapely.point_on_surface(shared))

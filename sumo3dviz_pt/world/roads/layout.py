@@ -27,7 +27,7 @@ from sumo3dviz_pt.world.roads.cells import (
     lane_cells,
     without_overlaps,
 )
-from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area
+from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area, without_crumbs
 from sumo3dviz_pt.world.roads.plain import PlainRoads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
 from sumo3dviz_pt.world.roads.style import with_style
@@ -85,12 +85,14 @@ def layout_roads(
     lanes = join_cells([carriageways, footways])
     known = known_heights(network, insides, lanes=lanes, memory=memory)
     walks = walking_cells(insides, footways=footways, known=known, memory=memory)
+    walks = without_ways(walks, insides)
     slivers = sliver_cells(network, settings, strips)
     around = join_cells([lanes, walks])
     junctions = junction_cells(
         network, settings, insides=insides, lanes=around, known=known, memory=memory
     )
-    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
+    junctions = without_ways(junctions, insides)
+    cells = without_crumbs(without_overlaps(join_cells([lanes, walks, slivers, junctions])))
     return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells), memory)
 
 

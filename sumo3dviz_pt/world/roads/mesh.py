@@ -22,6 +22,7 @@ from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
+from sumo3dviz_pt.world.roads.style import PAVING
 from sumo3dviz_pt.world.roads.uneven import is_uneven, pieces_of
 from sumo3dviz_pt.world.roads.wear.stains import (
     STAINED,
@@ -30,6 +31,9 @@ from sumo3dviz_pt.world.roads.wear.stains import (
     stain_tiles,
     without_tiles,
 )
+
+_LEAST_ISLAND = 2.0
+"""Smaller pieces of footway that touch no other are no islands [m2]."""
 
 KERB_WIDTH = 0.15
 """Width of a kerb stone's top [m]."""
@@ -75,6 +79,48 @@ def surface_meshes(
 def raised_area(cells: Cells) -> Polygons:
     """Return connected footways from above, (n,) polygons with holes; levels kept apart."""
     return np.concatenate([_joined(cells, some) for some in _raised_levels(cells)])
+
+
+def without_crumbs(cells: Cells) -> Cells:
+    """Return cells in which small pieces of footway amid carriageways are part of these.
+
+    Ways through junctions cut footways that cross them; kerbs around what little is left would
+    stand where people drive.
+    """
+    areas = raised_area(cells)
+    tree = shapely.STRtree(areas)
+    small = [k for k, area in enumerate(areas) if area.area < _LEAST_ISLAND]
+    lone = [k for k in small if len(tree.query(areas[k], predicate="dwithin", distance=0.05)) == 1]
+    if not lone:
+        return cells
+    zone = union(areas[lone]).buffer(0.02)
+    found = shapely.STRtree(cells.polygons).query(zone, predicate="intersects")
+    cut = np.sort(found[cells.raised[found]])
+    inside = np.array([common(cells.polygons[k], zone) for k in cut], dtype=object)
+    polygons = cells.polygons.copy()
+    polygons[cut] = [subtract(cells.polygons[k], [zone]) for k in cut]
+    count = len(polygons)
+    knots = {count + n: cells.knots[k] for n, k in enumerate(cut.tolist()) if k in cells.knots}
+    around = np.flatnonzero(~cells.raised)
+    return Cells(
+        np.concatenate([polygons, inside]),
+        np.concatenate([cells.quads, cells.quads[cut]]),
+        {**cells.knots, **knots},
+        (*cells.surfaces, *(_surface_around(cells, around, piece) for piece in inside)),
+        np.append(cells.raised, np.zeros(len(cut), dtype=np.bool_)),
+        (*cells.owners, *(cells.owners[k] for k in cut.tolist())),
+        cells.cutters,
+    )
+
+
+def _surface_around(cells: Cells, among: Ints, piece: shapely.Geometry) -> str:
+    """The surface of the cell that lies most around a piece; paving where none does."""
+    beside = piece.buffer(0.5)
+    near = among[shapely.STRtree(cells.polygons[among]).query(beside, predicate="intersects")]
+    if not len(near):
+        return PAVING
+    shared = shapely.area(shapely.intersection(cells.polygons[near], beside))
+    return cells.surfaces[int(near[np.argmax(np.round(shared, 3))])]
 
 
 def _raised_levels(cells: Cells) -> list[Ints]:

@@ -112,4 +112,4 @@ def _beyond(network: Network, edge: Edge, end: int) -> shapely.Geometry:
 def _is_fast(edge: Edge) -> bool:
     """Whether a road is too fast for houses."""
     named = any(word in edge.type for word in ("motorway", "trunk"))
-    return named or max(lane.speed for lane in edge.lanes) > FASTEST
+    return named or edge.told_speed > FASTEST

@@ -1,8 +1,8 @@
 """Where signal heads stand: at every signalled stop line and crossing.
 
 Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traffic),
-sidewalk and bicycle lane included, 3.5 m behind the stop line, so that drivers who wait at
-the line see it, or nearer where a carriageway is in the way; it carries one head per
+sidewalk and bicycle lane included, 4.5 m behind the stop line, so that the pictures of drivers
+who wait at the line show it, or nearer where a carriageway is in the way; it carries one head per
 different course of the edge, in lane order. Edges with three or more signalled lanes
 also get an arm with heads over each lane. Pedestrians: a pole at either end of a
 crossing, or the pole of a road's heads or of another crossing that stands near.
@@ -47,7 +47,7 @@ from sumo3dviz_pt.world.signals.heads import (
 )
 from sumo3dviz_pt.world.signals.sharing import with_shared_poles
 
-_BEHIND = (3.5, 2.0)  # places behind the stop line that are tried first [m]
+_BEHIND = (4.5, 3.5, 2.0)  # places behind the stop line that are tried first [m]
 _LAST = 0.5  # and the last one [m]
 _STEPS = np.arange(0.0, 8.0, 0.5)  # how far a pole may move outwards [m]
 _RAIL_BESIDE = 2.6  # from a track's middle to the mast of its signal [m]
@@ -122,11 +122,12 @@ def _approach(
     stand = Stand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
     heads = stand.row(groups, lamps=lamps)
     # Where the road is wide, an arm carries heads over each lane.
-    over = {k.from_lane for k in links if kind_of(network, k) in ("vehicle", "tram")}
+    driven = [k for k in links if kind_of(network, k) in ("vehicle", "tram")]
+    over = {k.from_lane for k in driven}
     lanes = [lane for lane in edge.lanes if lane.id in over]
     height = POLE_BOTTOM + 0.3 * lamps + 0.12
     if len(lanes) < WIDE:
-        beyond = far_side_heads(edge, lanes, heads, groups, design)
+        beyond = far_side_heads(edge, driven, heads, groups, design)
         return [*heads, *beyond[0]], [Support(foot, yaw, height, bar=bar), *beyond[1]]
     for lane in lanes:
         own = design.groups([k for k in links if k.from_lane == lane.id], lamps=lamps)
@@ -135,7 +136,7 @@ def _approach(
         heads += replace(stand, bottom=bottom).row(own, lamps=lamps)
     reach = max((float((lane.shape[-1] - foot) @ leftward(along)) for lane in lanes), key=abs)
     reach += 0.5 * float(np.sign(reach))
-    beyond = far_side_heads(edge, lanes, heads, groups, design)
+    beyond = far_side_heads(edge, driven, heads, groups, design)
     return [*heads, *beyond[0]], [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar), *beyond[1]]
 
 

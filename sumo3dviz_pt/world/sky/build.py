@@ -8,6 +8,7 @@ and the clear sky of a date, time and place (`sun`).
 from __future__ import annotations
 
 import datetime as dt
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -15,7 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.job.settings import SkySettings, SunSettings
 from sumo3dviz_pt.library.skies.maps import cloud_layer
 from sumo3dviz_pt.library.skies.radiance_maps import read_exr_map, read_radiance_map
@@ -23,7 +24,9 @@ from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Colour, Image
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
-from sumo3dviz_pt.world.sky.sun import SunPosition, convergence, local_time, sun_position
+from sumo3dviz_pt.world.sky.sun import SunPosition, local_time, sun_position
+
+logger = logging.getLogger(__name__)
 
 DEFAULT_PRESET = "sky_blue"
 """Used where a scene file has no sky."""
@@ -127,11 +130,21 @@ def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
     """
     if settings.azimuth is not None and settings.elevation is not None:
         return _angles({"azimuth": settings.azimuth, "elevation": settings.elevation})
-    where = np.radians(place_of(settings, location))
-    sun = sun_position(moment_of(settings, location), latitude=where[0], longitude=where[1])
-    turned = 0.0
-    if location is not None:
-        turned = convergence(location.projection, latitude=where[0], longitude=where[1])
+    latitude, longitude = place_of(settings, location)
+    where, when = np.radians((latitude, longitude)), moment_of(settings, location)
+    sun = sun_position(when, latitude=where[0], longitude=where[1])
+    if settings.place is None:
+        logger.warning(
+            "the sun is seen from the network's middle, %s: %s at %s, %.1f degrees high,"
+            " %.0f degrees clockwise from north",
+            place_in_words(latitude, longitude),
+            f"{when:%Y-%m-%d %H:%M}",
+            zone_name(when),
+            np.degrees(sun.elevation),
+            np.degrees(sun.azimuth),
+            extra={"once": "the sun's place"},
+        )
+    turned = 0.0 if location is None else location.convergence
     return SunPosition((sun.azimuth - turned) % (2 * np.pi), sun.elevation)
 
 
@@ -161,15 +174,26 @@ def place_of(settings: SunSettings, location: Location | None) -> tuple[float, f
     return settings.place or _place(location)
 
 
+def place_in_words(latitude: float, longitude: float) -> str:
+    """Return a place on the Earth [deg] as people write it."""
+    north, east = "N" if latitude >= 0 else "S", "E" if longitude >= 0 else "W"
+    return f"{abs(latitude):.3f}° {north} {abs(longitude):.3f}° {east}"
+
+
+def zone_name(when: dt.datetime) -> str:
+    """Return the name of a moment's time zone."""
+    return str(getattr(when.tzinfo, "key", None) or when.tzname())
+
+
 def _place(location: Location | None) -> tuple[float, float]:
     """Latitude and longitude of the network's middle [deg]."""
-    if location is None or location.projection == "!":
-        raise ConfigError(
-            "the network does not lie on the Earth; give latitude and longitude",
-            key="sky.sun.place",
-        )
-    west, south, east, north = location.geo_boundary
-    return (south + north) / 2, (west + east) / 2
+    if location is not None and location.place is not None:
+        return location.place
+    reason = "the network does not lie on the Earth"
+    if location is not None and location.projection != "!":
+        shown = cut(location.projection)
+        reason = f"the network's projection ({shown}) does not tell where on the Earth it lies"
+    raise ConfigError(f"{reason}; give latitude and longitude", key="sky.sun.place")
 
 
 def _angles(angles: Mapping[str, float]) -> SunPosition:

@@ -231,8 +231,7 @@ def is_urban(border: Border) -> bool:
     """Return whether lamps and benches stand along an edge: in town, and no motorway."""
     if "motorway" in border.edge.type or "trunk" in border.edge.type:
         return False
-    fastest = max(lane.speed for lane in border.edge.lanes)
-    return border.walk > 0.0 or fastest <= 60.0 / 3.6 + 0.1
+    return border.walk > 0.0 or border.edge.told_speed <= 60.0 / 3.6 + 0.1
 
 
 def spread(

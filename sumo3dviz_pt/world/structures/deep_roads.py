@@ -34,6 +34,10 @@ LONG = 60.0
 HIGHEST = 5.2
 """Height of a ceiling above the road [m], at most."""
 
+_DECKS = 150.0
+"""Length [m] up to which a deep stretch below two decks, one above the other, is an interchange's
+lowest road: its decks stand free on piers."""
+
 _COVER = 0.7
 """Ceiling and soil between a tunnel and the ground above it [m], at least."""
 
@@ -110,19 +114,21 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
         layout: The roads.
         ground: Height of the ground between roads, as if the deep ones were not there.
     """
-    crossings = levels_of(layout).crossings
+    levels = levels_of(layout)
+    crossings = levels.crossings
     if not len(crossings.shared):
         return ()
     found = []
     flat = shapely.get_coordinates(shapely.centroid(crossings.shared))
     below = np.column_stack([flat, layout.cells.heights(crossings.lower, flat)])
+    decks = below[levels.of_cell[crossings.upper] - levels.of_cell[crossings.lower] > 1]
     for runs in _connected(list(_runs(layout, ground))):
         whole = union([run.area for run in runs]).buffer(_JOINED, join_style="mitre")
         for part in polygon_parts(whole.buffer(-_JOINED, join_style="mitre")):
             long, wide = _extent(part)
             if long < LONG or part.area < _NARROWEST * long or wide < _NARROWEST:
                 continue
-            if not _crossed(part, runs, below):
+            if not _crossed(part, runs, below) or (long < _DECKS and _crossed(part, runs, decks)):
                 continue
             tunnel = _tunnel(layout, ground, part, runs)
             if tunnel is not None:

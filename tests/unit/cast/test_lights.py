@@ -171,3 +171,13 @@ def test_front_fog_lamps_are_a_pair_below_the_head_lamps():
     found = [lamp for lamp in shown.lamps if lamp.role == "front_fog"]
     assert sorted(lamp.at[1] for lamp in found) == pytest.approx([-0.48, 0.48])
     assert all(lamp.at[2] < 0.5 and lamp.yaw == 0.0 for lamp in found)
+
+
+@pytest.mark.parametrize("left_hand", [False, True])
+def test_a_single_rear_fog_lamp_is_on_the_side_of_oncoming_traffic(left_hand):
+    """UN Regulation 48, 6.11.4.1; +y is the body's left."""
+    tails = tuple(VehicleLamp("tail", (-4.0, y, 0.8), (0.1, 0.1), np.pi) for y in (-0.7, 0.7))
+    dense = weather(fog=Fog(CONTRAST / 50.0))
+    (shown,) = in_fog({"car": Prototype("car", (), (), tails)}, dense, left_hand=left_hand).values()
+    (fog,) = [lamp for lamp in shown.lamps if lamp.role == "fog"]
+    assert (fog.at[1] > 0.0) != left_hand

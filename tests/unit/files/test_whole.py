@@ -1,8 +1,13 @@
-"""Files are whole or not there."""
+"""Files are whole or not there, and only plain ones are read."""
+
+import os
+import tracemalloc
+from pathlib import Path
 
 import pytest
 
-from sumo3dviz_pt.files.whole import whole, write_whole
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.whole import open_plain, read_plain, refuse_special, whole, write_whole
 
 
 def test_what_exists_is_replaced_as_a_whole(tmp_path):
@@ -27,3 +32,45 @@ def test_the_file_stays_as_it_was_until_the_end(tmp_path):
         part.write_bytes(b"new")
         assert path.read_bytes() == b"old" and part.parent == path.parent
     assert path.read_bytes() == b"new" and list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no such pipes")
+def test_pipes_and_devices_are_refused_before_they_are_opened(tmp_path):
+    """Opening a pipe that nobody writes to waits for ever, and a device gives zeros for ever."""
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    for path in (pipe, link):
+        with pytest.raises(InputError, match=r"is a pipe and no plain file.* name that"):
+            open_plain(path)
+    with pytest.raises(InputError, match="is a device"):
+        open_plain(Path("/dev/zero"))
+
+
+def test_what_is_no_special_file_is_left_to_its_reader(tmp_path):
+    """A folder, a missing file and an impossible name have messages of their own."""
+    (tmp_path / "file").write_bytes(b"1")
+    with open_plain(tmp_path / "file") as stream:
+        assert stream.read() == b"1"
+    for path in (tmp_path, tmp_path / "missing", Path("a\0b")):
+        refuse_special(path)
+
+
+def test_no_more_than_asked_is_read(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"x" * 11)
+    assert read_plain(path, most=11) == b"x" * 11
+    for refused in (path, tmp_path):
+        with pytest.raises(InputError):
+            read_plain(refused, most=10)
+
+
+def test_as_much_memory_as_a_file_needs_is_set_aside(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"x")
+    tracemalloc.start()
+    try:
+        read_plain(path, most=4_000_000_000)
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()

@@ -149,6 +149,20 @@ def test_colours_run_from_red_to_blue_and_stay_at_the_ends():
     assert speed_colour(99.0, scale) == fast
 
 
+def test_the_scale_says_kilometres_an_hour(monkeypatch):
+    said = []
+    write = Canvas.text
+
+    def noting(self, words, *args, **more):
+        said.append(words)
+        write(self, words, *args, **more)
+
+    monkeypatch.setattr(Canvas, "text", noting)
+    film = film_of({"scale": {"place": "bottom", "slowest": 5, "fastest": 25}})
+    drawn(GREY, film, 0, NOBODY)
+    assert said == ["18", "90 km/h"]
+
+
 def test_the_map_turns_with_the_camera_or_keeps_north_up():
     turned = drawn(GREY, film_of({"map": {}}), 0)
     north = drawn(GREY, film_of({"map": {"north_up": True}}), 0)

@@ -23,7 +23,7 @@ def test_check_prints_the_suns_angles_and_its_moment(tmp_path, capsys):
     assert main(["check", str(scene)]) == 0
     assert (
         "sun      azimuth 265.8°, 33.2° above the horizon:"
-        " 2026-06-21 17:30 Europe/Berlin (15:30 UTC)\n"
+        " 2026-06-21 17:30 Europe/Berlin (15:30 UTC) at 52.520° N 13.405° E\n"
     ) in capsys.readouterr().out
     assert main(["check", str(scene), "--json"]) == 0
     sun = json.loads(capsys.readouterr().out)["sun"]
@@ -34,14 +34,14 @@ def test_check_prints_the_suns_angles_and_its_moment(tmp_path, capsys):
 def test_the_place_may_be_the_networks(tmp_path):
     scene = scene_with(tmp_path, CLOCK % "zone: solar")
     text = network_xml().replace('projParameter="!"', 'projParameter="+proj=utm +zone=33"')
-    box = text[text.index('origBoundary="') :].split('"')[1]
-    text = text.replace(f'origBoundary="{box}"', 'origBoundary="13.40,52.51,13.41,52.53"')
+    text = text.replace('netOffset="0,0"', 'netOffset="-391779.3,-5820072.8"')
     (tmp_path / "net.net.xml").write_text(text, encoding="utf-8")
     sun = sv.load(scene).sun
     assert sun.elevation == pytest.approx(23.18, abs=0.1) and sun.zone == "mean solar time"
     by_clock = sv.load(scene, {"sky.sun.zone": "null"}).sun
     assert by_clock.elevation == pytest.approx(33.24, abs=0.1)
     assert by_clock.when.utcoffset() == dt.timedelta(hours=2)
+    assert by_clock.place == pytest.approx((52.52, 13.405), abs=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -66,11 +66,11 @@ def test_another_world_begins_with_nothing(scene, changes):
     assert world(scene).memory is not world(scene, **changes).memory
 
 
-def test_a_changed_file_is_another_world(scene):
+@pytest.mark.parametrize("name", ["net.net.xml", "tls.xml", "trees.add.xml"])
+def test_a_changed_file_is_another_world(scene, name):
     first = world(scene).memory
-    network = scene.parent / "net.net.xml"
-    stat = network.stat()
-    os.utime(network, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1_000_000))
+    stat = (scene.parent / name).stat()
+    os.utime(scene.parent / name, ns=(stat.st_atime_ns, stat.st_mtime_ns + 1_000_000))
     assert world(scene).memory is not first
 
 

@@ -39,7 +39,7 @@ def test_what_cannot_be_used_is_not_loaded(path: str) -> None:
     assert done.stdout.split(maxsplit=1) == ["scalar_rgb", f"{path}\n"]
     (said,) = done.stderr.splitlines()
     assert said.startswith(
-        "rendering takes two to six times longer than it need: DRJIT_LIBLLVM_PATH"
+        "rendering takes three to nine times as long as it need: DRJIT_LIBLLVM_PATH"
     )
 
 

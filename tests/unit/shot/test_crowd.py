@@ -133,7 +133,8 @@ def test_the_order_of_frames_does_not_matter():
 
 def chosen(levels):
     """A choice of one time by a level for each road user."""
-    return Choice(*(np.array([[level == name] for level in levels]) for name in LEVELS))
+    rows = [np.array([[level == name] for level in levels]) for name in LEVELS]
+    return Choice(*rows, np.zeros_like(rows[0]))
 
 
 def levels_of(choice):

@@ -9,6 +9,7 @@ from builders import view_at, write_scenario
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.job.weather import WeatherSettings
+from sumo3dviz_pt.library.vehicles.interior.dials import NEEDLE
 from sumo3dviz_pt.pipeline.live import Ground
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.shot.roaming import build_roam, camera_view
@@ -71,10 +72,11 @@ def test_cabins_of_riding_cameras_can_be_opened(opened):
     )
     key = "vehicle:v1"
     assert key not in shot.fleet.cockpits and key in made.fleet.cockpits
-    assert made.data.slots.near[made.fleet.cockpits[key]] == 1
+    name = made.fleet.cockpits[key].body.name
+    assert made.data.slots.near[name] == 1 and made.data.slots.near[NEEDLE] == 2
     begin = ground.trajectories[1].pieces[0].begin
     view = camera_view(made, RIDE, begin, left_hand=False)
-    assert view.cutaway and made.fleet.cockpits[key] in needed(made.frame_of(begin, view).movers)
+    assert view.cutaway and name in needed(made.frame_of(begin, view).movers)
 
 
 def test_who_rides_with_nobody_hears_so(opened):
@@ -103,7 +105,8 @@ def test_who_was_planned_far_away_is_a_stand_in_near_by(opened):
     made = build_roam(World.of(ground.scenario, job), ground.trajectories, times=times, eyes=eyes)
     time = (times[0] + times[1]) / 2.0
     frame = made.frame_of(time, shot.camera.view_at(time))
-    assert set(made.data.slots.near) <= set(made.fleet.cockpits.values())
+    opened = {name for cockpit in made.fleet.cockpits.values() for name in cockpit.names}
+    assert set(made.data.slots.near) <= opened
     assert not frame.movers and frame.far
     assert frame.users == shot.frame_of(time, shot.camera.view_at(time)).users
 
@@ -120,5 +123,5 @@ def test_rides_in_rain_have_no_wipers_at_rest_beside_those_that_move(opened):
         made = build_roam(
             World.of(ground.scenario, wet), ground.trajectories, times=times, riding=[RIDE]
         )
-        parts[name] = len(made.data.prototypes[made.fleet.cockpits["vehicle:v1"]].parts)
+        parts[name] = len(made.data.prototypes[made.fleet.cockpits["vehicle:v1"].body.name].parts)
     assert parts["dry"] == parts["no pane"] == parts["rain"] + 6

@@ -260,3 +260,45 @@ def test_a_log_that_breaks_off_at_once(tmp_path):
         read(tmp_path, "<fcd-export>")
     with pytest.raises(InputError, match="no time step"):
         read(tmp_path, "<fcd-export>", allow_truncated=True)
+
+
+FORMS = {
+    # As SUMO writes it, and with attributes in another order, which takes another way.
+    "regular": CAR,
+    "odd": '<vehicle type="{type}" y="2" x="{x}"  angle="90" id="{id}" speed="5" lane="a_0"/>',
+}
+
+
+def as_csv(steps):
+    rows = [f"{time};{name};{x};2;90;{of};5;a_0" for time, users in steps for name, x, of in users]
+    return "\n".join(["time;id;x;y;angle;type;speed;lane", *rows, ""])
+
+
+@pytest.mark.parametrize("form", [*FORMS, "csv"])
+def test_a_type_of_its_own_makes_no_other_road_user(tmp_path, form):
+    """SUMO calls the type `T@id` when TraCI, a blue light or a split changes a road user."""
+    steps = [
+        (k, [("f.1", 5.0 * k, "T" if k < 3 else "T@f.1"), ("f.2", 5.0 * k + 90, "T")])
+        for k in range(8)
+    ]
+    if form == "csv":
+        path = tmp_path / "log.csv"
+        path.write_text(as_csv(steps))
+    else:
+        path = tmp_path / "log.xml"
+        rows = [
+            (k, "".join(FORMS[form].format(id=i, x=x, type=t) for i, x, t in u)) for k, u in steps
+        ]
+        path.write_text(log(*rows))
+    first, second = read_trajectories([path]).traces
+    assert (first.id, first.type_id, second.type_id) == ("f.1", "T", "T")
+    np.testing.assert_array_equal(first.times, range(8))
+    np.testing.assert_array_equal(first.positions[:, 0], 5.0 * np.arange(8))
+    (late, _) = read_trajectories([path], begin=5.0).traces
+    assert (late.id, late.type_id) == ("f.1", "T")
+
+
+def test_only_its_own_name_is_taken_off_a_type(tmp_path):
+    """`@` may stand in any type, and a type of another road user's name is another type."""
+    traces = read(tmp_path, log((0, car("a", 0, "T@b") + car("b", 9, "x@y") + car("c", 20, "@c"))))
+    assert [trace.type_id for trace in traces.traces] == ["T@b", "x@y", ""]

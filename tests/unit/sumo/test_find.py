@@ -5,7 +5,7 @@ import os
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.sumo import find_scenario
+from sumo3dviz_pt.sumo import find_scenario, read_network, read_trajectories
 
 NET = '<net><edge id="a"><lane id="a_0" shape="0,0 9,0"/></edge></net>'
 CARS = (
@@ -224,3 +224,102 @@ def test_logs_of_states_come_before_logs_of_green_times(tmp_path):
     greens = f"<tlsSwitches>{green}</tlsSwitches>"
     lay(tmp_path, n=NET, log=CARS, a=greens.format("a"), b=states([0, 30]), c=greens.format("c"))
     assert names(find_scenario(tmp_path).signals) == ["b", "c"]
+
+
+# Variables --------------------------------------------------------------------------------
+
+
+def test_variables_are_replaced_as_sumo_does(tmp_path, monkeypatch):
+    monkeypatch.setenv("TAG", "runA")
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    options = {
+        "net_file": "~/a.net.xml",
+        "route_files": "${DIR}x.rou.xml,~/y.rou.xml",
+        "fcd_output": "out/${TAG}_${TAG}.xml",
+    }
+    monkeypatch.delenv("DIR", raising=False)
+    lay(tmp_path, cfg__run_sumocfg=config(**options), home__a_net_xml=NET)
+    lay(tmp_path, cfg__x_rou_xml="<routes/>", home__y_rou_xml="<routes/>")
+    (tmp_path / "cfg/out").mkdir()
+    (tmp_path / "cfg/out/runA_runA.xml").write_text(CARS)
+    (tmp_path / "cfg/out/other.xml").write_text(CARS)
+    found = find_scenario(tmp_path / "cfg/run.sumocfg")
+    assert (found.network.name, names(found.trajectories)) == ("a.net.xml", ["runA_runA.xml"])
+    assert names(found.vehicle_types) == ["x.rou.xml", "y.rou.xml"] and not found.missing
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [
+        ("${LOCALTIME}_${PID}.xml", "2026-11-27-03-00-00.123456_77.xml"),
+        ("runs/${UTC}/log.xml", "runs/2026-11-27-03-00-00.5/log.xml"),
+    ],
+)
+def test_what_each_run_has_anew_is_that_of_the_last_run(tmp_path, name, written):
+    lay(tmp_path, a_net_xml=NET, run_sumocfg=config(net_file="a.net.xml", fcd_output=name))
+    older = tmp_path / written.replace("2026", "2025")
+    for number, path in enumerate((older, tmp_path / written)):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(CARS)
+        os.utime(path, (number, number))
+    found = find_scenario(tmp_path / "run.sumocfg")
+    assert [path.resolve() for path in found.trajectories] == [(tmp_path / written).resolve()]
+
+
+@pytest.mark.parametrize(
+    ("options", "trouble"),
+    [
+        ({"net_file": "a.net.xml", "fcd_output": "../out/${TAG}_fcd.xml"}, "no vehicle log"),
+        ({"net_file": "${TAG}.net.xml", "fcd_output": "a.xml"}, "no network"),
+        (
+            {"net_file": "a.net.xml", "output_prefix": "${TAG}", "fcd_output": "../out/a.xml"},
+            "no vehicle log",
+        ),
+    ],
+)
+def test_a_variable_that_is_not_set_is_named(tmp_path, monkeypatch, options, trouble):
+    monkeypatch.delenv("TAG", raising=False)
+    lay(tmp_path, cfg__run_sumocfg=config(**options), out__runA_fcd_xml=CARS)
+    if trouble == "no vehicle log":
+        lay(tmp_path, cfg__a_net_xml=NET)
+    words = rf"{trouble}.*\$\{{TAG\}}.* names TAG, which is not set .* when SUMO ran"
+    with pytest.raises(InputError, match=words):
+        find_scenario(tmp_path / "cfg/run.sumocfg")
+
+
+# Files that are no networks and no logs ---------------------------------------------------
+
+OTHER = {
+    "map.xodr": ("<OpenDRIVE/>", "netconvert --opendrive-files {} -o map.net.xml"),
+    "map.osm": ("<osm/>", "netconvert --osm-files {} -o map.net.xml"),
+    "plain.nod.xml": ("<nodes/>", "netconvert --node-files {} --edge-files FILE.edg.xml -o plain"),
+    "em.xml": ("<emission-export/>", "SUMO's --emission-output"),
+    "dump.xml": ("<netstate/>", "SUMO's --netstate-dump"),
+    "full.xml": ("<full-export/>", "SUMO's --full-output"),
+}
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_other_files_are_told_apart_with_what_to_do(tmp_path, name):
+    text, words = OTHER[name]
+    path = tmp_path / name
+    path.write_text(text)
+    network = "netconvert" in words
+    words = words.format(path)
+    reader = read_network if network else lambda file: read_trajectories([file])
+    for read in (reader, find_scenario):
+        with pytest.raises(InputError) as caught:
+            read(path)
+        assert words in str(caught.value)
+    if not network:
+        lay(tmp_path, a_net_xml=NET)
+    with pytest.raises(InputError, match=f"no (network|vehicle log).*{name} is ") as caught:
+        find_scenario(tmp_path)
+    assert words in str(caught.value)
+
+
+def test_where_no_log_is_recording_is_named(tmp_path):
+    lay(tmp_path, a_net_xml=NET, run_sumocfg=config(net_file="a.net.xml"))
+    for place in (tmp_path, tmp_path / "run.sumocfg"):
+        with pytest.raises(InputError, match=r"no vehicle log was found; let init --record run"):
+            find_scenario(place)

@@ -5,6 +5,7 @@ import gzip
 import pytest
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.sumo.formats import format_of
 from sumo3dviz_pt.sumo.stream import TruncatedError, read_elements, root_of
 
 
@@ -103,3 +104,14 @@ def test_entity_bombs_do_not_explode(tmp_path):
     )
     with pytest.raises(InputError):
         tags(write(tmp_path, bomb + ']><r k="&j;"/>'))
+
+
+@pytest.mark.parametrize(("packed", "inside"), [(True, "attribute"), (False, "text")])
+def test_one_endless_tag_or_text_is_refused_before_memory_ends(tmp_path, packed, inside):
+    """A file of some kB in gzip can hold an attribute of gigabytes."""
+    begin = b'<fcd-export a="' if inside == "attribute" else b"<net>"
+    whole = begin + b"x" * (9 << 20)
+    path = write(tmp_path, gzip.compress(whole, 1, mtime=0) if packed else whole)
+    for reader in (lambda: tags(path, root=()), lambda: list(format_of(path).sightings(path))):
+        with pytest.raises(InputError, match="a single tag or text is longer than 8 MB"):
+            reader()

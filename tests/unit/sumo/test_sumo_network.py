@@ -79,6 +79,14 @@ def test_single_point_lane_keeps_a_direction(tmp_path):
     assert 0 < np.linalg.norm(shape[1] - shape[0]) < 0.05
 
 
+@pytest.mark.parametrize("shape", ["100,3,0 100,3,5 100,3,9", "100,3,0 100.0000001,3,9"])
+def test_a_lane_straight_up_keeps_a_direction_and_its_ends(tmp_path, shape):
+    old = "0,3,1 50,3,1 50,3,1 100,3,4"
+    line = read(tmp_path, NET.replace(old, shape)).lanes["a_1"].shape
+    assert 0.005 < np.hypot(*(line[-1] - line[0])[:2]) < 0.05
+    assert line[[0, -1], 2].tolist() == [0.0, 9.0]
+
+
 def test_junctions_connections_location(tmp_path):
     network = read(tmp_path)
     junction = network.junctions["j"]

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid, tube
-from sumo3dviz_pt.library.street.strokes import lettering
 from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.library.vehicles.car.conform import CarFineness, bar, closed, land, resampled
@@ -82,7 +81,7 @@ def _rails(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
 
 
 def _plates(shape: CarShape) -> Iterator[MaterialMesh]:
-    """Number plates of 520 x 112 mm with their text, on dark holders."""
+    """Number plates of 520 x 112 mm on dark holders."""
     half_y, half_z = _PLATE
     spots = [(y, z) for y in (0.0, half_y / 2, half_y) for z in (-half_z, 0.0, half_z)]
     for front, height in zip((True, False), shape.recipe.plates, strict=True):
@@ -94,21 +93,19 @@ def _plates(shape: CarShape) -> Iterator[MaterialMesh]:
             ends = sorted((outer + sign * (reach - inset), outer - sign * (0.05 + inset)))
             low = (ends[0], -half_y - margin, height - half_z - margin)
             yield material, box(low, (ends[1], half_y + margin, height + half_z + margin))
-        yield from _plate_text(shape.recipe.plate, outer + sign * (0.0072 - inset), height, sign)
+        yield from _plate_band(outer + sign * (0.0072 - inset), height, sign)
 
 
-def _plate_text(text: str, x: float, height: float, sign: float) -> Iterator[MaterialMesh]:
-    """The characters of a plate and the blue field before them."""
-    drawn = lettering(text, height=0.076, weight=0.15, gap=0.3)
-    drawn = drawn * [min(1.0, 0.43 / np.ptp(drawn[..., 0])), 1.0] + [0.018, 0.0]
-    corners = drawn.reshape(-1, 2)
-    field = np.array([[-0.256, -0.052], [-0.22, -0.052], [-0.22, 0.052], [-0.256, 0.052]])
-    square = field[[0, 1, 2, 0, 2, 3]]
-    for material, flat in (("plate_ink", corners), ("livery_blue", square)):
-        # Seen from ahead, the reader's right is the car's left.
-        places = np.column_stack([np.full(len(flat), x), sign * flat[:, 0], flat[:, 1] + height])
-        unique, numbers = np.unique(places, axis=0, return_inverse=True)
-        yield material, shaded(unique, numbers.reshape(-1, 3), crease=0.3)
+def _plate_band(x: float, height: float, sign: float) -> Iterator[MaterialMesh]:
+    """The blue band at a plate's left end; its letters are the vehicle's own, and no part of it."""
+    # Seen from ahead, the reader's right is the car's left.
+    ends = sorted((-0.256 * sign, -0.22 * sign))
+    corners = [(x, y, height + z) for y in ends for z in (-0.052, 0.052)]
+    faces = np.array([[0, 2, 3], [0, 3, 1]])
+    yield (
+        "livery_blue",
+        shaded(np.array(corners), faces if sign > 0 else faces[:, ::-1], crease=0.3),
+    )
 
 
 def _wipers(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:

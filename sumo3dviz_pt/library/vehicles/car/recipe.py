@@ -224,7 +224,6 @@ class CarRecipe(RecipeValue):
         rails: Whether the roof carries rails.
         bed: A pickup's bed, or None.
         plates: Heights of the number plates, front and rear [m].
-        plate: What the plates say.
         joints: Heights of the bumpers' shut lines on the flank, front and rear [m].
         flap: (d, z) of the fuel flap, or empty [m].
         handle: Height of the door handles over the character line [m].
@@ -272,7 +271,6 @@ class CarRecipe(RecipeValue):
     cladding: float = 0.0
     rails: bool = False
     bed: Bed | None = None
-    plate: str = "SV 1604"
     joints: tuple[float, ...] = ()
     flap: tuple[float, ...] = ()
     handle: float = 0.055

@@ -14,13 +14,13 @@ from sumo3dviz_pt.library.mesh.solids import box, moved, superellipsoid, tube
 from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.interior.controls import (
     binnacle,
-    dial_lamps,
     screen,
     screen_lamps,
-    sheet,
     wheel,
 )
+from sumo3dviz_pt.library.vehicles.interior.dials import tick_lamps
 from sumo3dviz_pt.library.vehicles.interior.mirrors import DEEP, inner_mirror
+from sumo3dviz_pt.library.vehicles.interior.sheets import sheet
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -65,7 +65,7 @@ def cockpit_lamps(*, belt: float, eye: Floats) -> tuple[VehicleLamp, ...]:
     """Return what glows at night in a cabin; arguments as in `cockpit`."""
     if eye[2] - belt >= DEEP:
         return ()
-    return (*dial_lamps(eye), *screen_lamps(eye))
+    return (*tick_lamps(eye), *screen_lamps(eye))
 
 
 def _shelf(half: float, *, front: float, belt: float, edge: float) -> Mesh:

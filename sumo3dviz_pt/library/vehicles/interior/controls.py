@@ -12,28 +12,20 @@ from typing import NamedTuple
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
-from sumo3dviz_pt.library.street.strokes import lettering
 from sumo3dviz_pt.library.vehicles.build import MaterialMesh
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.library.vehicles.interior.dials import FACE, dials
+from sumo3dviz_pt.library.vehicles.interior.sheets import rim, sheet
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 _LEAN = np.radians(24.0)
 """Of the wheel's rim, from upright."""
 
-_LIP, _FACE = 0.56, 0.625
-"""Of the instruments' hood and of the dials, ahead of the eye [m]."""
+_LIP = 0.56
+"""Of the instruments' hood, ahead of the eye [m]."""
 
 _HOOD = (0.185, -0.139)
 """Half width of the hood at its foot and height of its lip over the eye [m]."""
-
-_DIALS = ((0.078, 0.041), (-0.078, 0.041))
-"""Left of the eye and radius [m]."""
-
-_DIAL_HEIGHT = -0.204
-_TICKS = np.radians(np.linspace(-130.0, 130.0, 14))
-"""From upright, growing to the right."""
-
-_NEEDLES = np.radians([-28.0, -52.0])
 
 
 class _Street(NamedTuple):
@@ -75,7 +67,7 @@ def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[MaterialMesh]:
     centre = np.array([eye[0] + 0.40, eye[1], min(belt - 0.04, low)])
     across = np.array([0.0, 1.0, 0.0])
     up = np.array([np.sin(_LEAN), 0.0, np.cos(_LEAN)])
-    yield "leather_rim", _rim(centre, across=radius * across, up=radius * up, thick=0.0155)
+    yield "leather_rim", rim(centre, across=radius * across, up=radius * up, thick=0.0155)
     for angle in (np.pi / 2, np.pi, 3 * np.pi / 2):
         out = np.sin(angle) * across + np.cos(angle) * up
         yield "trim", tube(np.stack([centre, centre + radius * out]), radius=0.013, sides=7)
@@ -84,7 +76,7 @@ def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[MaterialMesh]:
 
 
 def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[MaterialMesh]:
-    """Build the hood over the instruments, and two dials under it.
+    """Build the hood over the instruments, and two dials without needles under it.
 
     Args:
         eye: The driver's, (3,) [m].
@@ -92,37 +84,15 @@ def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[MaterialMesh
         front: x of the windscreen's foot [m].
     """
     yield from _hood(eye, foot=belt - eye[2] - 0.02, end=max(front - eye[0] - 0.12, 0.72))
-    for (left, radius), needle in zip(_DIALS, _NEEDLES, strict=True):
-        middle = eye + np.array([_FACE, left, _DIAL_HEIGHT])
-        yield "chrome", _ring(middle, radius, 0.0022)
-        for number, angle in enumerate(_TICKS):
-            long = 0.010 if number % 2 == 0 else 0.005
-            yield "plate", _stroke(middle, angle, (0.93 * radius - long, 0.93 * radius), 0.0011)
-        yield "lamp_amber", _stroke(middle, needle, (0.1 * radius, 0.86 * radius), 0.0014)
-    letters = lettering("D 4", height=0.014, weight=0.16, gap=0.3).reshape(-1, 2)
-    yield "plate", _flat(letters, eye + np.array([_FACE - 0.002, 0.0, _DIAL_HEIGHT + 0.012]))
-
-
-def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
-    """Return ticks and needles that glow at night."""
-    found = []
-    for (left, radius), needle in zip(_DIALS, _NEEDLES, strict=True):
-        turns = [*_TICKS[::2].tolist(), *([float(needle)] * 4)]
-        reach = [0.86] * len(_TICKS[::2]) + [0.3, 0.45, 0.6, 0.75]
-        for angle, share in zip(turns, reach, strict=True):
-            y = left - share * radius * np.sin(angle)
-            z = _DIAL_HEIGHT + share * radius * np.cos(angle)
-            place = eye + np.array([_FACE - 0.004, y, z])
-            found.append(_lamp("dials", place, (0.0045, 0.0045)))
-    return tuple(found)
+    yield from dials(eye)
 
 
 def screen(eye: Floats, *, belt: float) -> Iterator[MaterialMesh]:
     """Build a flat screen in the middle, with a map on it; arguments as in `binnacle`."""
     middle, (wide, high) = _screen_at(eye), _SCREEN_HALF
     yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
-    rim = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
-    yield "trim", moved(rim, *middle)
+    edge = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
+    yield "trim", moved(edge, *middle)
     foot = box((0.011, -0.04, belt - middle[2] - 0.03), (0.03, 0.04, 0.0))
     yield "trim", moved(foot, *middle)
     for y, z, width, height in _STREETS:
@@ -173,56 +143,7 @@ def _hood(eye: Floats, *, foot: float, end: float) -> Iterator[MaterialMesh]:
     steps = [(0.0, ends[:1]), (0.003, ends[1:2]), (0.009, ends[2:3]), (0.012, ends[3:])]
     lip = np.concatenate([ring(at, height[-1:], shrink) for shrink, at in steps])
     yield "dash_pad", sheet(lip)
-    inner = [ring(np.array([at]), height[-1:], 0.012) for at in (_LIP, _FACE + 0.004)]
+    inner = [ring(np.array([at]), height[-1:], 0.012) for at in (_LIP, FACE + 0.004)]
     yield "gap", sheet(np.concatenate(inner))
     back = inner[1] * [1.0, 1.0, 0.0] + [0.0, 0.0, eye[2] + foot - 0.06]
     yield "gloss_black", sheet(np.concatenate([inner[1], back]))
-
-
-def _ring(middle: Floats, radius: float, thick: float) -> Mesh:
-    """A ring of round section that faces the driver."""
-    across, up = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    return _rim(middle, across=radius * across, up=radius * up, thick=thick)
-
-
-def _stroke(middle: Floats, angle: float, span: tuple[float, float], half: float) -> Mesh:
-    """A flat bar on a dial, away from its middle at an angle from upright."""
-    out = np.array([-np.sin(angle), np.cos(angle)])
-    side = half * np.array([out[1], -out[0]])
-    a, b = span[0] * out, span[1] * out
-    corners = np.array([a - side, a + side, b + side, a - side, b + side, b - side])
-    return _flat(corners * [-1.0, 1.0], middle - np.array([0.003, 0.0, 0.0]))
-
-
-def _flat(corners: Floats, place: Floats) -> Mesh:
-    """Triangles in an upright plane that faces the driver; corners (3m, 2) to the right, up."""
-    points = np.column_stack([np.zeros(len(corners)), -corners[:, 0], corners[:, 1]]) + place
-    faces = np.arange(len(points)).reshape(-1, 3)
-    a, b, c = points[faces].transpose(1, 0, 2)
-    backwards = np.cross(b - a, c - a)[:, 0] > 0.0
-    faces[backwards] = faces[backwards][:, ::-1]
-    return Mesh(points, faces, np.broadcast_to([-1.0, 0.0, 0.0], points.shape).copy())
-
-
-def _rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
-    """A ring of round section; `across` and `up` reach from its centre to its middle line."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 65)[:, None, None]
-    section = np.linspace(0.0, 2.0 * np.pi, 12)[None, :, None]
-    radius = float(np.linalg.norm(up))
-    out = (np.sin(turn) * across + np.cos(turn) * up) / radius
-    axis = np.cross(across, up) / radius**2
-    normals = np.cos(section) * out - np.sin(section) * axis
-    return sheet(centre + radius * out + thick * normals, normals=normals)
-
-
-def sheet(points: Floats, *, normals: Floats | None = None) -> Mesh:
-    """Build a smooth surface through a grid of points, (n, m, 3), that faces rows x columns."""
-    rows, columns = points.shape[:2]
-    index = np.arange(rows * columns).reshape(rows, columns)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, d, c), (a, c, b))])
-    if normals is None:
-        down, right = np.gradient(points, axis=0), np.gradient(points, axis=1)
-        normals = np.cross(down, right)
-        normals /= np.linalg.norm(normals, axis=-1, keepdims=True) + 1e-20
-    return Mesh(points.reshape(-1, 3), faces, normals.reshape(-1, 3))

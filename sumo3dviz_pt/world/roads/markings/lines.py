@@ -96,7 +96,7 @@ class LineStyle:
 
 def line_style(edge: Edge, settings: RoadSettings) -> LineStyle:
     """Return measures that suit an edge's speed limit."""
-    if max(lane.speed for lane in edge.lanes) >= MOTORWAY_SPEED:
+    if edge.told_speed >= MOTORWAY_SPEED:
         return LineStyle(max(settings.line_width, 0.15), 6.0, 12.0)
     return LineStyle(settings.line_width, 3.0, 3.0)
 

@@ -37,3 +37,16 @@ def test_what_gets_behind_the_camera_or_too_far_has_no_flow():
     places[0, 2, 0] = 9999.0
     _, known = flow_of(places, directions, np.zeros((1, 3), bool), view=view)
     assert not known[0, 2]
+
+
+def test_what_moves_right_and_down_has_flow_that_is_positive():
+    view = view_at((0, 0, 0), heading=0)
+    rays = view.lens.rays((5, 3)) @ view.world_from_camera.matrix[:3, :3].T
+    sky = np.zeros((3, 5), bool)
+    places = 20.0 * rays
+    still, _ = flow_of(places, rays, sky, view=view)
+    np.testing.assert_allclose(still, 0.0, atol=1e-4)
+    for way, sign in (((1.0, 0.0, 0.0), (1, 0)), ((0.0, 0.0, -1.0), (0, 1))):
+        flow, known = flow_of(places + way, rays, sky, view=view)
+        assert known.all()
+        assert np.sign(np.round(flow[1, 2], 3)).tolist() == list(sign)

@@ -41,22 +41,22 @@ def test_every_entry_of_a_style_can_be_drawn(name):
 @pytest.mark.parametrize(
     ("place", "left", "expected"),
     [
-        ((13.5, 52.4, 13.6, 52.5), False, "european"),
-        ((-74.1, 40.6, -73.9, 40.8), False, "american"),
-        ((-114.2, 50.9, -113.9, 51.2), False, "american"),
-        ((-149.9, 61.1, -149.7, 61.3), False, "american"),
-        ((-0.2, 51.4, 0.0, 51.6), True, "british"),
-        ((151.1, -33.9, 151.3, -33.8), True, "british"),
+        ((52.45, 13.55), False, "european"),
+        ((40.7, -74.0), False, "american"),
+        ((51.05, -114.05), False, "american"),
+        ((61.2, -149.8), False, "american"),
+        ((51.5, -0.1), True, "british"),
+        ((-33.85, 151.2), True, "british"),
     ],
 )
 def test_networks_find_their_style_by_place_and_side(place, left, expected):
-    made = network(left=left, geo_boundary=place, projection="+proj=utm +zone=1")
+    made = network(left=left, place=place)
     assert style_name(AUTO, made) == expected
     assert road_style(AUTO, made) is STYLES[expected]
 
 
 def test_coordinates_without_a_projection_say_nothing():
-    made = network(geo_boundary=(-74.1, 40.6, -73.9, 40.8))
+    made = network(boundary=(-74.1, 40.6, -73.9, 40.8))
     assert style_name(AUTO, made) == "european"
     assert style_name("british", made) == "british"
     assert style_name(AUTO, replace(made, left_hand=True)) == "british"

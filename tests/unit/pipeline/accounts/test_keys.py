@@ -38,9 +38,11 @@ from sumo3dviz_pt.job.weather import (
     WeatherSettings,
     WindSettings,
 )
+from sumo3dviz_pt.library.vehicles.companions import companions
 from sumo3dviz_pt.model.scenario import ScenarioFiles
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.worlds import _key_of
 
 KEYS = [KeyFrame(time=4.0, position=(30, -22, 6), look_at=(5, -3, 0))]
 KEYS.append(KeyFrame(time=9.0, position=(60, -30, 9), heading=300.0))
@@ -343,6 +345,28 @@ def test_every_file_counts_by_its_content(made, tmp_path):
             same.append(path.name)
         path.write_bytes(before)
     assert not same and replace(base, job=base.job).key == whole
+
+
+def test_every_file_counts_for_the_world_but_those_of_road_users(made, tmp_path):
+    written(tmp_path)
+    base = changed_scene(made, tmp_path)
+    moving = companions_of(base.job.vehicles.user_models.values())
+    moving |= {*base.files.trajectories, *base.files.vehicle_types}
+    whole, counted = _key_of(base.job, base.files, ()), set()
+    paths = {path for path in tmp_path.rglob("*") if path.is_file()}
+    for path in sorted(paths):
+        before = path.read_bytes()
+        path.write_bytes(before + b" and more")
+        counted |= {path} if _key_of(base.job, base.files, ()) != whole else set()
+        path.write_bytes(before)
+        # What is kept of a file goes by its size and time; a later time is another file.
+        whole = _key_of(base.job, base.files, ())
+    assert len(counted) == 8 and counted == paths - moving
+
+
+def companions_of(models):
+    """Models with the files behind them."""
+    return {file for model in models for file in (model, *companions(model))}
 
 
 def test_names_and_places_of_files_do_not_count(made, tmp_path):

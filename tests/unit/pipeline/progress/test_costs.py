@@ -1,11 +1,13 @@
 """Forecasts of cost: `check --size --fps --quality` and `render --dry-run`."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.pipeline.progress.conditions import MEASURED as BENCH
 from sumo3dviz_pt.pipeline.progress.costs import (
     cost_of,
     help_cost,
@@ -14,6 +16,7 @@ from sumo3dviz_pt.pipeline.progress.costs import (
     threads,
     time_in_words,
 )
+from sumo3dviz_pt.pipeline.progress.room import lacking
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 HD = {"size": (1280, 720), "triangles": 1_400_000, "frames": 250, "cores": 2}
@@ -62,7 +65,11 @@ def test_films_pay_for_the_help_of_frames(preset, frames):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "words"), [(42, "42 s"), (600, "10 min"), (5400, "1.5 h"), (90_000, "25.0 h")]
+    ("seconds", "words"),
+    [
+        *[(42, "42 s"), (600, "10 min"), (5400, "1 h 30 min"), (19_100, "5 h 20 min")],
+        *[(7200, "2 h"), (90_000, "25 h"), (3600 * 310, "13 days"), (3.6e7, "417 days")],
+    ],
 )
 def test_times_in_words(seconds, words):
     assert time_in_words(seconds) == words
@@ -101,7 +108,7 @@ def test_a_dry_run_says_what_would_be_done_and_does_nothing(tmp_path, capsys):
     assert "shot    post, 4 to 5 s, speed 0.5" in said
     assert "frames  20, 320x180, 10 a second, draft" in said
     assert "there   1 of these frames in" in said and "the film does not exist" in said
-    assert "CPU-hours" in said and "of memory" in said
+    assert "of CPU time" in said and "of memory" in said
     assert sorted(tmp_path.rglob("*")) == before
     assert main([*command, "--frames", "5:8"]) == 0
     assert "frames  3 from number 5" in capsys.readouterr().out
@@ -116,3 +123,53 @@ def test_a_dry_run_refuses_what_render_would(tmp_path, capsys, options, said):
     command = ["render", str(scene), "--dry-run", "-o", str(tmp_path / "a.mp4"), *options]
     assert main(command) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_dry_run_ends_where_the_log_ends(tmp_path, capsys):
+    scene = write_scenario(tmp_path, end=5.0)
+    command = ["render", str(scene), "--dry-run", "-o", str(tmp_path / "a.mp4")]
+    assert main([*command, "--from", "4", "--to", "60"]) == 0
+    said = capsys.readouterr()
+    assert "frames  11, " in said.out, "ten frames a second, the last one at 5 s"
+    assert "the log ends at 5 s, and the film with it: 11 frames instead of 560" in said.err
+
+
+def test_pictures_beyond_all_memory_are_refused_in_one_sentence(tmp_path, capsys):
+    scene = write_scenario(tmp_path)
+    huge = ["--size", "16384x16384"]
+    film = ["render", str(scene), "-o", str(tmp_path / "a.mp4"), *huge]
+    still = ["still", str(scene), "--time", "4", "-o", str(tmp_path / "a.png"), *huge]
+    for command in ([*film, "--dry-run"], film, still):
+        assert main(command) == 2
+        said = capsys.readouterr().err
+        assert "16384x16384 need about 297" in said and "smaller --size" in said
+        assert said.count("\n") == 1
+
+
+def test_too_little_memory_or_disk_is_said(tmp_path):
+    cost = cost_of(quality_preset("draft"), **HD)
+    assert list(lacking(cost, tmp_path / "a.mp4")) == []
+    memory, disk = (
+        list(lacking(replace(cost, **{key: 1e9}), tmp_path / "new" / "a.mp4"))
+        for key in ("memory_mb", "frames_mb")
+    )
+    assert "of memory, and this machine has" in memory[0] and len(memory) == 1
+    assert "of disk" in disk[0] and "--discard-frames" in disk[0] and len(disk) == 1
+
+
+def test_nights_and_weathers_are_counted_at_their_price(tmp_path, capsys):
+    """The factors are those of the bench's file."""
+    rows = {(*row["size"], row["hour"]): row for row in json.loads(BENCH.read_text())["rows"]}
+    day, night = (rows[640, 360, hour] for hour in ("day", "night"))
+    scene = write_scenario(tmp_path)
+    costs = {}
+    for name, settings in {
+        "day": [],
+        "night": ["--set", "lights=on"],
+        "rain": ["--set", "weather.preset=rain"],
+    }.items():
+        assert main(["check", str(scene), "--json", "--quality", "draft", *settings]) == 0
+        (shot,) = json.loads(capsys.readouterr().out)["shots"]
+        costs[name] = shot["forecast"]["draft"]["cpu_seconds_per_frame"]
+    assert costs["night"] / costs["day"] == pytest.approx(night["dry"] / day["dry"], rel=0.05)
+    assert costs["rain"] / costs["day"] == pytest.approx(day["rain"] / day["dry"], rel=0.05)

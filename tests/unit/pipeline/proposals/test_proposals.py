@@ -1,6 +1,7 @@
 """What `init` proposes: a template by the roads, a place by who moves, cameras by what they see."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,12 @@ from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest, busiest
 from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of
+from sumo3dviz_pt.pipeline.proposals.meetings import (
+    apart,
+    meetings_of,
+    riding_apart,
+    shows_none,
+)
 from sumo3dviz_pt.pipeline.proposals.movement import movement_of
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors, near_network, outdoors
 from sumo3dviz_pt.pipeline.proposals.passers import not_looming, unblocked
@@ -131,6 +138,38 @@ def test_many_narrow_streets_are_a_town_and_far_roads_do_not_count():
     )
 
 
+STREET = CARS | {"pedestrian", "bicycle"}
+
+
+def osm_crossing(*, allowed=STREET, lanes=2, reach=160.0, type_="highway.secondary"):
+    """A crossing of which the map tells no limit: SUMO's type map takes 27.78 m/s."""
+    network = cross(reach=reach, lanes=lanes, speed=27.78, type_=type_)
+    edges = {
+        name: replace(
+            edge, lanes=tuple(replace(lane, allowed=frozenset(allowed)) for lane in edge.lanes)
+        )
+        for name, edge in network.edges.items()
+    }
+    return replace(network, edges=edges)
+
+
+def test_an_unknown_limit_makes_no_motorway():
+    assert choose_template(osm_crossing(), CENTRE).name == "city_day"
+    assert choose_template(osm_crossing(lanes=1), CENTRE).name == "village_day"
+    assert choose_template(osm_crossing(allowed=CARS), CENTRE).name == "highway_day"
+    assert choose_template(osm_crossing(type_=""), CENTRE).name == "highway_day", "drawn by hand"
+
+
+def test_footways_signals_and_houses_outvote_a_fast_limit():
+    fast = cross(speed=25.0, links=[TLS])
+    assert choose_template(fast, CENTRE).name == "highway_day", "a ramp may have a signal"
+    assert choose_template(fast, CENTRE, [house("h", (20, 20), (40, 40))]).name == "city_day"
+    ramp = cross(speed=33.3, links=[TLS], reach=80.0)
+    assert choose_template(ramp, CENTRE, [house("h", (20, 20), (40, 40))]).name == "highway_day"
+    named = cross(type_="highway.motorway", links=[TLS])
+    assert choose_template(named, CENTRE, [house("h", (20, 20), (40, 40))]).name == "highway_day"
+
+
 # Moment and place ---------------------------------------------------------------------------
 
 
@@ -168,6 +207,70 @@ def test_what_was_teleported_did_not_drive():
     places[20:, 0] += 900.0
     movement = movement_of([replace(jump, positions=places)])
     assert movement.driven.sum() == 0.0
+
+
+def with_crumbs():
+    """A crossing in four pieces that edges of 8 m join, and a bend of crumbs in the west."""
+    network = cross()
+    spots = {"C": (-4.0, -4.0), "C1": (4.0, -4.0), "C2": (4.0, 4.0), "C3": (-4.0, 4.0)}
+    spots |= {"B0": (-80.0, 0.0), "B1": (-76.0, 0.0), "B2": (-80.0, 4.0)}
+    ring = ["C", "C1", "C2", "C3", "C"]
+    pairs = [*pairwise(ring), ("B0", "B1"), ("B0", "B2"), ("B1", "B2")]
+    edges = {f"{a}>{b}": road(f"{a}>{b}", (spots[a], spots[b])) for a, b in pairs}
+    far = {"N": "C3", "E": "C2", "S": "C1", "W": "C"}
+    for name, edge in network.edges.items():
+        ends = [
+            far.get(other, "C") if k == "C" else k
+            for k, other in (
+                (edge.from_junction, edge.to_junction),
+                (edge.to_junction, edge.from_junction),
+            )
+        ]
+        edges[name] = replace(edge, from_junction=ends[0], to_junction=ends[1])
+    junctions = {
+        name: Junction(name, "priority", np.array([*at, 0.0]), np.zeros((0, 3)))
+        for name, at in spots.items()
+    }
+    return replace(network, edges=edges, junctions={**network.junctions, **junctions})
+
+
+def test_pieces_of_a_crossing_are_one_and_crumbs_are_none():
+    found = busiest(movement_of(crossers()), with_crumbs(), span=(0.0, 40.0), length=10.0)
+    assert np.abs(found.place[:2]).max() < 0.5 and found.junction.startswith("C")
+    west = [trace(f"w{k}", (-78.0, 1.0), (9.0, 0.0), at=12.0 + 2.0 * k) for k in range(6)]
+    found = busiest(movement_of(west), with_crumbs(), span=(0.0, 40.0), length=10.0)
+    assert not found.junction, "traffic only passes, and three crumbs are no crossing"
+
+
+def level_crossers():
+    """Two roads that cross at the origin without a junction, and cars on both."""
+    edges = {
+        "W>E": road("W>E", ((-300, 0), (300, 0)), speed=30.0),
+        "N>S": road("N>S", ((0, 300), (0, -300)), speed=30.0),
+    }
+    junctions = {
+        name: Junction(name, "dead_end", np.array([*at, 0.0]), np.zeros((0, 3)))
+        for name, at in {"W": (-300, 0), "E": (300, 0), "N": (0, 300), "S": (0, -300)}.items()
+    }
+    cars = [trace(f"e{k}", (0.0, -1.6), (9.0, 0.0), at=4.0 * k) for k in range(12)]
+    return Network(edges, junctions, (), Location()), cars + crossers()
+
+
+def test_no_camera_is_proposed_where_roads_cross_without_a_junction():
+    network, cars = level_crossers()
+    meetings = meetings_of(network)
+    assert len(meetings) == 1 and np.hypot(*meetings[0, :2]) < 3.0
+    movement = movement_of(cars)
+    found = busiest(apart(movement, meetings), network, span=(0.0, 40.0), length=10.0)
+    assert np.hypot(*found.place[:2]) > 60.0
+    there = movement.during(found.start, found.end)
+    scenario = scenario_of(cars, network)
+    around = outdoors(scenario, found.place, there)
+    scouted = Scouting(found, there, around, None, meetings=meetings)
+    stands = [overview(scouted), corner(scouted)]
+    poses = [Poses(s.eye[None], s.aim[None], s.fov) for s in stands if s is not None]
+    assert all(shows_none(pose, meetings).all() for pose in poses)
+    assert riding_apart(cars, meetings) == []
 
 
 # Eyes ---------------------------------------------------------------------------------------
@@ -226,6 +329,34 @@ def test_the_sun_stands_behind_rather_than_before():
     sun = np.array([0.8, 0.0, 0.6])
     east, west = value(towards_centre((35, 0, 10), (-35, 0, 10)), sun=sun)
     assert east > west
+
+
+@pytest.mark.parametrize("turn", range(0, 360, 30))
+def test_a_corner_never_looks_against_the_sun(turn):
+    low = np.radians(25.0)
+    sun = np.array(
+        [
+            *(np.cos(low) * np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn))])),
+            np.sin(low),
+        ]
+    )
+    stands = corner(scouting(scenario_of(crossers()), sun=sun))
+    assert stands is not None
+    ahead = (stands.aim - stands.eye)[:2]
+    assert ahead @ sun[:2] <= 0.5 * np.hypot(*ahead) * np.hypot(*sun[:2]) + 1e-9
+
+
+def test_a_corner_against_the_sun_is_none_rather_than_blind():
+    """Houses leave room for an eye only where the sun is in front."""
+    sun = np.array([0.9, 0.0, np.sqrt(1.0 - 0.81)])
+    walls = [house("s", (-60, -60), (60, -9)), house("n", (-60, 9), (60, 60))]
+    walls.append(house("e", (4, -60), (60, 60)))
+    stands = corner(scouting(scenario_of(crossers(), polygons=tuple(walls)), sun=sun))
+    if stands is not None:
+        ahead = (stands.aim - stands.eye)[:2]
+        assert ahead @ sun[:2] <= 0.5 * np.hypot(*ahead) * np.hypot(*sun[:2]) + 1e-9
+    anywhere = corner(scouting(scenario_of(crossers(), polygons=tuple(walls))))
+    assert anywhere is not None and (anywhere.aim - anywhere.eye)[0] > 0.0, "it looks to the east"
 
 
 def test_vehicles_that_pass_right_before_an_eye_lower_its_value():

@@ -63,3 +63,15 @@ def test_looking_past_a_lamp_that_faces_the_eye_makes_little_noise() -> None:
 def test_a_lamp_beside_the_eye_is_looked_for_evenly() -> None:
     _, density = picked(0.0, 1.4, faces=True)
     assert density == pytest.approx(1 / 1.4, rel=1e-5)
+
+
+def test_droplets_scatter_forwards_and_lose_nothing() -> None:
+    """The phase function is one over all directions; its mean cosine is the asymmetry."""
+    import mitsuba as mi
+
+    from sumo3dviz_pt.render.kernel.air import phase
+
+    cosine, weight = np.polynomial.legendre.leggauss(400)
+    found = np.array(phase(mi.Float(cosine.astype(np.float32))))
+    assert 2.0 * np.pi * np.sum(weight * found) == pytest.approx(1.0, rel=1e-3)
+    assert 2.0 * np.pi * np.sum(weight * cosine * found) == pytest.approx(ASYMMETRY, rel=1e-3)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, cladding
 from sumo3dviz_pt.model.scene import is_tinted
@@ -48,3 +49,30 @@ def test_a_jit_variant_multiplies_colour_and_texture_over_its_mean(texture, fact
     made = mi.load_dict(word(grey, {"type": "uniform", "value": texture}, [0.5] * 3))
     found = np.array(made.eval_3(mi.SurfaceInteraction3f())).ravel()[:3]
     assert found == pytest.approx(min(0.6 * factor, BRIGHTEST), abs=1e-3)
+
+
+@pytest.mark.parametrize("mean", [(0.5, 0.25, 0.1), (0.1, 0.3, 0.5)])
+def test_a_texture_that_is_its_mean_leaves_each_channel_of_the_colour(mean):
+    if not choose_backend().jit:
+        pytest.skip("no JIT variant here")
+    import drjit as dr
+    import mitsuba as mi
+
+    register_stained()
+    colour = (0.2, 0.4, 0.7)
+    tint, texture = (
+        {"type": "bitmap", "raw": True, "data": mi.TensorXf(np.full((2, 2, 3), value))}
+        for value in (colour, mean)
+    )
+    made = mi.load_dict(word(tint, texture, mean))
+    found = np.array(made.eval_3(dr.zeros(mi.SurfaceInteraction3f))).ravel()[:3]
+    assert found == pytest.approx(colour, abs=1e-3)
+
+
+@pytest.mark.parametrize("surface", sorted(CLADDINGS))
+def test_the_mean_of_a_cladding_is_that_of_its_picture(surface):
+    """So walls have the colour of their coat, on average, in every channel."""
+    stained = cladding_material(cladding(surface), textured=True)["base_color"]
+    picture = np.asarray(Image.open(stained["texture"]["filename"]).convert("RGB")) / 255.0
+    linear = np.where(picture > 0.04045, ((picture + 0.055) / 1.055) ** 2.4, picture / 12.92)
+    assert linear.mean(axis=(0, 1)) == pytest.approx(stained["mean"], rel=0.05)

@@ -240,3 +240,10 @@ def test_many_rows_of_many_steps(tmp_path):
     for number, trace in enumerate(log.traces):
         np.testing.assert_array_equal(trace.positions[:, 0], number)
         np.testing.assert_array_equal(trace.positions[:, 1], np.arange(steps))
+
+
+def test_an_endless_line_is_refused_before_memory_ends(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time;id;x;y;angle\n0;a;1;2;3\n0;" + "b" * (3 << 20))
+    with pytest.raises(InputError, match=r"a.csv:3: the line is longer than 1 MB"):
+        read_trajectories([path])

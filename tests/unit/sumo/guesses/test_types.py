@@ -1,5 +1,7 @@
 """Every road user has a type, whatever its files define and whatever window is read."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from sumo3dviz_pt.model.scenario import TypeGuess
@@ -65,3 +67,11 @@ def test_guesses_name_what_no_file_tells():
         TypeGuess("t0", 2),
         TypeGuess("veh_bus", 1, "bus", "the names say so"),
     )
+
+
+def test_a_type_that_a_file_defines_for_one_vehicle_is_its_own():
+    """SUMO's own files of types (--vtype-output, saved states) hold `type@id`, too."""
+    own, common = replace(OWN, id="b1@a", length=4.0), OWN
+    types = TypesOfUsers({"b1": common, "b1@a": own})
+    typed, found = types.typed([trace("a", "b1"), trace("b", "b1")])
+    assert [found[each.type_id].length for each in typed] == [4.0, 9.0]

@@ -70,3 +70,11 @@ def test_windows_are_never_refused(tmp_path, caplog):
     with caplog.at_level(logging.WARNING):
         read(tmp_path, found, begin=3.0, end=20.0)
     assert "radians" in caplog.text
+
+
+def test_a_teleport_is_no_row_astray(tmp_path, caplog):
+    """SUMO moves a vehicle that is stuck to another edge; it does not come back from there."""
+    found = changed(x=lambda r: r["x"] + 300.0 * (r["id"] == "v0" and r["time"] > 4.0))
+    with caplog.at_level(logging.WARNING):
+        read(tmp_path, found)
+    assert "far from the rows" not in caplog.text

@@ -7,6 +7,8 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import SignalSettings
+from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
@@ -303,7 +305,7 @@ def test_poles_leave_the_asphalt_of_junctions_between_lanes_but_stand_on_walking
     walk = Edge(":B_w0", "walkingarea", "", "", (Lane("w", ":B_w0", 0, shape, 1, 1, 1, FOOT),))
     paved = replace(made, junctions={"B": wide}, edges={**made.edges, walk.id: walk})
     head, *_ = build_signals(paved, phases("G"), SignalSettings()).heads
-    assert head.foot[:2] == pytest.approx([103.5, -2.3])
+    assert head.foot[:2] == pytest.approx([104.5, -2.3])
 
 
 def test_no_head_of_a_row_hangs_over_a_road_beside_it():
@@ -381,3 +383,14 @@ def test_people_on_foot_share_the_pole_of_a_road_and_no_two_heads_of_a_pole_look
     vehicle, foot = next(group for group in poles.values() if len(group) == 2)
     assert np.cos(vehicle.yaw - foot.yaw) < 0.65
     assert np.hypot(*(vehicle.position - foot.position)[:2]) > 0.2
+
+
+def test_lenses_shine_as_the_standard_lets_them_and_alike():
+    """EN 12368, performance level 1, class 1: 100 to 400 cd on the axis of a lens of 200 mm."""
+    area = np.pi * 0.1**2 * CANDELAS_PER_UNIT
+    candelas = {
+        colour: float(np.array(light) @ LUMINANCE) * area for colour, light in RADIANCE.items()
+    }
+    assert len(candelas) == 3
+    assert all(100.0 < axis < 400.0 for axis in candelas.values())
+    assert max(candelas.values()) < 1.5 * min(candelas.values()), "one head, one brightness"

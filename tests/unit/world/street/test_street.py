@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 
+import colour
 import numpy as np
 import pytest
 import shapely
@@ -11,6 +12,7 @@ from sumo3dviz_pt.job.settings import StreetSettings
 from sumo3dviz_pt.library.street.lamp import LENS
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.library.street.signs import YELLOW
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
@@ -122,6 +124,26 @@ def test_lamps_stand_on_the_sidewalk_and_reach_over_the_road():
         assert 0.0 < lamp.place[1] < 2.5 or 13.5 < lamp.place[1] < 16.0
         towards = np.sin(lamp.yaw)
         assert towards == pytest.approx(1.0 if lamp.place[1] < 8.0 else -1.0)
+
+
+def test_no_lamp_stands_right_before_a_camera_and_that_is_said():
+    """Neither one that our code puts up nor one of the scenario's."""
+    eye = np.array([[130.0, 2.0, 4.0]])
+    way = CameraPath(eye, np.array([[0.97, 0.24, 0.0]]), np.array([0.6]))
+    around = surroundings(TOWN, seed=3, camera_path=way)
+    site = replace(site_on(TOWN), around=around)
+    pois = [poi("near", "street_lamp", 139.0, 1.8), poi("far", "street_lamp", 250.0, 1.8)]
+    log = TrafficLog((), (), 0.0, 0.0, 0.0)
+    scenario = Scenario(TOWN, log, pois=tuple(pois))
+    parts = build_street(scenario, StreetSettings(), site=site, dark=False)
+    (said,) = [item for item in parts.left_out if "of the scenario" in item.what]
+    assert said.what.startswith("1 street lamps") and "clear_view" in said.why
+    lamps = place_lamps(borders_near(TOWN, around, reach=500.0), pois, site)
+    places = np.array([lamp.place[:2] for lamp in lamps])
+    assert not around.clearance.before_lens(
+        places, np.zeros(len(places)), height=LOW, reach=2.0
+    ).any()
+    assert any(abs(x - 250.0) < 0.1 for x, _ in places) and len(places) > 4
 
 
 def test_narrow_roads_have_lamps_on_both_sides_in_turn():
@@ -406,3 +428,20 @@ def test_what_stands_hangs_on_no_camera_and_nothing_touches_across_tiles():
     away = np.hypot(*(west[:, None, :2] - west[None, :, :2]).transpose(2, 0, 1))
     # Bollards stand in rows of their own.
     assert away[~np.eye(len(west), dtype=bool)].min() > 1.0
+
+
+def test_lamps_have_the_colour_of_a_black_body_of_4000_kelvin():
+    """Seen by a camera whose white is one of 5000 K, by Bradford's adaptation."""
+
+    def black_body(kelvin):
+        found = colour.sd_to_XYZ(colour.sd_blackbody(kelvin, colour.SpectralShape(360, 780, 10)))
+        return found / found[1]
+
+    space = colour.RGB_COLOURSPACES["sRGB"]
+    white = colour.xy_to_XYZ(space.whitepoint)
+    seen = colour.adaptation.chromatic_adaptation_VonKries(
+        black_body(4000.0), black_body(5000.0), white, transform="Bradford"
+    )
+    expected = space.matrix_XYZ_to_RGB @ seen
+    found = np.array(radiance(LOW))
+    np.testing.assert_allclose(found / found.max(), expected / expected.max(), atol=0.05)
