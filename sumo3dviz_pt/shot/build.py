@@ -195,10 +195,9 @@ class Shot:
         seen = np.flatnonzero(choice.near[:, 0] | whole_detail | by_proxy)
         wholes = self.fleet.wholes(present, seen, view=view)
         for row, whole in zip(seen.tolist(), wholes, strict=True):
-            read = bool(choice.lettered[row, 0])
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
-            ridden = whole.id == view.rides_in
             vclass = self.fleet.bodies[int(present.users[row])].vclass
+            ridden, read = whole.id == view.rides_in, bool(choice.lettered[row, 0])
             made = self.fleet.parts(present, row, whole, level=level, ridden=ridden, lettered=read)
             for part in on_tracks(made, vclass, self.tracks):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
