@@ -96,7 +96,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             return complain(explained(package_of(error.name), error), 1)
         if not isinstance(error, Sumo3dvizError | OSError | MemoryError):
             raise
-        return complain(error, 1, hint)
+        return complain(str(error) or "there is not enough memory for this", 1, hint)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -125,8 +125,9 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
 
 
 class _WarningPrinter(logging.Handler):
-    """Prints warnings as plain sentences to the present standard error, each of them once.
+    """Prints our warnings as plain sentences to the present standard error, each of them once.
 
+    What other packages log, and Python's own warnings, are no sentences for users.
     Records that differ only in what part of a file was read have the same attribute `once`;
     the first of them is printed.
     """
@@ -137,6 +138,8 @@ class _WarningPrinter(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one."""
+        if record.name.partition(".")[0] != _OURS.name:
+            return
         text = record.getMessage()
         subject = getattr(record, "once", text)
         if subject not in self._said:
@@ -159,9 +162,11 @@ def notes_on_stderr() -> Iterator[None]:
     handlers, levels = _ALL.handlers[:], (_ALL.level, _OURS.level)
     _ALL.handlers[:] = [_WarningPrinter()]
     _set_level(0)
+    logging.captureWarnings(True)
     try:
         yield
     finally:
+        logging.captureWarnings(False)
         _ALL.handlers[:] = handlers
         _ALL.setLevel(levels[0])
         _OURS.setLevel(levels[1])

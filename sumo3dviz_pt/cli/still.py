@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overwrite, add_request, overrides_of, request_of
+from sumo3dviz_pt.cli.options import add_overwrite, add_request, overrides_of, request_of, sumo_time
 from sumo3dviz_pt.cli.progress import cpu_in_words, progress
 
 
@@ -14,7 +14,7 @@ def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("still", help="render one image")
     sub.add_argument("scene", type=Path)
-    sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
+    sub.add_argument("--time", type=sumo_time, required=True, help="SUMO's time [s]")
     sub.add_argument("-o", "--output", type=Path, required=True, help="out.png or out.exr")
     add_overwrite(sub)
     add_request(sub)

@@ -127,12 +127,14 @@ class Location:
         boundary: Net coordinates x0, y0, x1, y1 [m].
         projection: PROJ string, or "!" when there is none.
         place: Latitude and longitude of the boundary's middle [deg]; None if they are not known.
+        convergence: How far the y axis points clockwise from true north there [rad].
     """
 
     net_offset: tuple[float, float] = (0.0, 0.0)
     boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     projection: str = "!"
     place: tuple[float, float] | None = None
+    convergence: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
