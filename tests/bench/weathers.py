@@ -2,7 +2,7 @@
 
 Run from the repository's root, on a quiet machine:
 
-    python tests/bench/weathers.py -o docs/_bench/weathers.md
+    python tests/bench/weathers.py -o docs/_bench
 
 Films of `crossing` are rendered and developed, camera `corner`, `preview`, by day and by night:
 CPU-seconds of a frame are the median of those after the third, and developing's share of one frame.
@@ -130,15 +130,17 @@ def measured(plan: Plan) -> Iterator[str]:
 def main() -> None:
     """Measure, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("-o", "--output", type=Path, help="folder of the tables")
     parser.add_argument("--size", type=int, nargs=2, default=Plan.size, help="of weathers' films")
     options = parser.parse_args()
-    lines = []
-    for line in measured(Plan(size=tuple(options.size))):
-        print(line, flush=True)
-        lines.append(line)
-    if options.output:
-        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    plan = Plan(size=tuple(options.size))
+    for name, table in (("weathers.md", of_weathers(plan)), ("lenses.md", of_lenses(plan))):
+        lines = []
+        for line in table:
+            print(line, flush=True)
+            lines.append(line)
+        if options.output:
+            (options.output / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
