@@ -17,6 +17,7 @@ import pytest
 from manual import DOCS, PAGES, ROOT, text_of
 
 from sumo3dviz_pt.pipeline import checks
+from sumo3dviz_pt.pipeline.progress.conditions import MEASURED
 from sumo3dviz_pt.pipeline.progress.costs import cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
@@ -129,6 +130,17 @@ def test_nights_cost_more_as_the_page_says() -> None:
     assert 0.25 < more[0] < more[1] < 0.58
     page = text_of(DOCS / "howto" / "dusk_drive.md")
     assert "nights cost a third to a half more than days" in page
+
+
+def test_forecasts_of_weathers_are_what_the_page_shows() -> None:
+    page = text_of(BENCH / "weathers.md")
+    lines = [line for line in page.splitlines() if re.match(r"\| \d+x\d+", line)]
+    rows = json.loads(MEASURED.read_text("utf-8"))["rows"]
+    assert len(lines) == len(rows) == 4
+    for line, row in zip(lines, rows, strict=True):
+        assert "{}x{}, ".format(*row["size"]) + row["hour"] in line
+        shown = [float(cell.split()[0]) for cell in line.split("|")[2:-1]]
+        assert shown == [row[kind] for kind in ("dry", "fog", "rain", "snow", "snowfall")]
 
 
 def test_the_page_of_costs_shows_what_check_forecasts() -> None:
