@@ -11,10 +11,11 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
-from manual import DOCS, PAGES, ROOT, text_of
+from manual import DOCS, PAGES, ROOT, name_of, text_of
 
 from sumo3dviz_pt.pipeline import checks
 from sumo3dviz_pt.pipeline.progress.conditions import MEASURED
@@ -170,3 +171,9 @@ def test_every_file_of_a_bench_is_in_the_manual() -> None:
     for folder in BENCH.iterdir():
         if (folder / "report.md").exists():
             assert f"_bench/{folder.name}/report>" in text
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_what_a_page_includes_is_there(page: Path) -> None:
+    for target in re.findall(r"^```\{include\} (\S+)", text_of(page), re.M):
+        assert (page.parent / target).is_file(), target
