@@ -166,6 +166,17 @@ def template_file(kind: str, name: str) -> Path:
     return data_root("scene_templates") / kind / f"{name}.yaml"
 
 
+def file_meant(path: Path) -> str:
+    """End of a sentence that names the file beside a missing one that is called almost like it."""
+    try:
+        there = sorted(each.name for each in path.parent.iterdir() if each.is_file())
+    except OSError:
+        return ""
+    same_stem = [name for name in there if Path(name).stem == path.stem]
+    near = same_stem or difflib.get_close_matches(path.name, there, n=1, cutoff=0.7)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """End of a sentence that names the nearest known word, or all of them."""
     known = sorted(known)

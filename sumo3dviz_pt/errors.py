@@ -36,8 +36,7 @@ class InputError(Sumo3dvizError):
         place = "" if file is None else str(file)
         if place and line is not None:
             place += f":{line}"
-        parts = [part for part in (place, element) if part]
-        super().__init__(": ".join([*parts, message]))
+        super().__init__(_sentence(place, element, message))
         self.file, self.line, self.element = file, line, element
 
 
@@ -62,8 +61,7 @@ class ConfigError(Sumo3dvizError):
         column: int | None = None,
     ) -> None:
         place = ":".join(str(part) for part in (file, line, column) if part is not None)
-        parts = [part for part in (place, key) if part]
-        super().__init__(": ".join([*parts, message]))
+        super().__init__(_sentence(place, key and cut(key, most=200), message))
         self.key, self.file, self.line, self.column = key, file, line, column
 
 
@@ -104,6 +102,12 @@ class InstallationError(Sumo3dvizError):
 def cut(text: str, *, most: int = 60) -> str:
     """Return what messages quote of a text: all of it, or its beginning where it is long."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def _sentence(place: str, element: str | None, message: str) -> str:
+    """Return a message with its place as one line: what cannot be printed stands as an escape."""
+    text = ": ".join(part for part in (place, element, message) if part)
+    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)
 
 
 def interrupted(error: BaseException | None) -> bool:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overrides, add_size, add_variant, overrides_of
+from sumo3dviz_pt.cli.options import add_overrides, add_size, add_variant, overrides_of, sumo_time
 from sumo3dviz_pt.cli.progress import complain, progress
 from sumo3dviz_pt.errors import ConfigError
 
@@ -30,7 +30,7 @@ def add(commands: Any) -> None:
         "--motion", action="store_true", help="measure how everyone in the log moves instead"
     )
     sub.add_argument("--camera", help="whose shot --stress starts from [the first shot's]")
-    sub.add_argument("--time", type=float, help="its time, SUMO's [s; the shot's first]")
+    sub.add_argument("--time", type=sumo_time, help="its time, SUMO's [s; the shot's first]")
     sub.add_argument(
         "--only",
         action="append",

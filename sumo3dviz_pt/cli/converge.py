@@ -14,6 +14,7 @@ from sumo3dviz_pt.cli.options import (
     add_size,
     add_variant,
     overrides_of,
+    sumo_time,
 )
 from sumo3dviz_pt.cli.progress import progress
 
@@ -25,7 +26,7 @@ def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("converge", help="error against run time of this very scene")
     sub.add_argument("scene", type=Path)
-    sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
+    sub.add_argument("--time", type=sumo_time, required=True, help="SUMO's time [s]")
     sub.add_argument("-o", "--output", type=Path, required=True, help="folder of the report")
     sub.add_argument("--camera", help="a name from the scene's cameras")
     add_size(sub, (480, 270))

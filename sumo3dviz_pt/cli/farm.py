@@ -141,10 +141,12 @@ def _planned_study(options: argparse.Namespace, farm: FarmOrder, words: Sequence
 
 def _is_study(path: Path) -> bool:
     """Return whether a file is a study's; what is wrong with it is said by whatever reads it."""
-    from sumo3dviz_pt.job.yaml12 import parse_yaml
+    from sumo3dviz_pt.files.whole import read_plain
+    from sumo3dviz_pt.job.yaml12 import MOST_TEXT, parse_yaml
 
     try:
-        content, _ = parse_yaml(path.read_text(encoding="utf-8"), file=path)
+        text = read_plain(path, most=4 * MOST_TEXT).decode("utf-8")
+        content, _ = parse_yaml(text, file=path)
     except (OSError, UnicodeDecodeError):
         return False
     return isinstance(content, dict) and "factors" in content

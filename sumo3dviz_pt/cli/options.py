@@ -195,8 +195,8 @@ def add_window(
         first: What `--from` means.
         last: What `--to` means.
     """
-    sub.add_argument("--from", dest="start", type=float, metavar="T", help=first)
-    sub.add_argument("--to", dest="end", type=float, metavar="T", help=last)
+    sub.add_argument("--from", dest="start", type=sumo_time, metavar="T", help=first)
+    sub.add_argument("--to", dest="end", type=sumo_time, metavar="T", help=last)
 
 
 def add_overwrite(sub: argparse.ArgumentParser, what: str = "replace what exists") -> None:
@@ -217,6 +217,17 @@ def picture_size(text: str) -> tuple[int, int]:
     if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
         raise argparse.ArgumentTypeError(f"{text!r} is no size; write it like 1280x720")
     return int(width), int(height)
+
+
+def sumo_time(text: str) -> float:
+    """Read a time of the simulation [s]: seconds, or a clock as SUMO writes it, 16:30:00."""
+    from sumo3dviz_pt.pipeline.reading import parse_time
+
+    try:
+        return parse_time(text)
+    except ValueError:
+        message = f"{text!r} is no time; write seconds, or a clock such as 16:30:00"
+        raise argparse.ArgumentTypeError(message) from None
 
 
 def frame_range(text: str) -> tuple[int, int]:

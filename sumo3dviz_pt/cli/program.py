@@ -7,6 +7,7 @@ import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from sumo3dviz_pt.cli import (
     assets,
@@ -37,6 +38,7 @@ from sumo3dviz_pt.errors import (
     Sumo3dvizError,
     interrupted,
 )
+from sumo3dviz_pt.files.outputs import check_place, check_spared
 from sumo3dviz_pt.installation.dependencies import explained, package_of, require_packages
 
 _COMMANDS = (
@@ -82,6 +84,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         options.words = list(sys.argv[1:] if arguments is None else arguments)
         if options.command != "doctor":
             require_packages()
+        _check_output(options)
         code: int = options.run(options)
         return code
     except (InputError, ConfigError) as error:
@@ -96,7 +99,18 @@ def _run(arguments: Sequence[str] | None) -> int:
             return complain(explained(package_of(error.name), error), 1)
         if not isinstance(error, Sumo3dvizError | OSError | MemoryError):
             raise
-        return complain(error, 1, hint)
+        return complain(str(error) or "there is not enough memory for this", 1, hint)
+
+
+def _check_output(options: argparse.Namespace) -> None:
+    """Refuse a place that cannot be written to, or what is read by the command itself."""
+    output = getattr(options, "output", None)
+    if output is None:
+        return
+    check_place(output)
+    given = [value if isinstance(value, list) else [value] for value in vars(options).values()]
+    named = [one for some in given for one in some if isinstance(one, Path) and one is not output]
+    check_spared(output, named)
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -125,8 +139,9 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
 
 
 class _WarningPrinter(logging.Handler):
-    """Prints warnings as plain sentences to the present standard error, each of them once.
+    """Prints our warnings as plain sentences to the present standard error, each of them once.
 
+    What other packages log, and Python's own warnings, are no sentences for users.
     Records that differ only in what part of a file was read have the same attribute `once`;
     the first of them is printed.
     """
@@ -137,6 +152,8 @@ class _WarningPrinter(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print one."""
+        if record.name.partition(".")[0] != _OURS.name:
+            return
         text = record.getMessage()
         subject = getattr(record, "once", text)
         if subject not in self._said:
@@ -159,9 +176,11 @@ def notes_on_stderr() -> Iterator[None]:
     handlers, levels = _ALL.handlers[:], (_ALL.level, _OURS.level)
     _ALL.handlers[:] = [_WarningPrinter()]
     _set_level(0)
+    logging.captureWarnings(True)
     try:
         yield
     finally:
+        logging.captureWarnings(False)
         _ALL.handlers[:] = handlers
         _ALL.setLevel(levels[0])
         _OURS.setLevel(levels[1])

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import PROGRAM
+from sumo3dviz_pt.cli.options import PROGRAM, sumo_time
 from sumo3dviz_pt.cli.progress import progress
 from sumo3dviz_pt.cli.scene_files import SIMULATING
 from sumo3dviz_pt.errors import ConfigError
@@ -18,8 +18,10 @@ def add(commands: Any) -> None:
     sub = commands.add_parser("record", help="run SUMO and keep what a film needs")
     sub.add_argument("configuration", type=Path, help=".sumocfg; seed and step stay its own")
     sub.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER")
-    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time to keep [s]")
-    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time to keep [s]")
+    sub.add_argument(
+        "--from", dest="start", type=sumo_time, metavar="T", help="first time to keep [s]"
+    )
+    sub.add_argument("--to", dest="end", type=sumo_time, metavar="T", help="last time to keep [s]")
     sub.add_argument("--around", metavar="X,Y,R", help="only within R of a place [m]")
     sub.add_argument(
         "--follow", metavar="ID", help="only around this vehicle, and as long as it is"

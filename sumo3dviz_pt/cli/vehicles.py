@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overrides, overrides_of
+from sumo3dviz_pt.cli.options import add_overrides, overrides_of, sumo_time
 from sumo3dviz_pt.cli.progress import progress
 
 
@@ -27,7 +27,7 @@ def add(commands: Any) -> None:
         "--type", default="*", metavar="GLOB", help='vType, vClass or person, as "bus*"'
     )
     sub.add_argument(
-        "--at", type=float, metavar="T", help="only road users that are there at this time [s]"
+        "--at", type=sumo_time, metavar="T", help="only road users that are there at this time [s]"
     )
     sub.add_argument(
         "--near",

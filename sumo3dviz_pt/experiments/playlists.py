@@ -16,6 +16,12 @@ Order = Literal["latin", "random", "as_written"]
 MOST_PLAYLISTS = 10_000
 """Most playlists of a study."""
 
+MOST_BALANCED = 1000
+"""Most trials of a block whose orders are balanced: the square has as many rows, or twice."""
+
+MOST_SHOWN = 2_000_000
+"""Most trials that all playlists show together."""
+
 
 @dataclass(frozen=True, slots=True)
 class Playlist:
@@ -56,7 +62,9 @@ def build_playlists(
         ConfigError: If there are fewer playlists than groups, fewer trials than parts, or too many.
     """
     groups = _groups(trials, parts, seed)
+    _check_balanced(groups, order)
     turns = _turns(groups, order, count)
+    _check_shown(sum(repeat * len(groups[block]) for block, _ in turns))
     orders = {
         block: _Orders(order, tuple(own), block=block, seed=seed) for block, own in groups.items()
     }
@@ -88,6 +96,27 @@ def _turns(groups: _Groups, order: Order, count: int | None) -> list[tuple[str, 
         )
     names = list(groups)
     return [(names[n % len(names)], n // len(names)) for n in range(count)]
+
+
+def _check_balanced(groups: _Groups, order: Order) -> None:
+    """Refuse squares that no study could show."""
+    block, most = max(((name, len(own)) for name, own in groups.items()), key=lambda each: each[1])
+    if order == "latin" and most > MOST_BALANCED:
+        raise ConfigError(
+            f"block {block} has {most:,} trials, and orders of at most {MOST_BALANCED:,} are"
+            " balanced; share them out by playlists.parts, or write order: random and count",
+            key="playlists.order",
+        )
+
+
+def _check_shown(count: int) -> None:
+    """Refuse more trials than any study shows."""
+    if count > MOST_SHOWN:
+        raise ConfigError(
+            f"all playlists together show {count:,} trials, and at most {MOST_SHOWN:,} are"
+            " written; write a smaller playlists.count or repeat, or more parts",
+            key="playlists.count",
+        )
 
 
 def _needed(order: Order, count: int) -> int:

@@ -51,6 +51,28 @@ def open_plain(path: Path) -> BinaryIO:
     return path.open("rb")
 
 
+def read_plain(path: Path, *, most: int) -> bytes:
+    """Read a plain file that may hold so many bytes.
+
+    Args:
+        path: The file.
+        most: Bytes.
+
+    Raises:
+        InputError: If it is a pipe, a device, a socket or a folder, or larger.
+        OSError: If it cannot be read.
+    """
+    if path.is_dir():
+        raise InputError("is a folder; name a file in it", file=path)
+    with open_plain(path) as stream:
+        # So much is set aside at once; files of the system say that they have no size.
+        data = stream.read(min(most, max(path.stat().st_size, 1 << 20)) + 1)
+    if len(data) > most:
+        message = f"has more than {most:,} bytes, the most that is read; is it the right file?"
+        raise InputError(message, file=path)
+    return data
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """Give a path to write to; what lies there replaces `path` when the `with` statement ends.

@@ -15,9 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.whole import read_plain
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 """How a PNG file begins."""
+
+MOST_BYTES = 2_000_000_000
+"""Of a picture that is read."""
 
 _PERCEPTUAL = b"\x00"
 
@@ -51,7 +55,7 @@ def read_text(path: Path) -> dict[str, str]:
         InputError: If the file cannot be read, or is no PNG or a damaged one.
     """
     try:
-        data = path.read_bytes()
+        data = read_plain(path, most=MOST_BYTES)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     if not data.startswith(SIGNATURE):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from types import NoneType, UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -45,8 +46,8 @@ _WORDS: Mapping[str, str] = {
 
 _SHOULD = "this should be "
 
-_BRANCHES = ("float", "tuple", "TableSettings")
-"""Pydantic's names of what a union may be, where they hold no bracket."""
+_OF_KEY = "[key]"
+"""What pydantic adds to the location of a key of a mapping that is wrong itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +68,16 @@ def explained(error: ValidationError, model: type[BaseModel], source: Source) ->
     """
     # A misspelt key that is required is also missing; its spelling explains both.
     problems = sorted(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
-    first = _deepest(problems)
-    path = _path(first)
-    message = " or ".join(_alternatives([p for p in problems if _path(p) == path]))
-    message += _shown(first)
+    paths = [_followed(model, _location(problem))[0] for problem in problems]
+    path, first = _deepest(paths, problems)
+    same = [each for each, its in zip(problems, paths, strict=True) if its == path]
+    message = " or ".join(_alternatives(same)) + _shown(first)
     if first["type"] == "extra_forbidden":
-        hint = catalog.did_you_mean(str(path[-1]), _siblings(model, first["loc"]))
-        message = f"this key is unknown{hint}"
-    others = len({_path(problem) for problem in problems if not _alike(_path(problem), path)})
+        siblings = _keys(_followed(model, first["loc"][:-1])[1])
+        message = f"this key is unknown{catalog.did_you_mean(str(path[-1]), siblings)}"
+    elif _takes_preset(_followed(model, first["loc"])[1], first):
+        message += f"; a preset is named by {'.'.join(map(str, path))}.preset={first['input']}"
+    others = len({other for other in paths if not _alike(other, path)})
     return located(message + (f" (and {others} more)" if others else ""), path, source)
 
 
@@ -90,14 +93,8 @@ def located(message: str, path: KeyPath, source: Source) -> ConfigError:
         (source.places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in source.places),
         (None, None),
     )
-    key = ".".join(map(_key_shown, path)) or None
+    key = ".".join(map(str, path)) or None
     return ConfigError(message, key=key, file=source.file, line=place[0], column=place[1])
-
-
-def _key_shown(part: str | int) -> str:
-    """Return a key as one line shows it."""
-    text = str(part)
-    return text if text.isprintable() else repr(text)
 
 
 def reason(problem: Mapping[str, Any]) -> str:
@@ -105,27 +102,19 @@ def reason(problem: Mapping[str, Any]) -> str:
     return _words(problem) + _shown(problem)
 
 
-def _deepest(problems: Sequence[Any]) -> Any:
-    """Return the first problem; of branches of a union, the one that came furthest."""
-    path = _path(problems[0])
-    branches = [problem for problem in problems if _path(problem)[: len(path)] == path]
-    return max(branches, key=lambda problem: len(_path(problem)))
-
-
-def _path(problem: Mapping[str, Any]) -> KeyPath:
-    """Return the keys that lead to a problem."""
-    return tuple(part for part in problem["loc"] if not _is_branch(part))
+def _deepest(paths: Sequence[KeyPath], problems: Sequence[Any]) -> tuple[KeyPath, Any]:
+    """Return the first problem and its path; of branches of a union, the one that came furthest."""
+    start = paths[0]
+    branches = [
+        each for each in zip(paths, problems, strict=True) if each[0][: len(start)] == start
+    ]
+    return max(branches, key=lambda each: len(each[0]))
 
 
 def _alike(path: KeyPath, other: KeyPath) -> bool:
     """Return whether one path lies on the other."""
     shared = min(len(path), len(other))
     return path[:shared] == other[:shared]
-
-
-def _is_branch(part: str | int) -> bool:
-    """Return whether a part of pydantic's location names a branch of a union, not a key."""
-    return isinstance(part, str) and (part in _MODES or "[" in part or part in _BRANCHES)
 
 
 def _alternatives(problems: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -160,34 +149,74 @@ def _shown(problem: Mapping[str, Any]) -> str:
 # Keys that are known -----------------------------------------------------------------------
 
 
-def _siblings(model: Any, location: Sequence[str | int]) -> list[str]:
-    """Return the keys that are known where an unknown one stands."""
-    for part in location[:-1]:
-        model = _descend(model, part)
-        if model is None:
-            return []
-    return _keys(model)
+def _location(problem: Mapping[str, Any]) -> tuple[str | int, ...]:
+    """Return where a problem is, for pydantic; a key that is wrong itself stands there, too."""
+    location: tuple[str | int, ...] = problem["loc"]
+    of_key = location[-1:] == (_OF_KEY,) and problem["type"] != "extra_forbidden"
+    return location[:-1] if of_key else location
 
 
-def _keys(model: Any) -> list[str]:
-    """Return the names that a model takes."""
-    if not (isinstance(model, type) and issubclass(model, BaseModel)):
-        return []
-    return [field.alias or name for name, field in model.model_fields.items()]
+def _followed(kind: Any, location: Sequence[str | int]) -> tuple[KeyPath, Any]:
+    """Follow one of pydantic's locations, whose parts are keys and names of branches of unions.
+
+    Args:
+        kind: The type in which it begins.
+        location: As pydantic tells it.
+
+    Returns:
+        The keys alone, and the type that stands there; None where there is none.
+    """
+    path: list[str | int] = []
+    for part in location:
+        options = _options(kind)
+        if len(options) > 1:
+            named = (option for option in options if part in _names(option))
+            kind = next(named, None)
+        else:
+            path.append(part)
+            kind = _inner(options[0], part)
+    return tuple(path), kind
 
 
-def _descend(model: Any, part: str | int) -> Any:
-    """Return the model behind one part of a location."""
-    if isinstance(part, int):
-        return model
-    if not (isinstance(model, type) and issubclass(model, BaseModel)):
-        options = models_in(model)
-        named = [m for m in options if isinstance(part, str) and mode_of(m) == part]
-        return named[0] if named else (options[0] if len(options) == 1 else model)
-    field = model.model_fields.get(str(part))
-    if field is None:
-        return None
-    models = models_in(field.annotation)
-    if len(models) == 1 and get_origin(field.annotation) is not dict:
-        return models[0]
-    return get_args(field.annotation) or None
+def _options(kind: Any) -> list[Any]:
+    """Return the types that a union may be; the type itself if it is none."""
+    if get_origin(kind) is Annotated:
+        return _options(get_args(kind)[0])
+    if get_origin(kind) in (Union, UnionType):
+        return [option for option in get_args(kind) if option is not NoneType]
+    return [kind]
+
+
+def _names(option: Any) -> tuple[str | None, ...]:
+    """Return what pydantic may call a branch that is a model."""
+    return tuple(name for model in _models(option) for name in (mode_of(model), model.__name__))
+
+
+def _models(kind: Any) -> list[type[BaseModel]]:
+    """Return a type, without what is said about it, in a list if it is a model."""
+    (kind, *others) = _options(kind)
+    return [kind] if not others and isinstance(kind, type) and issubclass(kind, BaseModel) else []
+
+
+def _inner(kind: Any, part: str | int) -> Any:
+    """Return the type of what stands under a key or in a place of a list."""
+    for model in _models(kind):
+        fields = model.model_fields.items()
+        found = (field for name, field in fields if part in (name, field.alias))
+        return next((field.annotation for field in found), None)
+    inner = [each for each in get_args(kind) if each is not Ellipsis]
+    if isinstance(part, int) and part < len(inner):
+        return inner[part]
+    return inner[-1] if inner else None
+
+
+def _keys(kind: Any) -> list[str]:
+    """Return the names that a type takes, if it is a model."""
+    return [
+        field.alias or name for model in _models(kind) for name, field in model.model_fields.items()
+    ]
+
+
+def _takes_preset(kind: Any, problem: Mapping[str, Any]) -> bool:
+    """Return whether one word stands where a model with a key `preset` should."""
+    return isinstance(problem["input"], str) and "preset" in _keys(kind)

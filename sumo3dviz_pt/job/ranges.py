@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
+from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.job.values import MOST_TEXT, ONE_OR_MORE, HexColour
 from sumo3dviz_pt.model.bounds import ANGLE, COORDINATE, HEIGHT, SECONDS
 
@@ -19,6 +20,11 @@ MOST_ENTRIES = 10_000
 WIDEST = 16_384
 """Largest width and height of a picture [px]."""
 
+LONGEST_PART = 60
+"""Most characters of a name that becomes part of a file's name."""
+
+_NOT_IN_FILES = frozenset('/\\:*?"<>|')
+_RESERVED = re.compile(r"(?i)(?:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
 _LONGEST_NAME = 255  # bytes of a file's name, on all usual file systems
 _DATE = re.compile(r"(\d{4})-(\d\d)-(\d\d)")
 _TIME = re.compile(r"(\d{1,2}):(\d\d)(?::(\d\d))?")
@@ -106,6 +112,25 @@ TimeOfDay = Annotated[dt.time, BeforeValidator(_time)]
 Colours = Annotated[tuple[HexColour, ...], Field(max_length=MOST_ENTRIES)]
 Names = Annotated[tuple[str, ...], Field(max_length=MOST_ENTRIES)]
 OneOrMoreNames = Annotated[Names, ONE_OR_MORE]
+
+
+def _file_part(name: str) -> str:
+    """Refuse a name that could not be part of a file's name on every system."""
+    if not 1 <= len(name) <= LONGEST_PART or name != name.strip():
+        raise ValueError(
+            f"a name has 1 to {LONGEST_PART} characters and no blanks at its ends, for films are"
+            f" called by it; shorten {cut(name)!r}"
+        )
+    odd = next((char for char in name if not char.isprintable() or char in _NOT_IN_FILES), None)
+    if odd is not None:
+        raise ValueError(f"no name holds {odd!r}, for films are called by it; rename {name!r}")
+    if _RESERVED.fullmatch(name):
+        raise ValueError(f"Windows keeps the name {name!r} for a device; choose another")
+    return name
+
+
+FilePart = Annotated[str, AfterValidator(_file_part)]
+"""A name that becomes part of a file's name."""
 
 
 # Files -------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ from sumo3dviz_pt.job.ranges import (
     Colours,
     Date,
     File,
+    FilePart,
     Finite,
     Latitude,
     Longitude,
@@ -352,7 +353,7 @@ class Job(Settings):
         None, description="changes recorded traffic: rides at other times or paces, or fewer"
     )
     lights: Lights = Field("auto", description="auto lights lamps after sunset")
-    cameras: dict[str, CameraSettings] = Field(
+    cameras: dict[FilePart, CameraSettings] = Field(
         default_factory=dict, max_length=MOST_ENTRIES, description="by name"
     )
     shots: tuple[ShotSettings, ...] = Field(

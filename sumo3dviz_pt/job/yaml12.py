@@ -41,6 +41,15 @@ class _Loader(yaml.SafeLoader):
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012
 
+    def scan_plain(self) -> yaml.Token:
+        """Scan text without quotes; in YAML 1.2, a question mark in it ends it nowhere."""
+        peek = self.peek
+        self.peek = lambda index=0: "." if (char := peek(index)) == "?" else char
+        try:
+            return super().scan_plain()
+        finally:
+            del self.peek
+
 
 _CORE = (
     ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF"),

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.job.errors import Source, explained, located, reason
 from sumo3dviz_pt.job.plain import as_path, plain
 from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
@@ -63,6 +64,12 @@ def read_scene(path: Path) -> SceneText:
     content, places = parse_yaml(_text_of(path), file=path)
     if not isinstance(content, dict):
         raise ConfigError("a scene file is a mapping of keys to values; this is not", file=path)
+    if "factors" in content and "scenario" not in content:
+        raise ConfigError(
+            f"is a study file, not a scene file; render it with: sumo3dviz-pt study {path}"
+            f" -o {path.stem}",
+            file=path,
+        )
     return SceneText(content, Source(path, places))
 
 
@@ -187,11 +194,12 @@ def _text_of(path: Path) -> str:
     try:
         if path.is_dir():
             raise _no_scene(path, "a folder", path)
-        with path.open("rb") as stream:
+        with open_plain(path) as stream:
             # A character is four bytes at most; whole vehicle logs are not read.
             data = stream.read(4 * MOST_TEXT + 1)
     except FileNotFoundError as error:
-        raise ConfigError("there is no such scene file", file=path) from error
+        hint = catalog.file_meant(path)
+        raise ConfigError(f"there is no such scene file{hint}", file=path) from error
     except OSError as error:
         why = error.strerror or error
         raise ConfigError(f"the scene file cannot be read: {why}", file=path) from error

@@ -29,6 +29,7 @@ from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot.afloat import on_what_is_drawn
 from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
@@ -293,8 +294,7 @@ class ShotBuilder:
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
-        if place.surface is not None:
-            fleet = fleet.grounded(place.surface.rise_at)
+        fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models, lettered=LETTER in crowd.slots.deforming)

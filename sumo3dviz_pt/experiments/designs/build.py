@@ -17,7 +17,7 @@ from sumo3dviz_pt.experiments.designs.latin import latin_square
 from sumo3dviz_pt.experiments.shuffles import permutation
 from sumo3dviz_pt.experiments.trials import Levels, Profile
 
-MOST_PROFILES = 10_000
+MOST_PROFILES = 1000
 """Most profiles of a design."""
 
 Exclusions = Sequence[Mapping[str, Sequence[str]]]

@@ -10,16 +10,23 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.files.whole import read_plain
 
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t"}
 
 MOST_BYTES = 50_000_000
 """Largest table that is read."""
+
+MOST_ROWS = 20_000
+"""Most rows of a table."""
+
+MOST_CELLS = 1_000_000
+"""Most cells of a table; those that are empty count, too."""
 
 _EXCEL = {".xlsx", ".xlsm"}
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
@@ -74,22 +81,35 @@ def read_table(file: Path, *, separator: str = "auto", sheet: str | None = None)
         if not text.strip():
             raise InputError("holds no table, it is empty", file=file)
         named = _separator(text) if separator == "auto" else separator
-        rows = list(_text_rows(text, SEPARATORS[named], file))
+        rows = list(bounded(_text_rows(text, SEPARATORS[named], file), file))
     if not rows:
         raise InputError("holds no table, it is empty", file=file)
     return _table(file, rows, named)
 
 
+def bounded(rows: Iterable[Row], file: Path) -> Iterator[Row]:
+    """Yield rows while they are no more than any table has.
+
+    Raises:
+        InputError: If they are.
+    """
+    cells = 0
+    for number, row in enumerate(rows):
+        cells += len(row.cells)
+        if number > MOST_ROWS or cells > MOST_CELLS:
+            message = f"has more than {MOST_ROWS:,} rows or {MOST_CELLS:,} cells; no design has"
+            raise InputError(message, file=file, line=row.line)
+        yield row
+
+
 def _text_of(file: Path) -> str:
     """Return a file's text."""
     try:
-        data = file.read_bytes()
+        data = read_plain(file, most=MOST_BYTES)
     except FileNotFoundError as error:
         raise InputError("there is no such table", file=file) from error
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", file=file) from error
-    if len(data) > MOST_BYTES:
-        raise InputError(f"is larger than {MOST_BYTES // 1_000_000} MB, no design is", file=file)
     if data[:2] == b"PK":
         raise InputError("is a packed file, no text; is it an .xlsx by another name?", file=file)
     encoding = next((name for mark, name in _MARKS if data.startswith(mark)), "utf-8")

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import datetime as dt
+import io
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import InputError, MissingExtraError
-from sumo3dviz_pt.experiments.tables.cells import Row
+from sumo3dviz_pt.experiments.tables.cells import MOST_BYTES, Row, bounded
+from sumo3dviz_pt.files.quiet import unwarned
+from sumo3dviz_pt.files.whole import read_plain
 
 
 def read_sheet(file: Path, sheet: str | None) -> list[Row]:
@@ -25,24 +29,49 @@ def read_sheet(file: Path, sheet: str | None) -> list[Row]:
     """
     try:
         import openpyxl
-        from openpyxl.utils.exceptions import InvalidFileException
     except ImportError as error:
         raise MissingExtraError(f"{file}: .xlsx tables need openpyxl", extra="studies") from error
-    if not file.is_file():
-        raise InputError("there is no such table", file=file)
+    data = _packed(file)
     try:
-        book = openpyxl.load_workbook(file, read_only=True, data_only=True)
-    except (InvalidFileException, zipfile.BadZipFile, KeyError, ValueError, OSError) as error:
-        raise InputError("is damaged, or no .xlsx", file=file) from error
+        with unwarned():
+            book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+            return _trimmed(list(bounded(_rows(book, sheet, file), file)))
+    except InputError:
+        raise
+    except Exception as error:  # openpyxl raises anything
+        raise InputError("is damaged, or no .xlsx; save it again", file=file) from error
+
+
+def _packed(file: Path) -> bytes:
+    """Return what a file holds, if it does not unpack to more than any table."""
     try:
-        if sheet is not None and sheet not in book.sheetnames:
-            hint = did_you_mean(sheet, book.sheetnames)
-            raise InputError(f"has no sheet {sheet!r}{hint}", file=file)
-        rows = book[sheet or book.sheetnames[0]].iter_rows(values_only=True)
-        texts = [Row(line, tuple(map(_text, cells))) for line, cells in enumerate(rows, start=1)]
-    finally:
-        book.close()
-    return _trimmed([row for row in texts if any(row.cells)])
+        data = read_plain(file, most=MOST_BYTES)
+        with zipfile.ZipFile(io.BytesIO(data)) as parts:
+            unpacked = sum(part.file_size for part in parts.infolist())
+    except FileNotFoundError as error:
+        raise InputError("there is no such table", file=file) from error
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=file) from error
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
+        raise InputError("is damaged, or no .xlsx; save it again", file=file) from error
+    if unpacked > 4 * MOST_BYTES:
+        message = f"unpacks to {unpacked:,} bytes, more than any table; is it an .xlsx?"
+        raise InputError(message, file=file)
+    return data
+
+
+def _rows(book: Any, sheet: str | None, file: Path) -> Iterator[Row]:
+    """Yield the rows of a sheet that hold anything."""
+    if sheet is not None and sheet not in book.sheetnames:
+        hint = did_you_mean(sheet, book.sheetnames)
+        raise InputError(f"has no sheet {sheet!r}{hint}", file=file)
+    found = book[sheet or book.sheetnames[0]]
+    # The size that a sheet states is often that of an older one.
+    found.reset_dimensions()
+    for line, cells in enumerate(found.iter_rows(values_only=True), start=1):
+        texts = tuple(map(_text, cells))
+        if any(texts):
+            yield Row(line, texts)
 
 
 def _trimmed(rows: list[Row]) -> list[Row]:

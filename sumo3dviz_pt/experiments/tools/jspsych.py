@@ -60,8 +60,8 @@ def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
 
 def page(content: StudyContent) -> str:
     """Return the page."""
-    # A script may hold no "</"; JSON may write its slash as an escape.
-    study = json.dumps(_study(content), ensure_ascii=False).replace("</", "<\\/")
+    # "</" ends a script and "<!--<script" keeps it from ending; JSON may write "<" as an escape.
+    study = json.dumps(_study(content), ensure_ascii=False).replace("<", "\\u003c")
     parts = {
         "language": html.escape(content.words.language),
         "title": html.escape(content.words.title),

@@ -13,10 +13,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import read_plain
 
-MOST_PIXELS = 1 << 28
-"""Of a picture or a map: 16384 x 16384."""
+MOST_PIXELS = 1 << 26
+"""Of a picture or a map: 8192 x 8192, which take a gigabyte as numbers."""
 
+_MOST_BYTES = 500_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
 _FRAMES = frozenset({0xC0, 0xC1, 0xC2, 0xC3, 0xC5, 0xC6, 0xC7, 0xC9, 0xCA, 0xCB, 0xCD, 0xCE, 0xCF})
 """Markers of JPEG that hold the size."""
@@ -34,7 +36,7 @@ def check_picture(path: Path) -> None:
     if size_of is None:
         return
     try:
-        width, height = size_of(path.read_bytes())
+        width, height = size_of(read_plain(path, most=_MOST_BYTES))
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror}") from error
     except (struct.error, IndexError, ValueError, zlib.error) as error:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.files.quiet import unwarned
+from sumo3dviz_pt.files.whole import read_plain, refuse_special
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 MOST_BYTES = 500_000_000
@@ -24,6 +27,12 @@ MOST_BYTES = 500_000_000
 MOST_TRIANGLES = 3_000_000
 """Of a model: six times the largest that a picture of traffic can show well."""
 
+_MOST_PARTS = 5000
+"""Of a model: meshes in their places."""
+
+_MOST_MEETINGS = 1_000_000_000
+"""Corners of a mesh times the most of them at one vertex; smoothing takes so many steps."""
+
 _MOST_NUMBERS = 40_000_000
 """Numbers that a file may announce: coordinates, normals, indices."""
 
@@ -31,6 +40,7 @@ _FARTHEST = 1e6
 """Coordinates of a model, in its own unit: a kilometre in millimetres."""
 
 _PLY_COUNT = re.compile(rb"element\s+\w+\s+(\d+)")
+_OBJ_PART = re.compile(rb"^\s*(?:usemtl|o)\s", re.M)
 _HEAD = 1 << 16
 
 
@@ -66,13 +76,12 @@ def read_solids(path: Path, *, key: str) -> list[Solid]:
         ConfigError: If it is too large, damaged, holds no triangles or coordinates that no
             model has.
     """
-    import trimesh
-
     _check_announced(path, key)
     try:
-        scene: Any = trimesh.load(path, force="scene")
-        meshes = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh)]
-        found = [_solid(item) for item in meshes if len(item.faces)]
+        with unwarned():
+            found = [_solid(*placed) for placed in _placed(path, key)]
+    except ConfigError:
+        raise
     except Exception as error:  # trimesh's readers raise anything
         why = cut(" ".join(f"{type(error).__name__}: {error}".split()), most=120)
         message = f"{path} cannot be read: it is damaged; write it again ({why})"
@@ -84,15 +93,58 @@ def read_solids(path: Path, *, key: str) -> list[Solid]:
     return found
 
 
-def _check_solids(found: list[Solid], path: Path, key: str) -> None:
-    """Refuse what cannot be drawn."""
-    triangles = sum(len(solid.mesh.faces) for solid in found)
-    if triangles > MOST_TRIANGLES:
+def _placed(path: Path, key: str) -> list[tuple[Any, Floats]]:
+    """Return the meshes of a file, each as often as it is used, and where, (4, 4)."""
+    import trimesh
+
+    scene: Any = trimesh.load(path, force="scene", resolver=_beside(path))
+    shapes = {
+        name: item
+        for name, item in scene.geometry.items()
+        if isinstance(item, trimesh.Trimesh) and len(item.faces)
+    }
+    used = [(place, shape) for place, shape in _nodes(scene.graph) if shape in shapes]
+    triangles = sum(len(shapes[shape].faces) for _, shape in used)
+    if triangles > MOST_TRIANGLES or len(used) > _MOST_PARTS:
         raise ConfigError(
-            f"{path} has {triangles:,} triangles, and at most {MOST_TRIANGLES:,} are drawn;"
-            " make it simpler",
+            f"{path} has {len(used):,} parts of {triangles:,} triangles together, and at most"
+            f" {_MOST_PARTS:,} parts and {MOST_TRIANGLES:,} triangles are drawn; make it simpler",
             key=key,
         )
+    return [(shapes[shape], place) for place, shape in used]
+
+
+def _nodes(graph: Any) -> Iterator[tuple[Floats, str | None]]:
+    """Yield the places of all nodes, (4, 4), and what stands there.
+
+    Each node is asked once: trimesh multiplies all matrices above each of them anew.
+    """
+    tree = graph.transforms
+    waiting = [(graph.base_frame, np.eye(4))]
+    while waiting:
+        name, place = waiting.pop()
+        yield place, tree.node_data[name].get("geometry")
+        for child in tree.children.get(name, ()):
+            own = tree.edge_data[name, child].get("matrix")
+            waiting.append((child, place if own is None else place @ own))
+
+
+def _beside(path: Path) -> Any:
+    """Return what reads the files that a mesh file names: plain ones in its folder."""
+    from trimesh.resolvers import FilePathResolver
+
+    class Beside(FilePathResolver):  # type: ignore[misc]
+        """Reads no pipes and no devices, and no more than a mesh file may hold."""
+
+        def get(self, name: str) -> bytes:
+            """Return what a file holds."""
+            return read_plain(self.absolute(name), most=MOST_BYTES)
+
+    return Beside(str(path))
+
+
+def _check_solids(found: list[Solid], path: Path, key: str) -> None:
+    """Refuse what cannot be drawn."""
     for solid in found:
         # Written so that NaN fails too.
         if not (np.abs(solid.mesh.vertices) <= _FARTHEST).all():
@@ -102,59 +154,86 @@ def _check_solids(found: list[Solid], path: Path, key: str) -> None:
                 " write the model again",
                 key=key,
             )
+        widest = int(np.bincount(solid.mesh.faces.ravel()).max())
+        if widest * solid.mesh.faces.size > _MOST_MEETINGS:
+            raise ConfigError(
+                f"{path}: {widest:,} of {len(solid.mesh.faces):,} triangles meet at one vertex;"
+                " make the model simpler",
+                key=key,
+            )
 
 
 def _check_announced(path: Path, key: str) -> None:
     """Refuse a file that is, or says it is, larger than any model."""
-    size = path.stat().st_size
-    if size > MOST_BYTES:
-        raise ConfigError(f"{path} has {size:,} bytes, more than {MOST_BYTES:,}", key=key)
-    numbers = _ANNOUNCED.get(path.suffix.lower(), lambda _: 0)(path)
-    if numbers > _MOST_NUMBERS:
-        raise ConfigError(
-            f"{path} says that it holds {numbers:,} numbers, more than {_MOST_NUMBERS:,};"
-            " it is damaged or too large",
-            key=key,
-        )
+    try:
+        refuse_special(path)
+        size = path.stat().st_size
+        if size > MOST_BYTES:
+            raise ConfigError(f"{path} has {size:,} bytes, more than {MOST_BYTES:,}", key=key)
+        numbers, parts = _ANNOUNCED.get(path.suffix.lower(), lambda _: (0, 0))(path)
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read: {error.strerror}", key=key) from error
+    for count, most, what in (
+        (numbers, _MOST_NUMBERS, "numbers"),
+        (parts, 2 * _MOST_PARTS, "parts"),
+    ):
+        if count > most:
+            raise ConfigError(
+                f"{path} says that it holds {count:,} {what}, more than {most:,};"
+                " it is damaged or too large",
+                key=key,
+            )
 
 
-def _announced_by_ply(path: Path) -> int:
-    """Count the numbers that a PLY file announces."""
+def _announced_by_ply(path: Path) -> tuple[int, int]:
+    """Count the numbers and parts that a PLY file announces."""
     with path.open("rb") as stream:
         head = stream.read(_HEAD).partition(b"end_header")[0]
     # More digits than that are too many in any case.
-    return 3 * sum(int(match[1][:18]) for match in _PLY_COUNT.finditer(head))
+    return 3 * sum(int(match[1][:18]) for match in _PLY_COUNT.finditer(head)), 1
 
 
-def _announced_by_gltf(path: Path) -> int:
-    """Count the numbers that a glTF file announces; 0 if it is damaged, which is said later."""
+def _announced_by_gltf(path: Path) -> tuple[int, int]:
+    """Count what a glTF file announces; nothing if it is damaged, which is said later."""
     data = path.read_bytes()
     if data[:4] == b"glTF" and len(data) >= 20:
         (length,) = struct.unpack_from("<I", data, 12)
         data = data[20 : 20 + length]
     try:
-        accessors = json.loads(data).get("accessors", [])
-        return 3 * sum(int(accessor.get("count", 0)) for accessor in accessors)
+        content = json.loads(data)
+        numbers = 3 * sum(int(each.get("count", 0)) for each in content.get("accessors", []))
+        shapes = sum(len(each.get("primitives", [])) for each in content.get("meshes", []))
+        return numbers, max(shapes, len(content.get("nodes", [])))
     except (ValueError, TypeError, AttributeError, OverflowError, RecursionError):
-        return 0
+        return 0, 0
+
+
+def _announced_by_obj(path: Path) -> tuple[int, int]:
+    """Count the parts of an OBJ file: it changes its material or its object so often."""
+    return 0, len(_OBJ_PART.findall(path.read_bytes()))
 
 
 _ANNOUNCED = {
     ".ply": _announced_by_ply,
     ".gltf": _announced_by_gltf,
     ".glb": _announced_by_gltf,
+    ".obj": _announced_by_obj,
 }
 
 
-def _solid(item: Any) -> Solid:
-    """Merge a mesh's equal vertices and drop its faces without area."""
+def _solid(item: Any, place: Floats) -> Solid:
+    """Put a mesh in its place, merge equal vertices, drop doubled faces and those without area."""
+    import trimesh
+
     material = getattr(item.visual, "material", None)
     names = [item.metadata.get("name"), getattr(material, "name", None)]
     given = tuple(str(name) for name in names if name)
-    item = item.copy()
-    item.merge_vertices(merge_tex=True, merge_norm=True)
-    keep = item.area_faces > 1e-12
-    mesh = Mesh(np.asarray(item.vertices, dtype=np.float64), np.asarray(item.faces)[keep])
+    # Without its looks: a copy of these would unpack all pictures.
+    bare: Any = trimesh.Trimesh(item.vertices, item.faces, process=False)
+    bare.apply_transform(place)
+    bare.merge_vertices()
+    keep = (bare.area_faces > 1e-12) & bare.unique_faces()
+    mesh = Mesh(np.asarray(bare.vertices, dtype=np.float64), np.asarray(bare.faces)[keep])
     return _painted(Solid(mesh, given), item.visual)
 
 

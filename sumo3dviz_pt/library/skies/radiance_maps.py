@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.files.quiet import silenced
+from sumo3dviz_pt.files.whole import read_plain, refuse_special
 from sumo3dviz_pt.library.materials.picture_files import MOST_PIXELS
 from sumo3dviz_pt.model.geometry import Image
 
@@ -70,6 +71,7 @@ def check_radiance_file(path: Path) -> None:
     """
     if path.suffix.lower() not in _READERS:
         raise InputError(f"a radiance map must be one of {', '.join(_READERS)}", file=path)
+    refuse_special(path)
     if not path.is_file():
         raise InputError("no such file", file=path)
 
@@ -124,7 +126,7 @@ def _sane(image: Image, path: Path) -> Image:
 
 def _read_hdr(path: Path) -> Image:
     """Read a Radiance HDR file, (h, w, 3)."""
-    data = path.read_bytes()
+    data = read_plain(path, most=4 * MOST_PIXELS)
     size = _SIZE.search(data, 0, 4096)
     if not data.startswith(b"#?") or size is None:
         raise InputError("not a Radiance HDR file with rows from the top", file=path)

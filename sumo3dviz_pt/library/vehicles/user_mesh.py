@@ -26,7 +26,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, cut
-from sumo3dviz_pt.job.yaml12 import parse_yaml
+from sumo3dviz_pt.files.whole import read_plain
+from sumo3dviz_pt.job.yaml12 import MOST_TEXT, parse_yaml
 from sumo3dviz_pt.library.mesh.mesh_files import Solid, read_solids
 from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
@@ -154,7 +155,7 @@ def _options(path: Path) -> Mapping[str, Any]:
     if path.suffix.lower() not in (".yaml", ".yml"):
         return {"mesh": path.name}
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_plain(path, most=4 * MOST_TEXT).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "it is no text in UTF-8"
         raise ConfigError(f"{path} cannot be read: {why}", key=_KEY) from error

@@ -10,9 +10,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.catalog import did_you_mean, file_meant
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.trials import Levels
+from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.job.errors import Source, explained, located
 from sumo3dviz_pt.job.plain import as_path
 from sumo3dviz_pt.job.study import StudySettings
@@ -81,18 +82,20 @@ def load_study(path: Path) -> StudyFile:
     settings = _settings(content, source)
     _check_exclusions(settings, source)
     if not settings.scene.is_file():
-        raise located(f"there is no scene file {settings.scene}", ("scene",), source)
+        hint = file_meant(settings.scene)
+        raise located(f"there is no scene file {settings.scene}{hint}", ("scene",), source)
     return StudyFile(settings, source, read_scene(settings.scene))
 
 
 def _text_of(path: Path) -> str:
     """Return what a study file holds."""
     try:
-        with path.open("rb") as stream:
+        with open_plain(path) as stream:
             # A character is four bytes at most.
             return stream.read(4 * MOST_TEXT + 1).decode("utf-8")
     except FileNotFoundError as error:
-        raise ConfigError("there is no such study file", file=path) from error
+        hint = file_meant(path)
+        raise ConfigError(f"there is no such study file{hint}", file=path) from error
     except OSError as error:
         why = error.strerror or error
         raise ConfigError(f"the study file cannot be read: {why}", file=path) from error

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.experiments.designs.build import build_design, is_excluded
+from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
 from sumo3dviz_pt.experiments.playlists import Playlist, build_playlists
 from sumo3dviz_pt.experiments.tables.build import trials_in
 from sumo3dviz_pt.experiments.tables.cells import read_table
@@ -132,6 +132,12 @@ def _tabled(study: StudyFile, table: TableSettings) -> tuple[tuple[Trial, ...], 
         read = read_table(table.table, separator=table.separator, sheet=table.sheet)
         trials = trials_in(read, study.levels, request)
     profiles = profiles_of(trials)
+    if len(profiles) > MOST_PROFILES:
+        raise InputError(
+            f"shows {len(profiles):,} combinations of levels, and a study has at most"
+            f" {MOST_PROFILES:,}; leave rows out, or share them out over several studies",
+            file=table.table,
+        )
     for profile in profiles:
         if is_excluded(profile, study.levels, study.settings.exclude):
             words = _in_words(study, profile)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -161,9 +162,9 @@ def _names(
         coded = study.settings.names == "codes" or not name or len(name) > _LONGEST_NAME
         coded = coded or _RESERVED.fullmatch(name) is not None
         names[digest] = codes[digest] if coded else name
-    lowered = [name.lower() for name in names.values()]
+    lowered = Counter(name.lower() for name in names.values())
     return {
-        digest: codes[digest] if lowered.count(name.lower()) > 1 else name
+        digest: codes[digest] if lowered[name.lower()] > 1 else name
         for digest, name in names.items()
     }
 

@@ -71,6 +71,7 @@ class ParquetFormat(TableFormat):
         ]
         line = 1
         arrow: Any = _arrow()
+        _check_types(parquet.schema_arrow, wanted, file)
         try:
             for batch in parquet.iter_batches(_BATCH, columns=wanted):
                 own = header_of(batch.schema.names).names
@@ -84,6 +85,15 @@ class ParquetFormat(TableFormat):
             raise InputError(
                 f"cannot be read ({error}); write it again", file=file, line=line
             ) from error
+
+
+def _check_types(schema: Any, wanted: list[str], file: Path) -> None:
+    """Refuse columns of lists and other things within things."""
+    for name in wanted:
+        kind = schema.field(name).type
+        if _arrow().types.is_nested(kind):
+            message = f"the column {name} holds {kind}, and should hold numbers or text"
+            raise InputError(message, file=file)
 
 
 def _cells(name: str, column: Any) -> Cells:

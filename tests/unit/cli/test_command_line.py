@@ -4,12 +4,15 @@ import logging
 import re
 import shutil
 import subprocess
+import warnings
 
 import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cli import build_parser, main
+from sumo3dviz_pt.cli.program import notes_on_stderr
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.meanings import meaning
 from sumo3dviz_pt.video import CODECS
 
@@ -174,3 +177,27 @@ def test_bash_completes(line, offered, tmp_path, capsys):
     command = ["bash", "-c", ask, "bash", str(path), *line]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.split() == offered and done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("59400", 59400.0), ("16:30:00", 59400.0), ("1:00:00:02.5", 86402.5)]
+)
+def test_times_are_read_as_sumo_writes_them(text, seconds):
+    words = ["still", "a.yaml", "-o", "a.png", "--time", text]
+    assert build_parser().parse_args(words).time == seconds
+
+
+@pytest.mark.parametrize("text", ["noon", "16:30", "nan", "1e300", "16:-3:00"])
+def test_what_is_no_time_is_refused_with_both_notations(text):
+    with pytest.raises(ConfigError, match="16:30:00"):
+        build_parser().parse_args(["still", "a.yaml", "-o", "a.png", "--time", text])
+
+
+def test_only_our_own_sentences_reach_people(capsys):
+    with notes_on_stderr(), warnings.catch_warnings():
+        warnings.simplefilter("default")
+        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+        logging.getLogger("trimesh").warning("unable to load materials from: own.mtl")
+        logging.getLogger("PIL.Image").error("image file is truncated")
+        logging.getLogger("sumo3dviz_pt.sumo").warning("own")
+    assert capsys.readouterr().err == "sumo3dviz-pt: note: own\n"

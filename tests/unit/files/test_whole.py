@@ -1,12 +1,13 @@
 """Files are whole or not there, and only plain ones are read."""
 
 import os
+import tracemalloc
 from pathlib import Path
 
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.whole import open_plain, refuse_special, whole, write_whole
+from sumo3dviz_pt.files.whole import open_plain, read_plain, refuse_special, whole, write_whole
 
 
 def test_what_exists_is_replaced_as_a_whole(tmp_path):
@@ -53,3 +54,23 @@ def test_what_is_no_special_file_is_left_to_its_reader(tmp_path):
         assert stream.read() == b"1"
     for path in (tmp_path, tmp_path / "missing", Path("a\0b")):
         refuse_special(path)
+
+
+def test_no_more_than_asked_is_read(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"x" * 11)
+    assert read_plain(path, most=11) == b"x" * 11
+    for refused in (path, tmp_path):
+        with pytest.raises(InputError):
+            read_plain(refused, most=10)
+
+
+def test_as_much_memory_as_a_file_needs_is_set_aside(tmp_path):
+    path = tmp_path / "a"
+    path.write_bytes(b"x")
+    tracemalloc.start()
+    try:
+        read_plain(path, most=4_000_000_000)
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()

@@ -117,3 +117,17 @@ def test_tags_of_python_are_refused():
 def test_endless_documents_are_refused():
     with pytest.raises(ConfigError, match="nested too deeply, or in itself"):
         parse_yaml("a: &a [*a]")
+
+
+@pytest.mark.parametrize("text", ["How safe?", "a?b", "what?!", "is it so? or so?"])
+def test_a_question_needs_no_quotes_in_brackets(text):
+    assert parse_yaml(f"{{text: {text}, low: [{text}, b]}}")[0] == {
+        "text": text,
+        "low": [text, "b"],
+    }
+    assert parse_yaml(f"text: {text}")[0] == {"text": text}
+
+
+def test_a_question_mark_alone_is_still_no_key():
+    with pytest.raises(ConfigError):
+        parse_yaml("? [a, b]\n: 3")

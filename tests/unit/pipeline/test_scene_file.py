@@ -37,7 +37,7 @@ def complaint(tmp_path, text, overrides=None):
 
 
 def test_a_key_that_breaks_lines_is_shown_in_one(tmp_path):
-    assert r"vehicles.models.'a\nb': this should be" in str(
+    assert r"vehicles.models.a\nb: this should be" in str(
         complaint(tmp_path, f'{BASE}vehicles: {{models: {{"a\\nb": 3}}}}\n')
     )
 
