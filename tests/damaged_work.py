@@ -141,8 +141,10 @@ def _csv_log(scene: Path, rng: Chance) -> list[str]:
         _cell(rows, rng)
     data = "\n".join(";".join(row) for row in rows).encode("utf-8", "surrogatepass")
     data = damaged_bytes(data, rng) if torn else data
-    return _other_log(scene, "fcd.csv.gz", gzip.compress(data, mtime=0)) if packed else _other_log(
-        scene, "fcd.csv", data
+    return (
+        _other_log(scene, "fcd.csv.gz", gzip.compress(data, mtime=0))
+        if packed
+        else _other_log(scene, "fcd.csv", data)
     )
 
 
@@ -203,7 +205,9 @@ def _damaged_json(content: object, rng: Chance) -> bytes:
     text = json.dumps(content)
     if rng.random() < 0.3:
         return damaged_bytes(text.encode(), rng)
-    values = list(re.finditer(r'(?<=: )("[^"]*"|-?[\d.]+|null|true|false)|(?<=[\[,] )[\w."]+', text))
+    values = list(
+        re.finditer(r'(?<=: )("[^"]*"|-?[\d.]+|null|true|false)|(?<=[\[,] )[\w."]+', text)
+    )
     match = values[int(rng.integers(len(values)))]
     odd = (
         *("null", "[]", "{}", "-1", "1e400", "NaN", "true", '""', '"x"', "[[1]]", '{"a": 1}'),
