@@ -17,6 +17,7 @@ import pytest
 from manual import DOCS, PAGES, ROOT, text_of
 
 from sumo3dviz_pt.pipeline import checks
+from sumo3dviz_pt.pipeline.progress.conditions import MEASURED
 from sumo3dviz_pt.pipeline.progress.costs import cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
@@ -129,6 +130,19 @@ def test_nights_cost_more_as_the_page_says() -> None:
     assert 0.25 < more[0] < more[1] < 0.58
     page = text_of(DOCS / "howto" / "dusk_drive.md")
     assert "nights cost a third to a half more than days" in page
+
+
+def test_forecasts_reckon_with_the_weathers_of_the_bench() -> None:
+    table = [line.split("|")[1:-1] for line in text_of(BENCH / "weathers.md").splitlines()]
+    kinds = [cell.strip(" `") for cell in table[0][1:]]
+    rows = []
+    for what, *cells in table[2:]:
+        found = re.match(r" (\d+)x(\d+), (day|night)", what)
+        assert found is not None
+        costs = [float(cell.split()[0]) for cell in cells]
+        size = [int(found[1]), int(found[2])]
+        rows.append({"size": size, "hour": found[3], **dict(zip(kinds, costs, strict=True))})
+    assert json.loads(MEASURED.read_text(encoding="utf-8"))["rows"] == rows
 
 
 def test_the_page_of_costs_shows_what_check_forecasts() -> None:
