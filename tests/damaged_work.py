@@ -129,7 +129,10 @@ def _rows_of_log() -> dict[str, list[object]]:
     return found
 
 
-_COLUMNS = ("timestep_time", *(f"vehicle_{k}" for k in "id type x y angle speed pos lane".split()))
+_COLUMNS = (
+    "timestep_time",
+    *(f"vehicle_{k}" for k in ["id", "type", "x", "y", "angle", "speed", "pos", "lane"]),
+)
 
 
 def _csv_log(scene: Path, rng: Chance) -> list[str]:
