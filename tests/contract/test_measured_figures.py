@@ -133,15 +133,17 @@ def test_nights_cost_more_as_the_page_says() -> None:
     assert "nights cost a third to a half more than days" in page
 
 
-def test_forecasts_of_weathers_are_what_the_page_shows() -> None:
-    page = text_of(BENCH / "weathers.md")
-    lines = [line for line in page.splitlines() if re.match(r"\| \d+x\d+", line)]
-    rows = json.loads(MEASURED.read_text("utf-8"))["rows"]
-    assert len(lines) == len(rows) == 4
-    for line, row in zip(lines, rows, strict=True):
-        assert "{}x{}, ".format(*row["size"]) + row["hour"] in line
-        shown = [float(cell.split()[0]) for cell in line.split("|")[2:-1]]
-        assert shown == [row[kind] for kind in ("dry", "fog", "rain", "snow", "snowfall")]
+def test_forecasts_reckon_with_the_weathers_of_the_bench() -> None:
+    table = [line.split("|")[1:-1] for line in text_of(BENCH / "weathers.md").splitlines()]
+    kinds = [cell.strip(" `") for cell in table[0][1:]]
+    rows = []
+    for what, *cells in table[2:]:
+        found = re.match(r" (\d+)x(\d+), (day|night)", what)
+        assert found is not None
+        costs = [float(cell.split()[0]) for cell in cells]
+        size = [int(found[1]), int(found[2])]
+        rows.append({"size": size, "hour": found[3], **dict(zip(kinds, costs, strict=True))})
+    assert json.loads(MEASURED.read_text(encoding="utf-8"))["rows"] == rows
 
 
 def test_the_page_of_costs_shows_what_check_forecasts() -> None:
