@@ -170,9 +170,7 @@ def main() -> None:
             print(line, flush=True)
             lines.append(line)
         if options.output:
-            (options.output / name).write_text("
-".join(lines) + "
-", encoding="utf-8")
+            (options.output / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
         if options.output and name == "weathers.md":
             keep(rows_of(lines, options.size))
 
