@@ -38,7 +38,7 @@ from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ("bologna_acosta", "doerpfeldstr", "badhersfeld", "barcelona", "monaco_west_hills")
-DRAWN = 300
+DRAWN = 140
 """Logs drawn by a seed."""
 
 Counts = dict[str, dict[str, dict[str, int]]]

@@ -125,12 +125,10 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
         whole = union([run.area for run in runs]).buffer(_JOINED, join_style="mitre")
         for part in polygon_parts(whole.buffer(-_JOINED, join_style="mitre")):
             long, wide = _extent(part)
-            narrow = part.area < _NARROWEST * long or wide < _NARROWEST
-            if long < LONG or narrow or not _crossed(part, runs, below):
+            if long < LONG or wide < _NARROWEST or part.area < _NARROWEST * long:
                 continue
-            if long < _DECKS and _crossed(part, runs, decks):
-                continue
-            found.append(_tunnel(layout, ground, part, runs))
+            if _crossed(part, runs, below) and not (long < _DECKS and _crossed(part, runs, decks)):
+                found.append(_tunnel(layout, ground, part, runs))
     return tuple(tunnel for tunnel in found if tunnel is not None)
 
 
