@@ -1,8 +1,9 @@
-"""Silences libraries whose messages we say in words of our own."""
+"""Silences libraries whose messages we say in words of our own, or listens to them."""
 
 from __future__ import annotations
 
 import os
+import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,6 +25,30 @@ def silenced() -> Iterator[None]:
     finally:
         os.dup2(kept, 2)
         os.close(kept)
+
+
+@contextmanager
+def overheard(said: list[bytes]) -> Iterator[None]:
+    """Collect what comes to the console's standard error, and pass it on at the end.
+
+    Args:
+        said: Is told it.
+    """
+    try:
+        kept = os.dup(2)
+    except OSError:  # a program without a console has none
+        yield
+        return
+    with tempfile.TemporaryFile() as heard:
+        try:
+            os.dup2(heard.fileno(), 2)
+            yield
+        finally:
+            os.dup2(kept, 2)
+            heard.seek(0)
+            said.append(heard.read())
+            with os.fdopen(kept, "wb") as console:
+                console.write(said[-1])
 
 
 @contextmanager

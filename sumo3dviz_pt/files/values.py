@@ -7,7 +7,7 @@ classes of a closed list that the reader gives. Their constructors check them, a
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias, get_args, get_type_hints
@@ -70,6 +70,13 @@ def _name(kind: type) -> str:
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
+def _in_order(collection: Any) -> list[Any]:
+    """Return what a collection holds in the same order every time; sets have none of their own."""
+    if isinstance(collection, set | frozenset):
+        return sorted(collection)
+    return list(collection.items() if isinstance(collection, Mapping) else collection)
+
+
 class _Packer:
     """Makes nodes of JSON of values, and collects the bytes of arrays and shapes."""
 
@@ -93,8 +100,7 @@ class _Packer:
         """Return the node of a value that is not plain."""
         name = type(value).__name__
         if name in _COLLECTIONS and type(value) is _COLLECTIONS[name]:
-            items = value.items() if isinstance(value, Mapping) else value
-            return [name, [self.node(item) for item in self._in_order(items)]]
+            return [name, [self.node(item) for item in _in_order(value)]]
         if isinstance(value, np.ndarray):
             return self._array(value)
         if isinstance(value, np.generic) and value.dtype.kind in _NUMBERS:
@@ -104,13 +110,10 @@ class _Packer:
         if isinstance(value, shapely.STRtree):
             return ["shapes", self.node(value.geometries)]
         if self._kinds.get(_name(type(value))) is type(value):
-            given = [field.name for field in fields(value) if field.init]
+            known: Any = value
+            given = [field.name for field in fields(known) if field.init]
             return ["kind", _name(type(value)), {k: self.node(getattr(value, k)) for k in given}]
         raise TypeError(f"{type(value).__module__}.{name} is no known kind")
-
-    def _in_order(self, items: Iterable[Any]) -> list[Any]:
-        """Return items in the same order every time; sets have none of their own."""
-        return sorted(items) if isinstance(items, set | frozenset) else list(items)
 
     def _array(self, value: Any) -> list[Any]:
         """Return an array's node."""
@@ -160,7 +163,7 @@ class _Reader:
         if tag == "kind":
             name, given = rest
             return self._kinds[name](**{key: self.value(node) for key, node in given.items()})
-        makers = {
+        makers: Mapping[str, Callable[..., Any]] = {
             "array": self._array,
             "items": self._items,
             "number": lambda dtype, item: _dtype(dtype).type(item),

@@ -10,8 +10,10 @@ References:
 
 from __future__ import annotations
 
+import io
+import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,15 @@ PROVENANCE = "sumo3dviz_pt"
 
 _COLOURS = "RGB"
 """What the library calls the channels R, G and B together."""
+
+_PRECISION = 4  # bytes of a number, once it is read
+
+_DENSEST, _ROOM = 2 * 1032, 1_000_000
+"""How many times denser than the numbers that are read of it a file can be (deflate's 1032, and
+half precision), and what is allowed in any case [bytes]."""
+
+_PRINTING = threading.Lock()
+"""Held while the process's streams are not ours."""
 
 _BT709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 
@@ -209,14 +220,44 @@ def _opened(path: Path, *, header_only: bool = False, separate: bool = False) ->
     if not path.is_file():
         raise InputError("no such file", file=path)
     try:
-        # The library prints errors on its own, more than once.
-        with (
-            silenced(),
-            OpenEXR.File(str(path), header_only=header_only, separate_channels=separate) as file,
-        ):
+        with _quiet():
+            with OpenEXR.File(str(path), header_only=True) as file:
+                _check_size(file, path)
+            file = OpenEXR.File(str(path), header_only=header_only, separate_channels=separate)
+        with file:
             yield file
-    except (RuntimeError, ValueError, TypeError, IndexError) as error:
+    except (
+        ArithmeticError,
+        LookupError,
+        MemoryError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+    ) as error:
         raise InputError("not a readable OpenEXR file; render it again", file=path) from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep to ourselves what the library prints of damage, on both streams and more than once."""
+    with _PRINTING, silenced(), redirect_stdout(io.StringIO()):
+        yield
+
+
+def _check_size(file: Any, path: Path) -> None:
+    """Refuse a file whose header promises more than its bytes can hold, before that is allocated.
+
+    Raises:
+        InputError: If it does.
+    """
+    promised = 0
+    for number in range(len(file.parts)):
+        header = file.header(number)
+        first, last = header["dataWindow"]
+        width, height = (int(end) - int(begin) + 1 for begin, end in zip(first, last, strict=True))
+        promised += max(width, 0) * max(height, 0) * len(header["channels"]) * _PRECISION
+    if promised > _DENSEST * path.stat().st_size + _ROOM:
+        raise InputError("its header is damaged: it promises too much; render it again", file=path)
 
 
 def _strings(file: Any) -> dict[str, str]:

@@ -68,11 +68,12 @@ class Edge:
         """Highest limit of its lanes [m/s]; 0 where that tells nothing.
 
         SUMO's type map gives roads of OpenStreetMap whose limit is unknown 100 km/h. Where people
-        walk or cycle on such a road, it may be any street.
+        walk or cycle on such a road, it may be any street. Who draws a network means its limits.
         """
         fastest = max(lane.speed for lane in self.lanes)
         slow = any(lane.allowed & {"pedestrian", "bicycle"} for lane in self.lanes)
-        return 0.0 if slow and abs(fastest - UNKNOWN_SPEED) < 0.05 else fastest
+        mapped = self.type.startswith("highway.")
+        return 0.0 if mapped and slow and abs(fastest - UNKNOWN_SPEED) < 0.05 else fastest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,12 +127,14 @@ class Location:
         boundary: Net coordinates x0, y0, x1, y1 [m].
         projection: PROJ string, or "!" when there is none.
         place: Latitude and longitude of the boundary's middle [deg]; None if they are not known.
+        convergence: How far the y axis points clockwise from true north there [rad].
     """
 
     net_offset: tuple[float, float] = (0.0, 0.0)
     boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     projection: str = "!"
     place: tuple[float, float] | None = None
+    convergence: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

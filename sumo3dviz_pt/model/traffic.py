@@ -119,6 +119,7 @@ class TrafficLog:
         begin: First time step of the whole log that was seen [s].
         end: Last time step of the whole log that was seen [s].
         step: Median time between steps [s]; 0 for fewer than two steps.
+        euler: Whether speeds are means of the step before; None is to be found from the traces.
     """
 
     traces: tuple[Trace, ...]
@@ -126,6 +127,7 @@ class TrafficLog:
     begin: float
     end: float
     step: float
+    euler: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,13 @@ from typing import Literal
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.motion.alignment import FASTEST_TURN, aligned, calmed, turning_room
+from sumo3dviz_pt.motion.alignment import (
+    aligned,
+    calmed,
+    leeway,
+    room_on_the_spot,
+    turning_room,
+)
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
 from sumo3dviz_pt.motion.driven import STEP, Driven
 from sumo3dviz_pt.motion.resting import resting
@@ -60,10 +66,11 @@ def chord(driven: Driven, ahead: Floats, samples: LoggedSamples, length: float) 
     knots, first = driven.knots, np.arctan2(ahead[0, 1], ahead[0, 0])
     yaws = np.arctan2(ahead[:, 1], ahead[:, 0])
     away = _way_to_rest(driven, samples) / (_STRAIGHTENED * length)
-    yaws = aligned(knots, yaws, samples, loose=np.minimum(away, 1.0))
+    near = leeway(knots, yaws, samples, loose=np.minimum(away, 1.0))
+    yaws = aligned(yaws, near)
     # The first yaw stays, because the body already stands like that.
     yaws[0] += wrapped(first - yaws[0])
-    calm = calmed(turning_room(knots, driven.travelled, length), yaws)
+    calm = calmed(turning_room(knots, driven.travelled, length), yaws, near)
     return _curve(knots, calm, slopes_of(ahead))
 
 
@@ -121,8 +128,10 @@ def logged(samples: LoggedSamples, *, yaw: float, at_once: bool) -> Hermite:
     if not at_once:
         curve = _curve(samples.times, yaws, samples.slopes)
         knots = absolute_times(float(samples.times[0]), float(samples.times[-1]), step=STEP)
+        knots = np.union1d(knots, samples.times)
         shown = curve.at(knots)[0]
-        return _curve(knots, calmed(FASTEST_TURN * knots, shown[:, 0]), shown[:, 1])
+        room = room_on_the_spot(knots, samples)
+        return _curve(knots, calmed(room, shown[:, 0]), shown[:, 1])
     share = np.linspace(0.0, 1.0, _EASED)
     times = samples.times[0] + share * (samples.times[-1] - samples.times[0])
     turned = yaws[0] + eased(share) * (yaws[-1] - yaws[0])

@@ -14,7 +14,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Trajectory
-from sumo3dviz_pt.motion.alignment import STEADY, calmed, sharpest, turning_room
+from sumo3dviz_pt.motion.alignment import STEADY, calmed, room_on_the_spot, sharpest, turning_room
 from sumo3dviz_pt.motion.resting import resting
 from sumo3dviz_pt.motion.samples import LoggedSamples, Places, absolute_times, wrapped
 from sumo3dviz_pt.motion.splitting import split
@@ -120,11 +120,16 @@ class _Look:
         step = np.searchsorted(samples.times, times + 1e-9, side="right") - 1
         return cls(samples, times, piece.sample(times), np.clip(step, 0, len(samples.times) - 2))
 
+    @property
+    def logged(self) -> Floats:
+        """Logged yaws between samples, unwrapped, (n,) [rad]."""
+        return np.interp(self.times, self.samples.times, self.samples.yaws)
+
 
 def _excesses(
     look: _Look, kind: str, own: Bools, *, length: float, blur: float
 ) -> dict[str, Floats]:
-    """Return by how much each law is broken at each time, (n,) or (n - 1,); at most 0 where kept.
+    """Return by how much each law is broken at each time, (n,); at most 0 where kept.
 
     Args:
         look: Motion and log.
@@ -134,48 +139,60 @@ def _excesses(
         blur: Time over which the smoother averages to each side [s].
     """
     found: dict[str, Floats] = {}
-    room = np.full(len(look.times), np.inf)
-    if kind == "vehicle":
-        found[TURNING] = np.where(own[1:] | own[:-1], 0.0, _turned_too_far(look, length))
-        way = np.linalg.norm(np.diff(look.motion.positions[:, :2], axis=0), axis=1)
-        travelled = np.concatenate([[0.0], np.cumsum(way)])
+    if kind == "person":
+        room = room_on_the_spot(look.times, look.samples)
+    else:
+        found[TURNING] = np.where(own, 0.0, _turned_too_far(look, length))
+        travelled = np.concatenate([[0.0], np.cumsum(_ways(look.motion))])
         room = turning_room(look.times, travelled, length)
-    moved, swung = (np.where(own, 0.0, sizes) for sizes in _stirred(look, blur))
-    return found | {HEADING: _astray(look, room), MOVING: moved, SWINGING: swung}
-
-
-def _astray(look: _Look, room: Floats) -> Floats:
-    """Return how much farther than allowed headings are from logged ones, (n,) [rad].
-
-    Args:
-        look: Motion and log.
-        room: How much the body could have turned by each time, (n,) [rad].
-    """
-    samples, step = look.samples, look.step
-    turned = np.diff(samples.yaws)
-    share = (look.times - samples.times[step]) / np.diff(samples.times)[step]
-    logged = samples.yaws[step] + share * turned[step]
-    away = np.abs(wrapped(look.motion.yaws - logged))
     # Where the log turns a body faster than it could, the film may lag behind.
-    lag = np.abs(calmed(room, logged) - logged)
-    return np.where(np.abs(turned[step]) <= STEADY, away - lag - _ASTRAY, 0.0)
+    lag = np.abs(calmed(room, look.logged) - look.logged)
+    moved, swung = _stirred(look, ~own, blur)
+    astray = np.where(own, 0.0, _astray(look) - lag)
+    return found | {HEADING: astray, MOVING: moved, SWINGING: swung}
+
+
+def _astray(look: _Look) -> Floats:
+    """Return how much farther than allowed headings are from logged ones, (n,) [rad]."""
+    steady = np.abs(np.diff(look.samples.yaws)) <= STEADY
+    away = np.abs(wrapped(look.motion.yaws - look.logged))
+    return np.where(steady[look.step], away - _ASTRAY, 0.0)
 
 
 def _turned_too_far(look: _Look, length: float) -> Floats:
-    """Return how much farther bodies turn than time and way allow, (n - 1,) [rad]."""
-    motion = look.motion
-    turned = np.abs(wrapped(np.diff(motion.yaws)))
-    way = np.linalg.norm(np.diff(motion.positions[:, :2], axis=0), axis=1)
-    allowed = np.minimum(sharpest(length) * way, _FASTEST * np.diff(look.times))
+    """Return how much farther bodies turn than time and way allow, (n,) [rad]."""
+    motion, samples = look.motion, look.samples
+    # A heading is known every tenth of a second, so the rows of a quicker log are skipped.
+    beats = np.unique(np.floor(look.times / _GRID + 1e-6), return_index=True)[1]
+    beats = np.union1d(beats, [len(look.times) - 1])
+    turned = np.abs(wrapped(np.diff(motion.yaws[beats])))
+    way = np.concatenate([[0.0], np.cumsum(_ways(motion))])
+    allowed = np.minimum(
+        sharpest(length) * np.diff(way[beats]), _FASTEST * np.diff(look.times[beats])
+    )
     # Where the log itself turns a body on the spot, so does the film.
-    turns = np.concatenate([[0.0], np.abs(np.diff(look.samples.yaws)), [0.0]])
-    around = np.maximum(np.maximum(turns[:-2], turns[1:-1]), turns[2:])[look.step[:-1]]
-    around = np.where(around > STEADY, around, 0.0)
-    return np.asarray(turned - allowed - around - _FREE)
+    turns = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(samples.yaws)))])
+    first = np.maximum(look.step[beats[:-1]] - 1, 0)
+    last = np.minimum(look.step[beats[1:]] + 2, len(turns) - 1)
+    around = turns[last] - turns[first]
+    found = np.zeros(len(look.times))
+    found[beats[:-1]] = turned - allowed - np.where(around > STEADY, around, 0.0) - _FREE
+    return found
 
 
-def _stirred(look: _Look, blur: float) -> tuple[Floats, Floats]:
-    """Return how much farther than allowed standing bodies move and turn, (n,) each [m, rad]."""
+def _ways(motion: Motion) -> Floats:
+    """Return the level distances from each time to the next, (n - 1,) [m]."""
+    return np.asarray(np.linalg.norm(np.diff(motion.positions[:, :2], axis=0), axis=1))
+
+
+def _stirred(look: _Look, asked: Bools, blur: float) -> tuple[Floats, Floats]:
+    """Return how much farther than allowed standing bodies move and turn, (n,) each [m, rad].
+
+    Args:
+        look: Motion and log.
+        asked: Which times count, (n,).
+        blur: Time over which the smoother averages to each side [s].
+    """
     samples, motion = look.samples, look.motion
     # A body rests from the second step of a rest on, because it may stop within the first.
     rest = resting(samples)
@@ -183,7 +200,7 @@ def _stirred(look: _Look, blur: float) -> tuple[Floats, Floats]:
     moved, swung = np.zeros(len(look.times)), np.zeros(len(look.times))
     for first, last in _spans(rest):
         begin, end = samples.times[first] + blur, samples.times[last] - blur
-        inside = np.flatnonzero((look.times >= begin) & (look.times <= end))
+        inside = np.flatnonzero((look.times >= begin) & (look.times <= end) & asked)
         if len(inside) > 1:
             away = motion.positions[inside] - motion.positions[inside[0]]
             moved[inside] = np.abs(away).max(axis=1) - _STILL

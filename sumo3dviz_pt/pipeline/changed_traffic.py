@@ -98,6 +98,7 @@ def changed(
     *,
     begin: float | None = None,
     end: float | None = None,
+    whole: bool = False,
 ) -> Scenario:
     """Return a simulation as the scene file's `traffic` changes it.
 
@@ -107,6 +108,7 @@ def changed(
         recorded: The same of `recorded_window`, from which changed rides come.
         begin: First time that is shown [s]; None is the scene file's shots'.
         end: Last time that is shown [s]; None is the scene file's shots'.
+        whole: Whether road users come with all of their rows, whatever the window.
 
     Raises:
         ConfigError: If a ride cannot be changed so, or would lead through somebody.
@@ -118,7 +120,8 @@ def changed(
         recorded, ride = _ridden(job, recorded, name, edit)
         if ride is not None:
             done.append(ride)
-    log_now = _replaced(scenario.traffic, recorded.traffic, done, begin=begin, end=end)
+    ends = {} if whole else {"begin": begin, "end": end}
+    log_now = _replaced(scenario.traffic, recorded.traffic, done, **ends)
     scenario = replace(scenario, traffic=replace(log_now, traces=_kept(job, log_now.traces)))
     for ride in done:
         for span in _shown(job, begin, end):
@@ -132,8 +135,8 @@ def _replaced(
     recorded: TrafficLog,
     rides: Sequence[ChangedRide],
     *,
-    begin: float | None,
-    end: float | None,
+    begin: float | None = None,
+    end: float | None = None,
 ) -> TrafficLog:
     """Return a log with changed rides in the places of recorded ones.
 

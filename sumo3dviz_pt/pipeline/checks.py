@@ -75,6 +75,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         InputError: If a file is wrong.
     """
     from sumo3dviz_pt.cast.own_looks import idle
+    from sumo3dviz_pt.pipeline.motion.lawful import lawfulness
 
     check_choices(job, Request())
     # Without shots, each camera shows all that it can.
@@ -103,6 +104,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         },
         "sun": None if sun is None else sun.as_dict(),
         "weather": weather_report(job).as_dict(),
+        "motion": lawfulness(motion).as_dict(),
         "missing_files": [str(path) for path in files.missing],
         "nobody": idle(job.vehicles.by_id, types),
         "shots": [],
@@ -233,6 +235,7 @@ def in_words(report: dict[str, Any]) -> str:
     if weather["moments"] and weather["left_out"]:
         lines += [f"         left out: {', '.join(weather['left_out'])}"]
     lines += [f"missing  {path}" for path in report["missing_files"]]
+    lines += [f"note     {report['motion']['text']}"] if report["motion"]["text"] else []
     lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
     shots = report["shots"]
     common = _common([shot["left_out"] for shot in shots])

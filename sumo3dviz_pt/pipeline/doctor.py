@@ -27,6 +27,7 @@ from sumo3dviz_pt.installation.dependencies import (
     missing_library,
     version_of,
 )
+from sumo3dviz_pt.installation.nvidia import Driver, find_driver
 from sumo3dviz_pt.installation.packages import LIBRARIES, LLVM
 
 _TRY = """
@@ -89,6 +90,7 @@ def examine() -> Diagnosis:
         "memory": f"{physical_memory() / 2**30:.1f} GiB" if physical_memory() else "unknown",
         "renderer": trial.variant or "does not work",
         "libLLVM": _about_llvm(llvm, trial),
+        "CUDA, OptiX": _about_gpu(find_driver()),
         "ffmpeg": about_ffmpeg,
         "bodies kept in": _bodies_folder(),
         "kernels kept in": _writable(_kernels_folder()),
@@ -105,6 +107,13 @@ def _about_llvm(llvm: libllvm.Library, trial: Trial) -> str:
     if llvm.version:
         return f"{llvm.version} ({llvm.path})"
     return "not in use" if trial.note else llvm.problem
+
+
+def _about_gpu(driver: Driver) -> str:
+    """Return what the variant `cuda` would use, or why it cannot work."""
+    if driver.problem:
+        return f"not in use: {driver.problem}"
+    return f"CUDA {driver.cuda} and OptiX on {driver.device}; for `--variant cuda`"
 
 
 def _remarks(trial: Trial) -> list[tuple[str, str]]:

@@ -241,6 +241,7 @@ def prepare(
     """
     import time
 
+    from sumo3dviz_pt.pipeline.motion.lawful import note_breaches
     from sumo3dviz_pt.shot.build import build_shot
     from sumo3dviz_pt.shot.exposing import focus_target, shutter_of
     from sumo3dviz_pt.shot.in_view import users_in_view
@@ -267,6 +268,7 @@ def prepare(
     followed = motion.named(getattr(camera, "vehicle", ""))
     followed |= motion.named(focus_target(camera) or "")
     trajectories = motion.smooth(seen | followed)
+    note_breaches(motion, trajectories, span=(float(times[0]), last))
     shot = build_shot(world, trajectories, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(

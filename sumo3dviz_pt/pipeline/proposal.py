@@ -51,6 +51,7 @@ def propose(
         InputError: If network or trajectories are missing or damaged.
         ConfigError: If the template or the output's folder does not exist.
     """
+    from sumo3dviz_pt.pipeline.motion.lawful import lawfulness_of
     from sumo3dviz_pt.sumo import find_scenario, read_scenario, with_use
 
     announce(Doing.READ)
@@ -71,7 +72,8 @@ def propose(
     proposal = _proposal(content, template)
     # All that the user should know.
     notes = [f"missing, and done without: {path}" for path in files.missing]
-    notes += [*guess_notes(content.guesses), *_notes(proposal)]
+    drawn = lawfulness_of(content).text
+    notes += [*guess_notes(content.guesses), *([drawn] if drawn else []), *_notes(proposal)]
     text = scene_text(files, content, proposal, output=output, misfit=own.allow_misfit)
     return text, notes
 

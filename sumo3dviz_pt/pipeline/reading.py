@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.job.settings import Job, ObjectSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
@@ -16,6 +17,11 @@ from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.smoothing import motion_of as motion_of
 from sumo3dviz_pt.sumo.values import parse_time as parse_time
+
+_LARGEST = 1_500_000_000
+"""Text of logs beyond which only the window is read [bytes]: ten million rows."""
+
+_PACKED = (".gz", ".parquet", ".zip")
 
 
 def scenario_files(job: Job) -> ScenarioFiles:
@@ -72,7 +78,11 @@ def read(
 def read_files(
     job: Job, *, begin: float | None = None, end: float | None = None
 ) -> tuple[ScenarioFiles, Scenario]:
-    """Read a simulation's window, and the margin that smoothing needs; change its traffic if asked.
+    """Read a simulation's window; change its traffic if asked.
+
+    Whoever is there in the window is read from the first to the last row, so that where somebody
+    is at a time does not hang on the window. Of logs that are too large for that, or damaged,
+    the window and the margin that smoothing needs are read.
 
     Args:
         job: The scene file.
@@ -86,11 +96,62 @@ def read_files(
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
     stamps = stamps_of(_named_in(files))
-    scenario = _read_once(files, stamps, _AskedLog.of(job, begin, end))
-    note_guesses(scenario.guesses, log=files.trajectories[0])
     wider = recorded_window(job, begin, end, margin=MARGIN)
-    recorded = scenario if wider == (begin, end) else _read(files, _AskedLog.of(job, *wider))
-    return files, changed(job, scenario, recorded, begin=begin, end=end)
+    whole = _whole(job, files, stamps, (begin, end))
+    if whole is not None:
+        scenario, recorded = (_living(whole, *span) for span in ((begin, end), wider))
+    else:
+        scenario = _read_once(files, stamps, _AskedLog.of(job, begin, end))
+        recorded = scenario if wider == (begin, end) else _read(files, _AskedLog.of(job, *wider))
+    note_guesses(scenario.guesses, log=files.trajectories[0])
+    lives = whole is not None
+    return files, changed(job, scenario, recorded, begin=begin, end=end, whole=lives)
+
+
+def _whole(
+    job: Job,
+    files: ScenarioFiles,
+    stamps: tuple[tuple[str, int, int], ...],
+    window: tuple[float | None, float | None],
+) -> Scenario | None:
+    """Return a simulation with all of its log; None if that is not to be had.
+
+    Args:
+        job: The scene file.
+        files: The simulation's files.
+        stamps: Which versions of them.
+        window: First and last time to show [s]; of nothing but the window its reader says why.
+    """
+    sizes = {name: size for name, _, size in stamps}
+    logs = [str(path.absolute()) for path in files.trajectories]
+    # Packed logs are as large as a fifteenth of their text.
+    rows = sum(sizes.get(name, 0) * (15 if name.endswith(_PACKED) else 1) for name in logs)
+    if window == (None, None) or rows > _LARGEST:
+        return None
+    try:
+        whole = _read_once(files, stamps, _AskedLog.of(job, None, None))
+    except InputError:
+        return None
+    return whole if _living(whole, *window).traffic.traces else None
+
+
+def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario:
+    """Return a simulation with those only who are there in a window, or soon before or after it.
+
+    Args:
+        whole: The simulation, with all of its log.
+        begin: First time of the window [s]; None is open.
+        end: Last time of the window [s]; None is open.
+    """
+    from sumo3dviz_pt.motion import MARGIN
+    from sumo3dviz_pt.motion.setting import is_euler
+
+    low = -math.inf if begin is None else begin - MARGIN
+    high = math.inf if end is None else end + MARGIN
+    log = whole.traffic
+    there = tuple(t for t in log.traces if t.times[0] <= high and t.times[-1] >= low)
+    told = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
+    return replace(whole, traffic=replace(log, traces=there, euler=told))
 
 
 @dataclass(frozen=True, slots=True)

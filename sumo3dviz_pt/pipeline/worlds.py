@@ -54,6 +54,7 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
             point where it stands.
     """
     from sumo3dviz_pt.shot.cameras.clearances import clearance_of, clearing
+    from sumo3dviz_pt.world.areas.waterways import with_waterways
     from sumo3dviz_pt.world.build import World
 
     settings = [job.model_dump(mode="json", exclude=_APART), _shaping(job)]
@@ -62,6 +63,7 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
     clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
     key = _key_of(job, files, cameras)
+    scenario = with_waterways(scenario)
     world = World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
     if world.weather is None or not world.weather.is_snowy:
         return world

@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 
-from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.installation.nvidia import find_driver
 from sumo3dviz_pt.installation.processors import threads_asked
 from sumo3dviz_pt.job.variants import VARIANTS as VARIANTS
 from sumo3dviz_pt.job.variants import check_variant
 from sumo3dviz_pt.render.loading import LIBRARY
+from sumo3dviz_pt.render.optix import answers, watched
 
 log = logging.getLogger(__name__)
 
@@ -48,11 +50,15 @@ def choose_backend(name: str = "llvm") -> Backend:
     """Activate a variant, falling back from `llvm` to `scalar` with a warning.
 
     Raises:
-        ConfigError: If the name is unknown.
+        ConfigError: If the name is unknown, or there is no GPU for it.
         RenderError: If a variant that was asked for by name cannot work here.
     """
     check_variant(name)
+    if name == "cuda":
+        _check_driver()
     problem = _try_variant(VARIANTS[name])
+    if problem is None and name == "cuda":
+        problem = _question_unanswered(VARIANTS[name])
     if problem is None:
         return Backend(name, VARIANTS[name], jit=name != "scalar")
     if name != "llvm":
@@ -63,6 +69,22 @@ def choose_backend(name: str = "llvm") -> Backend:
     if problem is not None:
         raise RenderError(f"the variant {VARIANTS['scalar']} does not work here: {problem}")
     return Backend("scalar", VARIANTS["scalar"], jit=False, note=note)
+
+
+def _check_driver() -> None:
+    """Refuse CUDA where there is no driver, GPU or OptiX; Dr.Jit would say so in its own words."""
+    problem = find_driver().problem
+    if problem:
+        raise ConfigError(problem, key="variant")
+
+
+def _question_unanswered(variant: str) -> str | None:
+    """Ask the active variant about one triangle; return what is wrong with the answer, or None."""
+    try:
+        with watched(variant):
+            return None if answers() else "it does not see a single triangle; update the driver"
+    except (RuntimeError, RenderError) as error:
+        return str(error).splitlines()[0]
 
 
 def _try_variant(variant: str) -> str | None:

@@ -22,6 +22,7 @@ from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMove
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.movers.windswept import WindsweptMesh, windswept
+from sumo3dviz_pt.render.optix import traces_by_optix
 from sumo3dviz_pt.render.sensors import view_parameters
 from sumo3dviz_pt.render.sky.weather import Veil
 
@@ -56,6 +57,8 @@ class LoadedScene:
         standing: Mitsuba's scene of what stands, where `apart`; else None.
         apart: Whether what stands gets a scene of its own, when it is loaded next. Its tree is
             then not built anew when something moves. Only our own kernel traces two scenes.
+        by_shape: Whether hits of instances name the part's own shape, as OptiX does, and not its
+            index in the body, as Embree does.
         frame: That frame; None before.
         origin: Its origin in the network's coordinates, (3,) [m]; None before.
         parameters: Of Mitsuba's scene, or both; None before.
@@ -79,7 +82,7 @@ class LoadedScene:
         """
         self.scene: Any = None
         self.standing: Any = None
-        self.apart = False
+        self.apart, self.by_shape = False, traces_by_optix(mi.variant())
         self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None

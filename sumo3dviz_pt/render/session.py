@@ -28,6 +28,7 @@ from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.materials.paint import register_paint
 from sumo3dviz_pt.render.materials.stained import register_stained
 from sumo3dviz_pt.render.materials.untiled import register_untiled
+from sumo3dviz_pt.render.optix import check_movers, traces_by_optix, watched
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Tally, frame_seed, report
 from sumo3dviz_pt.render.passes.by_path import ByPath
@@ -184,11 +185,15 @@ class Session:
         try:
             seed = frame_seed(self.settings.seed, frame.time)
             assert self._tracer is not None, "the session was closed"
-            found, passes, movers = self._traced(frame, seed, after_pass)
+            with watched(self.backend.variant):
+                found, passes, movers = self._traced(frame, seed, after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
             ) from error
+        shown, variant = self.loaded.frame, self.backend.variant
+        if traces_by_optix(variant) and shown is not None and "ids" in found:
+            check_movers(self.loaded.scene, shown, found["ids"], variant=variant)
         report(passes.tally, frame.time)
         kept, lost = passes.means()
         mean, glow = passes.mean(), found.get("glow")
@@ -239,7 +244,7 @@ class Session:
             raise ConfigError(
                 f"the variant {self.backend.variant} has no layers; take llvm", key="output.layers"
             )
-        with self.clock.phase("layers"):
+        with self.clock.phase("layers"), watched(self.backend.variant):
             # After an exposure the scene is at its last moment, and layers show the middle.
             frame = self.frame
             passed = frame is not None and bool(frame.exposure) and frame is not self.loaded.frame
@@ -331,9 +336,10 @@ class Session:
         if self.by_kernel is not None:
             self.by_kernel.use(self.settings)
         ours = self.by_kernel if self.settings.quality.tracer == "kernel" else None
-        if self.loaded.apart != (ours is not None):
+        apart = ours is not None and not traces_by_optix(self.backend.variant)
+        if self.loaded.apart != apart:
             self.loaded.drop()
-        self.loaded.apart = ours is not None
+        self.loaded.apart = apart
         self._tracer = self._by_path() if ours is None else ours
         found = guides.PICTURE | set(self._tracer.finds)
         for name in self.settings.layers:

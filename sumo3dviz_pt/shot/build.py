@@ -29,6 +29,7 @@ from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot.afloat import on_what_is_drawn
 from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
@@ -194,10 +195,9 @@ class Shot:
         seen = np.flatnonzero(choice.near[:, 0] | whole_detail | by_proxy)
         wholes = self.fleet.wholes(present, seen, view=view)
         for row, whole in zip(seen.tolist(), wholes, strict=True):
-            read = bool(choice.lettered[row, 0])
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
-            ridden = whole.id == view.rides_in
             vclass = self.fleet.bodies[int(present.users[row])].vclass
+            ridden, read = whole.id == view.rides_in, bool(choice.lettered[row, 0])
             made = self.fleet.parts(present, row, whole, level=level, ridden=ridden, lettered=read)
             for part in on_tracks(made, vclass, self.tracks):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
@@ -294,8 +294,7 @@ class ShotBuilder:
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
-        if place.surface is not None:
-            fleet = fleet.grounded(place.surface.rise_at)
+        fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models, lettered=LETTER in crowd.slots.deforming)

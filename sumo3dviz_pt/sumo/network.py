@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
-from sumo3dviz_pt.sumo.places.projection import middle_of
+from sumo3dviz_pt.sumo.places.projection import convergence_at, middle_of
 from sumo3dviz_pt.sumo.repairs.at_grade import say_at_grade
 from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
@@ -66,7 +66,8 @@ def read_network(path: Path) -> Network:
 
     Repeated neighbouring points of shapes are dropped. A lane whose shape is a single
     point, or goes straight up, becomes 1 cm long in plan, so that it has a direction. What
-    else can be repaired is, and one note says what was odd: lanes without shape, width or length, junctions without a place.
+    else can be repaired is, and one note says what was odd: lanes without shape, width or length,
+    junctions without a place.
 
     Args:
         path: The .net.xml, plain or gzipped.
@@ -316,7 +317,9 @@ def _location(element: Element) -> Location:
         boundary=(west, south, east, north),
         projection=element.text("projParameter", "!"),
     )
-    return replace(located, place=middle_of(located))
+    place = middle_of(located)
+    turned = 0.0 if place is None else convergence_at(place, located)
+    return replace(located, place=place, convergence=turned)
 
 
 def _numbers(element: Element, key: str, count: int) -> list[float]:

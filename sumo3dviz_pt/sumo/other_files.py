@@ -50,6 +50,7 @@ OTHERS: Mapping[str, OtherFile] = {
     "stops": _output("stop-output", "stops"),
     "SSMLog": OtherFile("SUMO's log of surrogate safety measures"),
     "instantE1": OtherFile("the output of a detector of SUMO"),
+    "trajectories": _output("amitran-output", "speeds of vehicles"),
     "snapshot": _output("save-state", "one moment of a simulation"),
 }
 """By root element."""
@@ -79,5 +80,6 @@ def advice(files: Mapping[Path, str | None], *, networks: bool) -> str:
     """
     for file, root in files.items():
         if root is not None and bool(OTHERS[root].option) is networks:
-            return f"{file.name} is {OTHERS[root].what}: {remedy(root, file)}"
+            found = f"{file.name} is {OTHERS[root].what}"
+            return f"{found}: {remedy(root, file)}" if networks else found
     return ""

@@ -216,11 +216,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
     )
     # All of it together.
-    parts = (*fixed, *scenery.static)
     said = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
     season = season_of(job)
     return BuiltPlace(
-        in_season((part for part in parts if len(part.part.mesh.faces)), season),
+        in_season((p for p in (*fixed, *scenery.static) if len(p.part.mesh.faces)), season),
         grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
         roads.surface_height_at,

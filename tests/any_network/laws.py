@@ -116,7 +116,14 @@ class Drawn:
             for edge in self.network.edges.values()
             if edge.function == "walkingarea"
         ]
-        shapes += [_outline(junction.outline) for junction in self.network.junctions.values()]
+        roads = {
+            key
+            for edge in self.network.edges.values()
+            if any(not _is_waterway(lane) for lane in edge.lanes)
+            for key in (edge.from_junction, edge.to_junction)
+        }
+        junctions = self.network.junctions
+        shapes += [_outline(junctions[key].outline) for key in junctions if key in roads]
         return shapely.union_all(shapes, grid_size=1e-4)
 
 
@@ -566,8 +573,12 @@ def _spread(part: StaticPart) -> Floats:
 def _is_drawn(edge: Edge, lane: Lane) -> bool:
     """Whether a lane has a surface of its own: waterways have none, nor lanes without length."""
     length = float(np.hypot(*np.ptp(lane.shape[:, :2], axis=0)))
-    bare = bool(lane.allowed) and lane.allowed <= {"ship"}
-    return not bare and length >= (1e-3 if edge.function == "internal" else 0.05)
+    return not _is_waterway(lane) and length >= (1e-3 if edge.function == "internal" else 0.05)
+
+
+def _is_waterway(lane: Lane) -> bool:
+    """Whether a lane is for ships alone."""
+    return bool(lane.allowed) and lane.allowed <= {"ship"}
 
 
 def _lane_area(lane: Lane) -> shapely.Geometry:

@@ -23,6 +23,7 @@ Palette = Mapping[str, tuple[str, Colour | None]]
 """Material and, where it is tinted, colour of each role."""
 
 _FLAT = np.concatenate([np.arange(3), [0, 2, 3]])
+_TILES = 1024.0  # texture coordinates lie within half as many tiles of 0
 
 
 def joined(shells: Iterable[Shell]) -> dict[str, Floats]:
@@ -143,7 +144,9 @@ def upright_uvs(quads: Floats, *, tile: float) -> Floats:
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     up = np.cross(normal, along)
     u, v = (np.einsum("nkc,nc->nk", quads, axis) for axis in (along, up))
-    return np.stack([u, v], axis=-1) / tile
+    uvs = np.stack([u, v], axis=-1) / tile
+    # The renderer's coordinates have 24 bits, so far from the network's origin whole tiles go.
+    return np.asarray(uvs - _TILES * np.rint(uvs[:, :1] / _TILES))
 
 
 def _part(material: str, quads: Floats, tint: Floats | None, uvs: Floats | None) -> Part:

@@ -22,7 +22,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.alignment import aligned, calmed, turning_room
+from sumo3dviz_pt.motion.alignment import aligned, calmed, leeway, room_on_the_spot, turning_room
 from sumo3dviz_pt.motion.curves import Hermite, monotone_slopes
 from sumo3dviz_pt.motion.samples import (
     LoggedSamples,
@@ -103,20 +103,24 @@ def paper_symmetric(samples: LoggedSamples, setting: Setting) -> Front:
     place = samples.positions - origin
     path = PiecewiseLinear.through(samples.times, np.column_stack([place[:, :2], samples.yaws]))
     rise = PiecewiseLinear.through(samples.times, np.column_stack([place[:, 2], samples.slopes]))
-    return SmoothFront(origin, path, rise, _heading(path, samples, setting.length))
+    return SmoothFront(origin, path, rise, _heading(path, samples, setting))
 
 
-def _heading(path: PiecewiseLinear, samples: LoggedSamples, length: float) -> Hermite:
+def _heading(path: PiecewiseLinear, samples: LoggedSamples, setting: Setting) -> Hermite:
     """Return the averaged heading, near the log's angles and turned only as the body drives."""
     begin, end = float(samples.times[0]), float(samples.times[-1])
     knots = absolute_times(begin, end, step=HEADING_STEP)
     raw = PiecewiseLinear.through(knots, _headings(path, knots))
     shown = absolute_times(begin, end, step=SHOWN_STEP)
     yaws = raw.average(shown, half_width=HEADING_HALF_WIDTH)[0][:, 0]
-    places = path.average(shown, half_width=POSITION_HALF_WIDTH)[0][:, :2]
-    ways = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    room = turning_room(shown, np.concatenate([[0.0], np.cumsum(ways)]), length)
-    calm = calmed(room, aligned(shown, yaws, samples))
+    if setting.kind == "person":
+        room = room_on_the_spot(shown, samples)
+    else:
+        places = path.average(shown, half_width=POSITION_HALF_WIDTH)[0][:, :2]
+        ways = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        room = turning_room(shown, np.concatenate([[0.0], np.cumsum(ways)]), setting.length)
+    near = leeway(shown, yaws, samples)
+    calm = calmed(room, aligned(yaws, near), near)
     return Hermite(shown, calm, monotone_slopes(shown, calm))
 
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
 from sumo3dviz_pt.pipeline.films.frames import frames_folder, write_json
 from sumo3dviz_pt.pipeline.films.sequences import film_name
@@ -21,6 +21,9 @@ PLAN = "plan.json"
 
 SUFFIX = ".farm"
 """A farm's folder beside its film: film.mp4 has film.farm."""
+
+_MOST_FRAMES = 10_000_000
+"""Of a film; more are damage."""
 
 IN_STUDY = "farm"
 """A farm's folder within a study's."""
@@ -156,16 +159,51 @@ def read_plan(folder: Path) -> FarmPlan:
             f"there is no farm {folder}; `sumo3dviz-pt farm SCENE.yaml -o FILM.mp4` makes one",
             key="output",
         ) from error
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise InputError(f"the farm's plan cannot be read ({error})", file=path) from error
+    except (RecursionError, ValueError) as error:
+        raise _damaged(path, error) from error
     try:
-        return _plan_of(folder, content)
-    except (KeyError, TypeError, ValueError, ConfigError) as error:
-        raise InputError(
-            f"the farm's plan is damaged, or another version wrote it ({error}); plan anew with"
-            " --overwrite",
-            file=path,
-        ) from error
+        plan = _plan_of(folder, content)
+        _check(plan)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise _damaged(path, error) from error
+    except ConfigError as error:
+        raise _damaged(path, error) from error
+    return plan
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    """Return what is said of a plan that makes no sense."""
+    return InputError(
+        f"the farm's plan is damaged, or another version wrote it ({cut(str(error))}); plan anew"
+        " with --overwrite",
+        file=path,
+    )
+
+
+def _check(plan: FarmPlan) -> None:
+    """Refuse a plan whose parts do not fit.
+
+    Raises:
+        ValueError: Says which.
+    """
+    if not (plan.films and plan.tasks and plan.tries > 0 and 0.0 < plan.lease < math.inf):
+        raise ValueError("films, tasks, tries or lease")
+    if any(not 0 < film.frames <= _MOST_FRAMES for film in plan.films):
+        raise ValueError("a film's frames")
+    for number, task in enumerate(plan.tasks):
+        film = task.film
+        known = film is None or (type(film) is int and 0 <= film < len(plan.films))
+        if not known or any(not 0 <= need < number for need in task.needs):
+            raise ValueError(f"film or needs of task {number}")
+        if not 0.0 <= task.cpu < math.inf:
+            raise ValueError(f"cpu of task {number}")
+        if task.frames is not None:
+            first, after = task.frames
+            most = 0 if film is None else plan.films[film].frames
+            if not 0 <= first < after <= most or "--frames" not in task.words[:-1]:
+                raise ValueError(f"frames of task {number}")
 
 
 def _plan_of(folder: Path, content: Mapping[str, Any]) -> FarmPlan:

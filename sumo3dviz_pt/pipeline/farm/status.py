@@ -105,13 +105,18 @@ class FarmStatus:
             lines.append(f"  left      about {time_in_words(self.left)}")
         for one in self.workers[:_TIRED]:
             since = time_in_words(self.now - one.began)
-            lines.append(f"  worker    {one.host.split()[0]}, task {one.task}, for {since}")
+            lines.append(f"  worker    {_machine(one.host)}, task {one.task}, for {since}")
         if len(self.workers) > _TIRED:
             lines.append(f"  worker    and {len(self.workers) - _TIRED} more")
         for problem in self.problems:
             log = "" if problem.log is None else f" (see {problem.log})"
             lines.append(f"  problem   {problem.what}{log}")
         return "\n".join(lines)
+
+
+def _machine(host: str) -> str:
+    """Return a machine's name without its container's; a try that is being written has none yet."""
+    return host.partition(" ")[0] or "a machine"
 
 
 def status_of(state: FarmState, *, now: float | None = None) -> FarmStatus:

@@ -13,18 +13,22 @@ import os
 import socket
 import sys
 import time
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from sumo3dviz_pt.errors import InputError, cut
+
 TRIES = "tries"
 """Folder of the tries, in the farm's."""
 
 _END = ".end.json"
+
+_LATEST = 1e11  # no try begins after that [s, since 1970]
 
 
 class Outcome(StrEnum):
@@ -187,23 +191,35 @@ def _read(path: Path, task: int, number: int, ended: Path | None) -> Try:
         changed = path.stat().st_mtime
     except OSError:
         changed = 0.0
-    end = None if ended is None else _end(_json(ended))
-    return Try(
-        task,
-        number,
-        str(known.get("host", "")),
-        int(known.get("pid", 0)),
-        float(known.get("began", changed)),
-        changed,
-        end,
-    )
+    with _intact(path):
+        pid, began = int(known.get("pid", 0)), float(known.get("began", changed))
+        if not 0 <= pid < 2**31 or not 0.0 <= began < _LATEST:
+            raise ValueError(f"process {pid}, begun at {began:g}")
+    end = None
+    if ended is not None:
+        with _intact(ended):
+            end = _end(_json(ended))
+    return Try(task, number, str(known.get("host", "")), pid, began, changed, end)
+
+
+@contextmanager
+def _intact(path: Path) -> Iterator[None]:
+    """Say in one sentence what is wrong with a file of a try."""
+    try:
+        yield
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise InputError(
+            f"the note of a try is damaged ({cut(str(error))}); remove it, and go on with"
+            " `sumo3dviz-pt farm resume`",
+            file=path,
+        ) from error
 
 
 def _end(known: Mapping[str, Any]) -> End:
     """Return an end by its file; one that is being written is told by the next look."""
     try:
         outcome = Outcome(known["outcome"])
-    except (KeyError, ValueError):
+    except KeyError:
         return End(Outcome.STOPPED)
     frame = known.get("frame")
     return End(
@@ -218,7 +234,7 @@ def _json(path: Path) -> Mapping[str, Any]:
     """Return what a file holds; nothing while it is being written."""
     try:
         found = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+    except (OSError, RecursionError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}
 

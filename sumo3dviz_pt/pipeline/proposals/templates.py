@@ -24,6 +24,7 @@ MOTORWAY, CITY, VILLAGE = "highway_day", "city_day", "village_day"
 """The templates that can be chosen."""
 
 _FAST = 75.0 / 3.6  # limit from which a road leads over land [m/s]
+_MOTORWAYS = 105.0 / 3.6  # limit from which it is no street [m/s]
 _MOST_LOCAL = 12_000.0  # metres of lanes within reach from which a place is a town
 _CARS = frozenset({"passenger", "bus", "delivery", "truck"})
 _WIDE = 2  # lanes of a direction from which a road is a city's
@@ -163,15 +164,13 @@ def _is_road(edge: Edge) -> bool:
 
 
 def _is_named(edge: Edge) -> bool:
-    """Whether a map calls an edge a motorway or something alike."""
-    return "motorway" in edge.type or "trunk" in edge.type
+    """Whether a map calls an edge a motorway or something alike, or its limit can mean no other."""
+    return "motorway" in edge.type or "trunk" in edge.type or edge.told_speed > _MOTORWAYS
 
 
 def _is_fast(edge: Edge) -> bool:
     """Whether an edge is a motorway or a fast road over land."""
-    if _is_named(edge):
-        return True
-    return edge.told_speed > _FAST and not _has_footway(edge)
+    return _is_named(edge) or (edge.told_speed > _FAST and not _has_footway(edge))
 
 
 def _has_footway(edge: Edge) -> bool:

@@ -12,6 +12,8 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
+from sumo3dviz_pt.render.optix import check_scenes
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solids:
@@ -24,6 +26,10 @@ class Solids:
 
     scene: Any
     standing: Any = None
+
+    def __post_init__(self) -> None:
+        """Refuse two scenes where a kernel may ask only one."""
+        check_scenes(mi.variant(), 1 if self.standing is None else 2)
 
     def nearest(self, ray: Any, coherent: Any, active: Any = True) -> Any:
         """Return what a ray meets first, as Mitsuba's preliminary intersection.

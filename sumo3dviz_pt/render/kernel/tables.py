@@ -145,8 +145,10 @@ class Tables:
         loaded = self._loaded
         order = {place.mesh.name: k for k, place in enumerate(self._places)}
         self._numbers = {shape.id(): _number(shape) for shape in loaded.shapes()}
-        first = np.full(max(self._numbers.values(), default=0) + 1, NO_MESH, np.uint32)
-        for name, number in self._numbers.items():
+        parts = dict(self._numbers_of_parts())
+        numbers = {**self._numbers, **parts} if loaded.by_shape else self._numbers
+        first = np.full(max(numbers.values(), default=0) + 1, NO_MESH, np.uint32)
+        for name, number in numbers.items():
             if name in order:
                 first[number] = order[name]
         slots = {} if loaded.pool is None else loaded.pool.body_of_slot
@@ -156,6 +158,12 @@ class Tables:
         lamp_of = {name: k + 1 for k, name in enumerate(self.lamps)}
         table = [(p.face, lamp_of.get(p.mesh.name, 0)) for p in self._places]
         self._meshes = _own(np.array(table or [(0, 0)], np.uint32), mi.UInt32, np.uint32)
+
+    def _numbers_of_parts(self) -> Iterator[tuple[str, int]]:
+        """Yield the meshes of bodies and Mitsuba's numbers of them."""
+        bodies = {} if self._loaded.pool is None else self._loaded.pool.parts
+        for body, shapes in bodies.items():
+            yield from ((f"{body}.part{k}", _number(shape)) for k, shape in enumerate(shapes))
 
     def follow(self) -> None:
         """Bring the tables to what the loaded scene shows."""
@@ -283,12 +291,13 @@ class Tables:
         """
         shape = dr.reinterpret_array(mi.UInt32, hit.shape)
         number = shape
-        if self.instanced:
+        indexed = self.instanced and not self._loaded.by_shape
+        if indexed:
             instance = dr.reinterpret_array(mi.UInt32, hit.instance)
             number = dr.select(instance != 0, instance, shape)
         mesh = dr.gather(mi.UInt32, self._shapes, number, active)
         known = active & (mesh != NO_MESH)
-        if self.instanced:
+        if indexed:
             mesh += dr.select(instance != 0, hit.shape_index, 0)
         found = dr.gather(mi.Vector2u, self._meshes, mesh, known)
         return found.x, found.y, known

@@ -58,8 +58,8 @@ def body_meshes(prototype: Prototype, materials: Materials) -> list[MergedMesh]:
 
 def shape_group(
     prototype: Prototype, meshes: Sequence[MergedMesh], materials: Materials, tint: Bsdf
-) -> Any:
-    """Make the detailed body of a prototype, ready to be instanced.
+) -> tuple[Any, list[Any]]:
+    """Make the detailed body of a prototype, ready to be instanced, and its meshes in order.
 
     Args:
         prototype: The body.
@@ -68,6 +68,7 @@ def shape_group(
         tint: Where its colour comes from, as a plugin dict.
     """
     group: dict[str, Any] = {"type": "shapegroup"}
+    made = []
     for index, merged in enumerate(meshes):
         attributes = {
             name: values
@@ -76,10 +77,9 @@ def shape_group(
         }
         bsdf = materials.get(merged.material, tint)
         name = f"{prototype.name}_{index}"
-        group[f"part{index}"] = convert.make_mesh(
-            name, merged.mesh, bsdf=bsdf, attributes=attributes
-        )
-    return load(group)
+        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=attributes))
+        group[f"part{index}"] = made[-1]
+    return load(group), made
 
 
 class InstancePool:
@@ -92,6 +92,7 @@ class InstancePool:
 
     Attributes:
         bodies: Names of the materials of each body's meshes, by the body's name in the scene.
+        parts: Mitsuba's shapes of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
@@ -101,6 +102,7 @@ class InstancePool:
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
         self._floor = floor
         self.bodies: dict[str, tuple[str, ...]] = {}
+        self.parts: dict[str, list[Any]] = {}
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
         self.shown: dict[str, str] = {}
@@ -112,8 +114,9 @@ class InstancePool:
         for name, count in sorted(scene.slots.near.items()):
             body, prototype = f"body_{len(self._slots)}", scene.prototypes[name]
             meshes = body_meshes(prototype, materials)
-            group = shape_group(prototype, meshes, materials, convert.instance_tint())
+            group, shapes = shape_group(prototype, meshes, materials, convert.instance_tint())
             self._entries[body] = group
+            self.parts[body] = shapes
             self.bodies[body] = tuple(mesh.material for mesh in meshes)
             for _ in range(count):
                 key = f"slot_{number:04d}"
@@ -214,7 +217,7 @@ class ScalarMovers:
             prototype = self._scene.prototypes[mover.prototype]
             tint = convert.constant_tint(mover.colour)
             meshes = body_meshes(prototype, self._materials)
-            self._groups[key] = shape_group(prototype, meshes, self._materials, tint)
+            self._groups[key], _ = shape_group(prototype, meshes, self._materials, tint)
         return self._groups[key]
 
 

@@ -119,8 +119,9 @@ def _known(file: Path) -> _Way:
     way = _way(file)
     if way is None or not way.header.is_log:
         raise InputError(
-            "its first line does not name the columns of a vehicle log (time, id, x, y, ...);"
-            " write it with --output.column-header plain",
+            "its first line does not name the columns of a vehicle log (time, id, x, y, ...); give"
+            " what sumo writes for --fcd-output (with --output.column-header plain), and none of"
+            " its other outputs",
             file=file,
         )
     return way

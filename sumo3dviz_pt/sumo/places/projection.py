@@ -115,6 +115,24 @@ def middle_of(location: Location) -> tuple[float, float] | None:
     )
 
 
+def convergence_at(place: tuple[float, float], location: Location) -> float:
+    """Return how far a network's y axis points clockwise from true north [rad].
+
+    Args:
+        place: Latitude and longitude at which this is asked [deg].
+        location: Of the network; its projection reaches there.
+    """
+    known = _transverse(location.projection)
+    if known is not None:
+        # On the sphere, which is within 0.01 degrees of the ellipsoid in a UTM zone.
+        east = math.radians((place[1] - known.longitude + 180.0) % 360.0 - 180.0)
+        return math.atan(math.tan(east) * math.sin(math.radians(place[0])))
+    toward = 1e-4 if place[0] < 0.0 else -1e-4
+    x, y = np.diff(net_from_geo(np.array([place[::-1], (place[1], place[0] + toward)]), location).T)
+    north = math.atan2(float(x[0]) * toward, float(y[0]) * toward)
+    return -north
+
+
 def net_from_geo(degrees: Floats, location: Location) -> Floats:
     """Return net coordinates.
 

@@ -178,6 +178,11 @@ def build_areas(
     )
 
 
+def covers_ground(job: Job) -> bool:
+    """Return whether a scene file shows land covers, and so water."""
+    return _why_none(job) is None
+
+
 def _why_none(job: Job) -> str | None:
     """Why there are no land covers, or None."""
     if job.ground.areas == "none":

@@ -15,7 +15,7 @@ from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
 from sumo3dviz_pt.library.mesh.walls import between
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Bsdf, Part
-from sumo3dviz_pt.world.areas.covers import WaterLook, waves_file
+from sumo3dviz_pt.world.areas.covers import WaterLook, land_covers, waves_file
 from sumo3dviz_pt.world.placement.surroundings import HeightAt
 
 MATERIAL = "water"
@@ -26,6 +26,7 @@ _UNDER = 0.5  # how far the surface goes on below banks and walls [m]
 _FOOT = 0.15  # depth of the foot of banks below the surface [m]
 _STEP = 8.0  # distance of points at which the bank takes the ground's height [m]
 _EARTH = np.array([[0.105, 0.095, 0.058], [0.090, 0.098, 0.046], [0.125, 0.108, 0.075]])
+_GROUND = 0.03  # how far the ground lies below roads [m]
 _BRIDGE = 1.5  # roads that much above the ground are bridges without walls [m]
 
 
@@ -40,6 +41,11 @@ class Pool:
 
     id: str
     shape: shapely.Geometry
+
+
+def water_depth() -> float:
+    """Return how far water lies below the road beside it [m]."""
+    return land_covers().water.depth + _GROUND
 
 
 def water_parts(

@@ -23,6 +23,7 @@ from sumo3dviz_pt.world.roads.style import (
     PAVING,
     bicycle_surface,
     is_footway,
+    is_skipped,
     junction_surface,
     look_of,
     style_of,
@@ -89,12 +90,12 @@ def junction_insides(
             for strip in strips:
                 among = paths if is_footway(strip.lane) else ways
                 among.setdefault(owner, []).append(_without_rails(strip, bare))
-    # Keep junctions with any of these, or with their outline in the region.
+    # Keep junctions with any of these, or with their outline in the region; none of waterways.
     touched = {
         key
         for key, junction in network.junctions.items()
         if junction.type != "internal" and in_region(junction.outline, region)
-    }
+    } - _afloat(network)
     return {
         key: JunctionInside(
             tuple(ways.get(key, ())), tuple(walks.get(key, ())), tuple(paths.get(key, ()))
@@ -102,6 +103,15 @@ def junction_insides(
         for key in network.junctions
         if key in touched or key in ways or key in walks or key in paths
     }
+
+
+def _afloat(network: Network) -> frozenset[str]:
+    """Junctions to which only ships come."""
+    met: dict[str, list[bool]] = {}
+    for edge in network.edges.values():
+        for key in (edge.from_junction, edge.to_junction):
+            met.setdefault(key, []).extend(is_skipped(lane) for lane in edge.lanes)
+    return frozenset(key for key, skipped in met.items() if key and all(skipped))
 
 
 def _without_rails(strip: Strip, bare: frozenset[str]) -> Strip:

@@ -109,7 +109,7 @@ def _well_seen(design: HeadDesign, lanes: Sequence[Lane], places: Floats) -> Flo
     """Places of poles, (n, 3), those first whose heads most of the lanes' drivers see."""
     tops = places + (POLE_BOTTOM + 0.3 * design.lamps) * UP
     count = sum(_pictured(lane, tops, left_hand=design.network.left_hand) for lane in lanes)
-    return places[np.argsort(-np.asarray(count), kind="stable")]
+    return np.asarray(places[np.argsort(-np.asarray(count), kind="stable")])
 
 
 def out_of_view(
@@ -137,4 +137,4 @@ def _pictured(lane: Lane, tops: Floats, *, left_hand: bool) -> Ints:
     towards = tops - (lane.shape[-1] - _EYE_BACK * along + _EYE_ASIDE * middle + _EYE_UP * UP)
     ahead = np.maximum(towards @ along, 1e-6)
     shown = (np.abs(towards @ left) < _ASIDE * ahead) & (towards[:, 2] < _ABOVE * ahead)
-    return shown.astype(np.int64)
+    return np.asarray(shown, dtype=np.int64)

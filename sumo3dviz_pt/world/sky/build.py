@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Colour, Image
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
-from sumo3dviz_pt.world.sky.sun import SunPosition, convergence, local_time, sun_position
+from sumo3dviz_pt.world.sky.sun import SunPosition, local_time, sun_position
 
 logger = logging.getLogger(__name__)
 
@@ -144,9 +144,7 @@ def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
             np.degrees(sun.azimuth),
             extra={"once": "the sun's place"},
         )
-    turned = 0.0
-    if location is not None:
-        turned = convergence(location.projection, latitude=where[0], longitude=where[1])
+    turned = 0.0 if location is None else location.convergence
     return SunPosition((sun.azimuth - turned) % (2 * np.pi), sun.elevation)
 
 

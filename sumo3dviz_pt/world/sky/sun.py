@@ -70,31 +70,6 @@ def sun_position(
     return SunPosition(azimuth, elevation + (_refraction(elevation) if refraction else 0.0))
 
 
-def convergence(projection: str, *, latitude: float, longitude: float) -> float:
-    """Return how far a network's y axis points clockwise from true north [rad].
-
-    On the sphere, which is within 0.01 degrees of the ellipsoid in a UTM zone.
-
-    Args:
-        projection: PROJ's words, such as `+proj=utm +zone=31`; those that are no
-            transverse Mercator count as north up.
-        latitude: North positive [rad].
-        longitude: East positive [rad].
-    """
-    words = dict(word.lstrip("+").partition("=")[::2] for word in projection.split())
-    try:
-        if words.get("proj") == "utm":
-            middle = 6.0 * int(words["zone"]) - 183.0
-        elif words.get("proj") in ("tmerc", "etmerc"):
-            middle = float(words.get("lon_0", "0"))
-        else:
-            return 0.0
-    except (KeyError, ValueError):
-        return 0.0
-    east = math.radians((math.degrees(longitude) - middle + 180.0) % 360.0 - 180.0)
-    return math.atan(math.tan(east) * math.sin(latitude))
-
-
 def local_time(
     date: dt.date, time: dt.time, *, zone: str | None, latitude: float, longitude: float
 ) -> dt.datetime:

@@ -33,7 +33,14 @@ from sumo3dviz_pt.world.street.furniture import (
     place_furniture,
     place_stops,
 )
-from sumo3dviz_pt.world.street.lamps import REACH, Lamp, lamp_parts, lamp_sets, place_lamps
+from sumo3dviz_pt.world.street.lamps import (
+    REACH,
+    Lamp,
+    hidden_lamps,
+    lamp_parts,
+    lamp_sets,
+    place_lamps,
+)
 from sumo3dviz_pt.world.street.places import Border, Site, borders_in, crossing_areas
 from sumo3dviz_pt.world.street.signs import (
     GANTRY_REACH,
@@ -105,7 +112,7 @@ def build_street(
     return StreetParts(
         tuple(static),
         lamp_sets(lamps, around) if dark else (),
-        _absent(parts, settings, cramped),
+        _absent(parts, settings, cramped, hidden_lamps(scenario.pois, around)),
     )
 
 
@@ -284,7 +291,7 @@ def standing_height(roads: RoadParts, ground: GroundParts) -> HeightAt:
 
 
 def _absent(
-    parts: dict[str, Sequence[Part]], settings: StreetSettings, cramped: int
+    parts: dict[str, Sequence[Part]], settings: StreetSettings, cramped: int, hidden: int
 ) -> tuple[LeftOut, ...]:
     """Say what is missing and why."""
     given = {"street lamps": "lamps", "signs": "signs", "furniture": "furniture"}
@@ -296,4 +303,7 @@ def _absent(
             left_out.append(LeftOut(family, why))
     if cramped:
         left_out.append(LeftOut(f"{cramped} bus shelters", "there is no room beside the stop"))
+    if hidden:
+        why = "they would stand right before a camera; `clear_view: false` keeps them"
+        left_out.append(LeftOut(f"{hidden} street lamps of the scenario", why))
     return tuple(left_out)

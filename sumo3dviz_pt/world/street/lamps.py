@@ -62,6 +62,7 @@ _COLOUR = (1.0, 0.78, 0.56)
 _CANDELAS = 32_000.0  # cd/m^2 in a scene unit
 _SPACING = 30.0
 _SHIFTS = np.array([0.0, 2.5, -2.5, 5.0, -5.0, 7.5, -7.5])  # other places of a lamp [m]
+_ARM = 2.0  # how far heads stand out [m]
 _BACK = 0.55  # from the kerb to the pole [m]
 _VERGE = 1.1  # the same where there is no sidewalk [m]
 _CORNER = 18.0  # between lamps of different roads, at least [m]
@@ -199,11 +200,35 @@ def _ring(name: str, lamps: Sequence[Lamp], weight: float) -> LampSet:
     )
 
 
+def hidden_lamps(pois: Sequence[Poi], around: Surroundings) -> int:
+    """Return how many lamps of a scenario would stand right before a camera, and so stand not."""
+    return int(_before_cameras(_places_of(pois), around).sum())
+
+
+def _before_cameras(places: Floats, around: Surroundings) -> Bools:
+    """Which lamps, (n, 2) [m], would stand right before a camera."""
+    if not len(places):
+        return np.zeros(0, dtype=np.bool_)
+    ground = around.index.heights(places)
+    return around.clearance.before_lens(places, ground, height=LOW, reach=_ARM)
+
+
+def _places_of(pois: Sequence[Poi]) -> Floats:
+    """Where the scenario's lamps are, (n, 2) [m]."""
+    return np.array([poi.position for poi in pois if _is_lamp(poi)]).reshape(-1, 2)
+
+
+def _is_lamp(poi: Poi) -> bool:
+    """Whether a point of interest is a lamp."""
+    return poi.type.lower().split(".")[0] in WORDS
+
+
 def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
-    """Lamps at the scenario's points of interest; none on a road."""
-    wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
-    places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
+    """Lamps at the scenario's points of interest; none on a road or right before a camera."""
+    wanted = [poi for poi in pois if _is_lamp(poi)]
+    places = _places_of(pois)
     free = site.holds(places) & ~site.around.index.covers(places, margin=0.1)
+    free &= ~_before_cameras(places, site.around)
     yaws = facing_roads(places, site.around.index)
     heights = site.standing(places[free]) if free.any() else np.zeros(0)
     site.use(places[free])

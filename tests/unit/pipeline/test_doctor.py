@@ -28,6 +28,7 @@ def test_names_versions_files_and_places(capsys: pytest.CaptureFixture[str]) -> 
     assert {"Python", "mitsuba", "drjit", "numpy", "processor", "memory", "ffmpeg"} <= set(about)
     assert about["renderer"] in VARIANTS.values()
     assert re.match(r"\d+\.\d+\.\d+ \(.+\)$", about["libLLVM"])
+    assert "CUDA" in about["CUDA,"] or "NVIDIA driver" in about["CUDA,"]
     assert f"bodies kept in  {os.environ['SUMO3DVIZ_PT_CACHE']}" in said
     assert "kernels kept in" in said
 

@@ -4,6 +4,7 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.installation.nvidia import Driver
 from sumo3dviz_pt.render import backend
 from sumo3dviz_pt.render.backend import choose_backend, llvm_description, try_out
 
@@ -35,8 +36,18 @@ def test_a_variant_that_cannot_work_says_why():
     """On a machine with a GPU it works, and that is fine."""
     try:
         assert choose_backend("cuda").jit
-    except RenderError as error:
-        assert "cuda_ad_rgb does not work here: " in str(error) and "\n" not in str(error)
+    except ConfigError as error:
+        assert "NVIDIA driver" in str(error) and "\n" not in str(error)
+
+
+def test_a_triangle_that_is_not_seen_refuses_the_variant(monkeypatch):
+    """Before anything is built, whatever the driver says of itself."""
+    monkeypatch.setattr(backend, "find_driver", lambda: Driver("12.4", "a GPU", True))
+    monkeypatch.setattr(backend, "_try_variant", lambda variant: None)
+    assert choose_backend("cuda").variant == "cuda_ad_rgb"
+    monkeypatch.setattr(backend, "answers", lambda: False)
+    with pytest.raises(RenderError, match="does not see a single triangle"):
+        choose_backend("cuda")
 
 
 def test_an_old_llvm_falls_back_and_says_how_to_mend_it(monkeypatch, caplog):

@@ -55,7 +55,7 @@ def needle_angles(speed: float) -> tuple[float, float]:
 
 def shown_speed(angle: float) -> float:
     """Return the speed that a needle shows at an angle from upright, [m/s]."""
-    return (angle + _END) / (2.0 * _END) * _TOP_SPEED
+    return float((angle + _END) / (2.0 * _END) * _TOP_SPEED)
 
 
 def _angle(share: float) -> float:
@@ -65,7 +65,7 @@ def _angle(share: float) -> float:
 
 def dial_middles(eye: Floats) -> Floats:
     """Return the axes of both needles in the frame of the eye's body, (2, 3) [m]."""
-    return eye + np.array([(FACE - 0.003, left, _HEIGHT) for left in _LEFT])
+    return np.asarray(eye + np.array([(FACE - 0.003, left, _HEIGHT) for left in _LEFT]))
 
 
 def dials(eye: Floats) -> Iterator[MaterialMesh]:

@@ -141,9 +141,9 @@ def test_many_narrow_streets_are_a_town_and_far_roads_do_not_count():
 STREET = CARS | {"pedestrian", "bicycle"}
 
 
-def osm_crossing(*, allowed=STREET, lanes=2, reach=120.0):
+def osm_crossing(*, allowed=STREET, lanes=2, reach=160.0, type_="highway.secondary"):
     """A crossing of which the map tells no limit: SUMO's type map takes 27.78 m/s."""
-    network = cross(reach=reach, lanes=lanes, speed=27.78, type_="highway.secondary")
+    network = cross(reach=reach, lanes=lanes, speed=27.78, type_=type_)
     edges = {
         name: replace(
             edge, lanes=tuple(replace(lane, allowed=frozenset(allowed)) for lane in edge.lanes)
@@ -157,12 +157,15 @@ def test_an_unknown_limit_makes_no_motorway():
     assert choose_template(osm_crossing(), CENTRE).name == "city_day"
     assert choose_template(osm_crossing(lanes=1), CENTRE).name == "village_day"
     assert choose_template(osm_crossing(allowed=CARS), CENTRE).name == "highway_day"
+    assert choose_template(osm_crossing(type_=""), CENTRE).name == "highway_day", "drawn by hand"
 
 
 def test_footways_signals_and_houses_outvote_a_fast_limit():
     fast = cross(speed=25.0, links=[TLS])
     assert choose_template(fast, CENTRE).name == "highway_day", "a ramp may have a signal"
     assert choose_template(fast, CENTRE, [house("h", (20, 20), (40, 40))]).name == "city_day"
+    ramp = cross(speed=33.3, links=[TLS], reach=80.0)
+    assert choose_template(ramp, CENTRE, [house("h", (20, 20), (40, 40))]).name == "highway_day"
     named = cross(type_="highway.motorway", links=[TLS])
     assert choose_template(named, CENTRE, [house("h", (20, 20), (40, 40))]).name == "highway_day"
 
@@ -341,6 +344,19 @@ def test_a_corner_never_looks_against_the_sun(turn):
     assert stands is not None
     ahead = (stands.aim - stands.eye)[:2]
     assert ahead @ sun[:2] <= 0.5 * np.hypot(*ahead) * np.hypot(*sun[:2]) + 1e-9
+
+
+def test_a_corner_against_the_sun_is_none_rather_than_blind():
+    """Houses leave room for an eye only where the sun is in front."""
+    sun = np.array([0.9, 0.0, np.sqrt(1.0 - 0.81)])
+    walls = [house("s", (-60, -60), (60, -9)), house("n", (-60, 9), (60, 60))]
+    walls.append(house("e", (4, -60), (60, 60)))
+    stands = corner(scouting(scenario_of(crossers(), polygons=tuple(walls)), sun=sun))
+    if stands is not None:
+        ahead = (stands.aim - stands.eye)[:2]
+        assert ahead @ sun[:2] <= 0.5 * np.hypot(*ahead) * np.hypot(*sun[:2]) + 1e-9
+    anywhere = corner(scouting(scenario_of(crossers(), polygons=tuple(walls))))
+    assert anywhere is not None and (anywhere.aim - anywhere.eye)[0] > 0.0, "it looks to the east"
 
 
 def test_vehicles_that_pass_right_before_an_eye_lower_its_value():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from needed import package
 
-from sumo3dviz_pt.errors import MissingExtraError
+from sumo3dviz_pt.errors import ConfigError, MissingExtraError
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scenario import ScenarioFiles
 from sumo3dviz_pt.sumo import read_roster, read_scenario, read_trajectories
@@ -125,3 +125,10 @@ def test_simple_projection():
     simple = Location((10.0, 20.0), projection="-")
     found = projection.net_from_geo(np.array([[0.02, 0.01]]), simple)
     np.testing.assert_allclose(found, [[10 + 2226.4, 20 + 1111.36]], atol=0.01)
+
+
+@pytest.mark.parametrize("words", ["+proj=utm +zone=61 +ellps=WGS84", "+proj=nonsense", "words"])
+def test_a_projection_that_does_not_exist_is_one_sentence(words):
+    package("pyproj")
+    with pytest.raises(ConfigError, match=r"projParameter=.* is no projection .* netconvert"):
+        projection.net_from_geo(np.array([[2.17, 41.4]]), Location(projection=words))

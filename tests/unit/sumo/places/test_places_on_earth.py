@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from pyproj import Proj
+from needed import package
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import SunSettings
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.sumo import read_location
-from sumo3dviz_pt.sumo.places.projection import middle_of, net_from_geo
+from sumo3dviz_pt.sumo.places.projection import convergence_at, middle_of, net_from_geo
 from sumo3dviz_pt.world.sky.build import moment_of, sun_of
 
 UTM = "+proj=utm +zone={} +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
@@ -121,6 +121,7 @@ def test_public_networks_lie_where_they_are_and_have_their_towns_sun(tmp_path, n
 
 
 def test_the_series_agrees_with_proj():
+    proj = package("pyproj").Proj
     for number in range(300):
         zone, south = 1 + number % 60, number % 2 == 1
         east = 6 * zone - 183 + (number * 37 % 130) / 10.0 - 6.5
@@ -130,7 +131,7 @@ def test_the_series_agrees_with_proj():
             words = (
                 f"+proj=tmerc +lat_0={north - 3} +lon_0={east - 4} +k=0.9999 +x_0=5 +ellps=GRS80"
             )
-        x, y = Proj(words)(east, north)
+        x, y = proj(words)(east, north)
         found = middle_of(Location((7.0, -9.0), (x + 6, y - 10, x + 8, y - 8), words))
         assert found[0] == pytest.approx(north, abs=1e-7)
         assert (found[1] - east + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=1e-7)
@@ -138,7 +139,9 @@ def test_the_series_agrees_with_proj():
 
 @pytest.mark.parametrize("words", ["-", "+proj=lcc +lat_1=49 +lat_2=44 +lat_0=46.5 +lon_0=3"])
 def test_other_projections_come_back_to_where_they_began(words):
-    (x, y), *_ = net_from_geo(np.array([[4.85, 45.76]]), Location(projection=words))
+    if words != "-":
+        package("pyproj")
+    ((x, y),) = net_from_geo(np.array([[4.85, 45.76]]), Location(projection=words))
     found = middle_of(Location(boundary=(x - 1, y - 1, x + 1, y + 1), projection=words))
     assert found == pytest.approx((45.76, 4.85), abs=1e-6)
 
@@ -172,3 +175,34 @@ def test_the_place_that_was_taken_is_said_with_zone_and_sun(tmp_path, caplog):
         "the network's middle, 44.496° N 11.320° E: 2026-12-21 16:00 at Europe/Rome, 4.7 degrees"
         in caplog.text
     )
+
+
+@pytest.mark.parametrize(
+    ("words", "place", "known"),
+    [
+        # East of the middle meridian, north of the equator: grid north lies to the east.
+        ("+proj=utm +zone=32 +ellps=WGS84", (48.137, 11.575), 1.918),
+        ("+proj=utm +zone=31", (41.4, 2.15), -0.562),
+        ("+proj=utm +zone=56 +south", (-33.87, 151.21), 0.998),
+        ("+proj=tmerc +lon_0=9", (50.0, 10.0), 0.766),
+        ("+proj=merc", (50.0, 10.0), 0.0),
+        # Lambert 93: (longitude - 3 degrees) x sin 46.5 degrees, nearly the cone's constant.
+        ("+proj=lcc +lat_1=49 +lat_2=44 +lat_0=46.5 +lon_0=3", (48.4, -4.5), -7.5 * 0.725604),
+        # SUMO's own: a way to the north of 1 is -longitude x sin(latitude) to the east.
+        ("-", (45.0, 10.0), math.degrees(math.atan(math.radians(10.0) * math.sin(math.pi / 4)))),
+    ],
+)
+def test_grid_north(words, place, known):
+    if "lcc" in words or "merc" in words:
+        package("pyproj")
+    found = convergence_at(place, Location(projection=words))
+    assert math.degrees(found) == pytest.approx(known, abs=0.02)
+
+
+def test_the_sun_is_turned_by_the_networks_own_north(tmp_path):
+    """Wherever the sun is seen from, shadows fall on roads of this network."""
+    location = located(tmp_path, *NETWORKS["Munich, no offset"][:4])
+    asked = {"date": "2026-06-21", "time": "12:00", "zone": "UTC", "place": (52.5, 13.4)}
+    sun = SunSettings.model_validate(asked)
+    turned = sun_of(sun, location=None).azimuth - sun_of(sun, location=location).azimuth
+    assert math.degrees(turned) == pytest.approx(1.92, abs=0.01)

@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.world.sky.build import KINDS, SkyPreset, base_exposure, build_sky, read_clouds
 
 PRESETS = catalog.template_names("sky")
-BARCELONA = Location(place=(41.4, 2.15), projection="+proj=utm +zone=31")
+BARCELONA = Location(place=(41.4, 2.15), convergence=np.radians(-0.562))
 NOON = {"date": dt.date(2026, 6, 21), "time": dt.time(12, 0), "zone": "solar"}
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.zones import zone_named
-from sumo3dviz_pt.world.sky.sun import convergence, direction_of, local_time, sun_position, zone_at
+from sumo3dviz_pt.world.sky.sun import direction_of, local_time, sun_position, zone_at
 
 PLACES = {
     "Munich": (48.137, 11.575),
@@ -68,25 +68,6 @@ def test_agrees_to_a_tenth_of_a_degree_over_years_latitudes_and_hours(year):
         across = turn * math.cos(math.radians(elevation))
         worst = max(worst, abs(elevation - other_elevation), across)
     assert worst < 0.1
-
-
-@pytest.mark.parametrize(
-    ("projection", "place", "known"),
-    [
-        # East of the middle meridian, north of the equator: grid north lies to the east.
-        ("+proj=utm +zone=32 +ellps=WGS84", (48.137, 11.575), 1.918),
-        ("+proj=utm +zone=31", (41.4, 2.15), -0.562),
-        ("+proj=utm +zone=56 +south", (-33.87, 151.21), 0.998),
-        ("+proj=tmerc +lon_0=9", (50.0, 10.0), 0.766),
-        ("+proj=merc", (50.0, 10.0), 0.0),
-        ("!", (50.0, 10.0), 0.0),
-        ("-", (50.0, 10.0), 0.0),
-    ],
-)
-def test_grid_north(projection, place, known):
-    latitude, longitude = np.radians(place)
-    found = convergence(projection, latitude=latitude, longitude=longitude)
-    assert math.degrees(found) == pytest.approx(known, abs=0.01)
 
 
 def test_nrels_worked_example():

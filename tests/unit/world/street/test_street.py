@@ -12,6 +12,7 @@ from sumo3dviz_pt.job.settings import StreetSettings
 from sumo3dviz_pt.library.street.lamp import LENS
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.library.street.signs import YELLOW
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
@@ -123,6 +124,26 @@ def test_lamps_stand_on_the_sidewalk_and_reach_over_the_road():
         assert 0.0 < lamp.place[1] < 2.5 or 13.5 < lamp.place[1] < 16.0
         towards = np.sin(lamp.yaw)
         assert towards == pytest.approx(1.0 if lamp.place[1] < 8.0 else -1.0)
+
+
+def test_no_lamp_stands_right_before_a_camera_and_that_is_said():
+    """Neither one that our code puts up nor one of the scenario's."""
+    eye = np.array([[130.0, 2.0, 4.0]])
+    way = CameraPath(eye, np.array([[0.97, 0.24, 0.0]]), np.array([0.6]))
+    around = surroundings(TOWN, seed=3, camera_path=way)
+    site = replace(site_on(TOWN), around=around)
+    pois = [poi("near", "street_lamp", 139.0, 1.8), poi("far", "street_lamp", 250.0, 1.8)]
+    log = TrafficLog((), (), 0.0, 0.0, 0.0)
+    scenario = Scenario(TOWN, log, pois=tuple(pois))
+    parts = build_street(scenario, StreetSettings(), site=site, dark=False)
+    (said,) = [item for item in parts.left_out if "of the scenario" in item.what]
+    assert said.what.startswith("1 street lamps") and "clear_view" in said.why
+    lamps = place_lamps(borders_near(TOWN, around, reach=500.0), pois, site)
+    places = np.array([lamp.place[:2] for lamp in lamps])
+    assert not around.clearance.before_lens(
+        places, np.zeros(len(places)), height=LOW, reach=2.0
+    ).any()
+    assert any(abs(x - 250.0) < 0.1 for x, _ in places) and len(places) > 4
 
 
 def test_narrow_roads_have_lamps_on_both_sides_in_turn():
