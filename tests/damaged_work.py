@@ -328,7 +328,7 @@ def _words(scene: Path, rng: Chance) -> list[str]:
         ["vehicles", str(scene), "--at", any_word()],
         ["render", str(scene), "--dry-run", "-o", f"{scene.parent}/{any_word()}.mp4"],
         ["render", str(scene), "--dry-run", "-o", f"{scene.parent}/a.mp4", "--fps", any_word()],
-        ["study", str(scene.with_name(any_word()[:20])), "-o", str(scene.parent / "o")],
+        ["study", f"{scene.parent}/{any_word()[:20]}", "-o", str(scene.parent / "o")],
         ["compare", any_word(), str(scene)],
         [any_word(), str(scene)],
     )

@@ -6,15 +6,16 @@ other films, and frames beyond its end, never get into it.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.model.ratios import Ratio
 from sumo3dviz_pt.pipeline.accounts.differences import differences
@@ -121,7 +122,48 @@ def _parsed(text: bytes, path: Path) -> Account:
         account = json.loads(text)
     except ValueError as error:
         raise InputError(f"its account is damaged ({error})", file=path) from error
-    return account if isinstance(account, dict) else {}
+    return _checked(account, path) if isinstance(account, dict) else {}
+
+
+def _checked(account: Account, path: Path) -> Account:
+    """Return an account whose values are what readers take them for."""
+    for keys, (kind, what) in _SHAPE.items():
+        value: Any = account
+        for key in keys:
+            value = value.get(key, _ABSENT) if isinstance(value, dict) else _ABSENT
+        if value is not _ABSENT and not kind(value):
+            said = cut(repr(value))
+            message = f"its account is damaged ({'.'.join(keys)} should be {what}, not {said})"
+            raise InputError(message, file=path)
+    return account
+
+
+def _is_count(value: Any) -> bool:
+    """Return whether a value is how many frames a film can have."""
+    return type(value) is int and 0 <= value <= _MOST_FRAMES
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value is a finite number."""
+    return type(value) in (int, float) and abs(value) < 1e300
+
+
+_MOST_FRAMES = 10_000_000
+_ABSENT = object()
+_MAPPING = (lambda value: isinstance(value, dict), "keys with values")
+_NUMBER = (_is_number, "a finite number")
+_WHOLE = (lambda value: type(value) is int, "a whole number")
+_WORD = (lambda value: value is None or isinstance(value, str), "a word")
+_RATE = (lambda value: value is None or isinstance(value, str) or _is_number(value), "a rate")
+_SHAPE: Mapping[tuple[str, ...], tuple[Callable[[Any], bool], str]] = {
+    **dict.fromkeys([("scene",), ("scene", "output"), ("shot",), ("versions",)], _MAPPING),
+    **dict.fromkeys([("exposure",), ("glare",), ("time",), ("shot", "from")], _NUMBER),
+    **dict.fromkeys([("seed",), ("spp",), ("frame",)], _WHOLE),
+    **dict.fromkeys([("key",), ("tone",), ("camera",)], _WORD),
+    **dict.fromkeys([("shot", "fps"), ("shot", "frame_rate")], _RATE),
+    ("shot", "frames"): (_is_count, f"a number of frames up to {_MOST_FRAMES:,}"),
+}
+"""What values of an account have to be, where they are there, and that in words."""
 
 
 def write_json(path: Path, content: Account, *, indent: int | None = None) -> None:
@@ -138,9 +180,13 @@ def write_json(path: Path, content: Account, *, indent: int | None = None) -> No
 def film_of(folder: Path) -> Account | None:
     """Return the film of a folder's frames, by its note or by the first frame; or None."""
     try:
-        return dict(json.loads((folder / NOTE).read_bytes()))
-    except (OSError, ValueError, TypeError):
-        first = next(iter(sorted(folder.glob("*.exr"))), None)
+        content = (folder / NOTE).read_bytes()
+    except OSError:
+        content = b""
+    if content:
+        with contextlib.suppress(TypeError, ValueError):
+            return _checked(dict(json.loads(content)), folder / NOTE)
+    first = next(iter(sorted(folder.glob("*.exr"))), None)
     try:
         return None if first is None else read_account(first)
     except InputError:

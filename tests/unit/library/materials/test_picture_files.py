@@ -38,7 +38,7 @@ def test_jpegs_with_whatever_else_is_in_them_pass(how, tmp_path):
     check_picture(saved(tmp_path, ".jpg", **how))
 
 
-@pytest.mark.parametrize("ending", [".png", ".jpg"])
+@pytest.mark.parametrize("ending", [".png", ".jpg", ".bmp", ".tga"])
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.98])
 def test_what_breaks_off_is_refused(ending, share, tmp_path):
     path = saved(tmp_path, ending)
