@@ -80,7 +80,8 @@ def _way_to_rest(driven: Driven, samples: LoggedSamples) -> Floats:
     rests = np.unique(np.interp(samples.times[:-1][rest], driven.knots, driven.travelled))
     bounds = np.concatenate([[-np.inf], rests, [np.inf]])
     after = np.searchsorted(bounds[1:-1], driven.travelled) + 1
-    return np.minimum(driven.travelled - bounds[after - 1], bounds[after] - driven.travelled)
+    near = np.minimum(driven.travelled - bounds[after - 1], bounds[after] - driven.travelled)
+    return np.asarray(near)
 
 
 def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Hermite:

@@ -26,8 +26,8 @@ HEADING, TURNING, MOVING, SWINGING = (
     "turns while it stands",
 )
 
-_GRID = 0.2
-"""Motion is looked at at multiples of this time, and at all samples [s]."""
+_GRID, _BEAT = 0.1, 0.2
+"""Motion is looked at at multiples of this time, and at all samples; turns over the second [s]."""
 
 _ASTRAY = np.radians(20.0)
 """Where two logged angles are steady, the drawn one is within this of them [rad]."""
@@ -163,7 +163,7 @@ def _turned_too_far(look: _Look, length: float) -> Floats:
     """Return how much farther bodies turn than time and way allow, (n,) [rad]."""
     motion, samples = look.motion, look.samples
     # A heading is known every tenth of a second, so the rows of a quicker log are skipped.
-    beats = np.unique(np.floor(look.times / _GRID + 1e-6), return_index=True)[1]
+    beats = np.unique(np.floor(look.times / _BEAT + 1e-6), return_index=True)[1]
     beats = np.union1d(beats, [len(look.times) - 1])
     turned = np.abs(wrapped(np.diff(motion.yaws[beats])))
     way = np.concatenate([[0.0], np.cumsum(_ways(motion))])
@@ -219,5 +219,5 @@ def _within(trajectory: Trajectory, times: Floats) -> Bools:
     found = np.zeros(len(times), dtype=np.bool_)
     for remark in trajectory.remarks:
         if remark.kind in _OWN:
-            found |= (times >= remark.begin - _GRID) & (times <= remark.end + _GRID)
+            found |= (times >= remark.begin - _BEAT) & (times <= remark.end + _BEAT)
     return found

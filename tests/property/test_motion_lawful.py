@@ -34,7 +34,7 @@ def broken(trace, smoother, *, net=None, names=LANES, step=None):
 
 def red_light():
     """A car stops hard in front of a red light within one step, stands, and sets off."""
-    speeds = np.r_[[8.0] * 5, 4.5, np.zeros(20), 2.6, 5.2, 7.8, [8.0] * 5]
+    speeds = np.r_[[14.32] * 5, 12.12, 7.62, 3.57, np.zeros(26), 1.87, 3.74, 5.61, [7.48] * 9]
     along = 20.0 + np.cumsum(speeds)
     return trace_of(
         np.arange(len(along)) + 0.0, np.column_stack([along, 0 * along]), 0.0, speeds,

@@ -44,15 +44,15 @@ class Lawfulness:
         if not self.breaches:
             return ""
         first = self.breaches[0]
-        size = f"{first.value:.3f} m" if first.law == MOVING else f"{math.degrees(first.value):.1f}"
-        size += " too much" if first.law == MOVING else " degrees too much"
+        turned = f"{math.degrees(first.value):.1f} degrees"
+        size = f"{first.value:.3f} m" if first.law == MOVING else turned
         counts = Counter(each.law for each in self.breaches)
         users = len({each.id for each in self.breaches})
-        told = ", ".join(f"{count} {law}" for law, count in counts.most_common())
-        part = "" if self.looked == self.users else f" (every {self.users // self.looked}th of all)"
+        told = ", ".join(f"{law}: {count}" for law, count in counts.most_common())
+        part = "" if self.looked == self.users else f" (of {self.users} in all)"
         return (
-            f"{users} of {self.looked} road users{part} are drawn otherwise than they drive:"
-            f" {told}. The first is {first.id} at {first.time:g} s, {size};"
+            f"{users} of {self.looked} road users{part} are drawn otherwise than they drive"
+            f" ({told}). The first is {first.id} at {first.time:g} s, {size} too much;"
             " `motion` draws it, and `check --motion` measures all"
         )
 

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from drives import arc, between, trace_of
 
+from sumo3dviz_pt.motion.alignment import FASTEST_TURN, aligned, calmed, leeway
 from sumo3dviz_pt.motion.curves import Hermite, eased
 from sumo3dviz_pt.motion.driven import Driven
 from sumo3dviz_pt.motion.headings import (
-    FASTEST_TURN,
     STEEPEST,
-    calmed,
     chord,
     chords,
     logged,
@@ -50,13 +49,20 @@ def circling(radius, speed):
     return place
 
 
+def headed(driven, length, yaws):
+    """Headings along chords where the log has angles yaws(t), (n,)."""
+    times = np.arange(0.0, 12.005, 0.1)
+    samples = samples_of(times, driven.front.at(times).positions, yaws(times))
+    return chord(driven, chords(driven, length), samples, length)
+
+
 # Chord and tractrix ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("radius", "length"), [(10.0, 5.0), (25.0, 12.0)])
 def test_chord_on_a_circle_turned_half_a_length_less(radius, length):
     driven = driven_of(circling(radius, 5.0), length=length)
-    curve = chord(driven, chords(driven, length))
+    curve = headed(driven, length, lambda t: 5.0 * t / radius - length / radius / 2.0)
     asked = np.linspace(length / 5.0 + 0.2, 11.9, 100)
     expected = 5.0 * asked / radius - length / radius / 2.0
     assert between(curve.at(asked)[0][:, 0], expected).max() < np.radians(0.1)
@@ -65,7 +71,7 @@ def test_chord_on_a_circle_turned_half_a_length_less(radius, length):
 
 def test_chord_of_a_climb_is_its_grade():
     driven = driven_of(eastward(8.0, rise=0.08))
-    values = chord(driven, chords(driven, 5.0)).at(np.linspace(1.0, 11.0, 30))[0]
+    values = headed(driven, 5.0, np.zeros_like).at(np.linspace(1.0, 11.0, 30))[0]
     np.testing.assert_allclose(values, np.tile([0.0, np.arctan(0.08)], (30, 1)), atol=1e-6)
 
 
@@ -103,7 +109,7 @@ def test_slopes_of_chords():
 
 def test_nothing_is_steeper_than_a_road():
     driven = driven_of(eastward(3.0, rise=2.0))
-    curve = chord(driven, chords(driven, 5.0))
+    curve = headed(driven, 5.0, np.zeros_like)
     assert curve.values[:, 1].max() == pytest.approx(STEEPEST)
 
 
@@ -118,7 +124,7 @@ def envelope(times, yaws):
 
 def test_slow_turns_are_left_alone():
     yaws = 2.0 * np.sin(TIMES)  # up to 115 deg/s
-    np.testing.assert_array_equal(calmed(TIMES, yaws), yaws)
+    np.testing.assert_array_equal(calmed(FASTEST_TURN * TIMES, yaws), yaws)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -126,7 +132,7 @@ def test_calmed_turns_are_lipschitz_and_the_middle_of_their_bounds(seed):
     chance = np.random.default_rng(seed)
     times = np.cumsum(chance.uniform(0.02, 0.2, 150))
     yaws = np.cumsum(chance.normal(0.0, 0.4, 150))
-    shown = calmed(times, yaws)
+    shown = calmed(FASTEST_TURN * times, yaws)
     assert (np.abs(np.diff(shown)) <= FASTEST_TURN * np.diff(times) + 1e-9).all()
     assert shown[0] == yaws[0]
     # Beyond the reach of the beginning, which is held.
@@ -139,15 +145,42 @@ def test_a_jump_is_turned_evenly_around_its_middle():
     jump = np.where(TIMES > 4.95, np.pi / 2.0, 0.0)
     # The bounds turn at full rate on either side of it, their middle at half of that.
     expected = np.clip(np.pi / 4.0 + FASTEST_TURN / 2.0 * (TIMES - 4.95), 0.0, np.pi / 2.0)
-    np.testing.assert_allclose(calmed(TIMES, jump), expected, atol=FASTEST_TURN * 0.05)
-    np.testing.assert_allclose(calmed(TIMES, -jump), -calmed(TIMES, jump), atol=1e-12)
+    np.testing.assert_allclose(
+        calmed(FASTEST_TURN * TIMES, jump), expected, atol=FASTEST_TURN * 0.05
+    )
+    np.testing.assert_allclose(
+        calmed(FASTEST_TURN * TIMES, -jump), -calmed(FASTEST_TURN * TIMES, jump), atol=1e-12
+    )
 
 
 def test_what_is_far_from_a_jump_stays():
     yaws = 0.3 * np.sin(TIMES) + np.where(TIMES > 4.95, 1.0, 0.0)
     far = np.abs(TIMES - 4.95) > 2.0 * np.ptp(yaws) / FASTEST_TURN
     assert far.sum() > 20
-    np.testing.assert_allclose(calmed(TIMES, yaws)[far], yaws[far], atol=1e-12)
+    np.testing.assert_allclose(calmed(FASTEST_TURN * TIMES, yaws)[far], yaws[far], atol=1e-12)
+
+
+# Near the log ------------------------------------------------------------------------------
+
+
+def test_headings_stay_near_steady_angles_and_free_in_turns():
+    samples = samples_of(np.arange(4.0), np.zeros((4, 3)), np.array([0.0, 0.0, 1.0, 1.0]))
+    times = np.array([0.5, 1.5, 2.5])
+    off = np.radians([9.0, 40.0, -80.0])
+    near = leeway(times, np.array([0.0, 0.5, 1.0]), samples)
+    shown = np.degrees(aligned(np.array([0.0, 0.5, 1.0]) + off, near) - [0.0, 0.5, 1.0])
+    assert shown[0] == pytest.approx(9.0)  # near enough
+    assert shown[1] == pytest.approx(40.0, abs=1.5)  # half-way through a turn of 57 degrees
+    assert -17.0 <= shown[2] < -16.0
+
+
+def test_a_body_turns_only_where_there_is_room():
+    room = np.minimum(np.maximum(TIMES - 2.0, 0.0), 3.0)  # it stands until 2 s and from 5 s on
+    yaws = np.where(TIMES > 1.0, 0.8, 0.0)
+    shown = calmed(room, yaws)
+    assert np.ptp(shown[TIMES < 2.0]) == 0.0
+    assert np.ptp(shown[TIMES > 5.0]) < 1e-12
+    assert (np.abs(np.diff(shown)) <= np.diff(room) + 1e-12).all()
 
 
 # Logged ------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ def report(*left_out, absent=()):
         "log": log,
         "sun": None,
         "weather": {"text": "none", "moments": [], "left_out": []},
+        "motion": {"text": ""},
         "missing_files": [],
         "nobody": [],
         "shots": [
@@ -36,6 +37,11 @@ def test_what_all_shots_leave_out_is_said_once():
         "left out of all shots  fences: the scenario has none"
     ]
     assert sum("grass" in line for line in said) == 2
+
+
+def test_what_breaks_the_laws_of_motion_is_a_note():
+    said = in_words({**report([]), "motion": {"text": "2 of 9 road users spin"}})
+    assert "note     2 of 9 road users spin" in said.splitlines()
 
 
 def test_a_single_shot_names_its_own():
