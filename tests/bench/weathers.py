@@ -147,14 +147,25 @@ def rows_of(lines: Sequence[str], size: Sequence[int]) -> list[dict[str, Any]]:
     return list(rows.values())
 
 
-def keep(rows: Sequence[dict[str, Any]]) -> None:
-    """Replace the rows of one size in the file that forecasts read."""
+def kept(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Replace the rows of one size in the file that forecasts read; return all of its rows."""
     known = json.loads(FORECASTS.read_text(encoding="utf-8"))
     others = [row for row in known["rows"] if row["size"] != rows[0]["size"]]
     lines = ",\n    ".join(json.dumps(row) for row in [*others, *rows])
     by = json.dumps(known["by"])
     text = f'{{\n  "by": {by},\n  "rows": [\n    {lines}\n  ]\n}}\n'
     FORECASTS.write_text(text, encoding="utf-8")
+    return [*others, *rows]
+
+
+def page_of(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Yield the manual's table of weathers: a row each size and hour, each cell beside dry air."""
+    yield "| | dry | " + " | ".join(f"`{kind}`" for kind in KINDS[1:]) + " |"
+    yield "|---" + "|--:" * len(KINDS) + "|"
+    for row in rows:
+        cells = [f"{row['dry']:.2f}"]
+        cells += [f"{row[kind]:.2f} ({row[kind] / row['dry']:.2f} x)" for kind in KINDS[1:]]
+        yield f"| {row['size'][0]}x{row['size'][1]}, {row['hour']} | {' | '.join(cells)} |"
 
 
 def main() -> None:
@@ -163,18 +174,15 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, help="folder of the tables")
     parser.add_argument("--size", type=int, nargs=2, default=Plan.size, help="of weathers' films")
     options = parser.parse_args()
-    plan = Plan(size=tuple(options.size))
-    for name, table in (("weathers.md", of_weathers(plan)), ("lenses.md", of_lenses(plan))):
-        lines = []
-        for line in table:
-            print(line, flush=True)
-            lines.append(line)
-        if options.output:
-            (options.output / name).write_text("
-".join(lines) + "
-", encoding="utf-8")
-        if options.output and name == "weathers.md":
-            keep(rows_of(lines, options.size))
+    lines = []
+    for line in measured(Plan(size=tuple(options.size))):
+        print(line, flush=True)
+        lines.append(line)
+    if options.output:
+        weathers, lenses = lines[: lines.index("")], lines[lines.index("") + 1 :]
+        pages = {"weathers": page_of(kept(rows_of(weathers, options.size))), "lenses": lenses}
+        for name, table in pages.items():
+            (options.output / f"{name}.md").write_text("\n".join(table) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
