@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import logging
 import sys
 from collections.abc import Iterator, Sequence
@@ -36,6 +37,7 @@ from sumo3dviz_pt.errors import (
     InputError,
     InstallationError,
     Sumo3dvizError,
+    cut,
     interrupted,
 )
 from sumo3dviz_pt.files.outputs import check_place, check_spared
@@ -99,7 +101,14 @@ def _run(arguments: Sequence[str] | None) -> int:
             return complain(explained(package_of(error.name), error), 1)
         if not isinstance(error, Sumo3dvizError | OSError | MemoryError):
             raise
-        return complain(str(error) or "there is not enough memory for this", 1, hint)
+        return _failed(error, hint)
+
+
+def _failed(error: BaseException, hint: str) -> int:
+    """Say what failed; the exit code, that of wrong input for a name that no file can have."""
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        return complain(f"{cut(str(error.filename))} is too long for a file's name", 2)
+    return complain(str(error) or "there is not enough memory for this", 1, hint)
 
 
 def _check_output(options: argparse.Namespace) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby
@@ -138,16 +138,41 @@ def _checked(account: Any) -> Account:
     """
     if not isinstance(account, dict):
         return {}
-    parts = {name: account.get(name, {}) for name in ("shot", "preset", "scene")}
-    odd = [name for name, part in parts.items() if not isinstance(part, dict)]
-    if odd:
-        raise ValueError(f"{odd[0]} is {cut(repr(account[odd[0]]))}")
-    frames, rate = parts["shot"].get("frames"), StoredFilm(account, ()).fps
-    if frames is not None and not (type(frames) is int and 0 < frames <= _MOST_FRAMES):
-        raise ValueError(f"it has {cut(repr(frames))} frames")
-    if rate is not None:
+    for keys, (kind, what) in _SHAPE.items():
+        value: Any = account
+        for key in keys:
+            value = value.get(key, _ABSENT) if isinstance(value, dict) else _ABSENT
+        if value is not _ABSENT and not kind(value):
+            raise ValueError(f"{'.'.join(keys)} is no {what}: {cut(repr(value), most=20)}")
+    if (rate := StoredFilm(account, ()).fps) is not None:
         ratio_of(rate)
     return account
+
+
+def _is_count(value: Any) -> bool:
+    """Return whether a value is how many frames a film can have."""
+    return value is None or (type(value) is int and 0 < value <= _MOST_FRAMES)
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value is a finite number."""
+    return type(value) in (int, float) and abs(value) < 1e300
+
+
+_ABSENT = object()
+_MAPPING = (lambda value: isinstance(value, dict), "mapping")
+_NUMBER = (_is_number, "number")
+_WHOLE = (lambda value: type(value) is int, "whole number")
+_WORD = (lambda value: value is None or isinstance(value, str), "word")
+_SHAPE: Mapping[tuple[str, ...], tuple[Callable[[Any], bool], str]] = {
+    **dict.fromkeys([("scene",), ("scene", "output"), ("shot",), ("preset",)], _MAPPING),
+    ("versions",): _MAPPING,
+    **dict.fromkeys([("exposure",), ("glare",), ("time",), ("shot", "from")], _NUMBER),
+    **dict.fromkeys([("seed",), ("spp",), ("frame",)], _WHOLE),
+    **dict.fromkeys([("key",), ("tone",), ("camera",)], _WORD),
+    ("shot", "frames"): (_is_count, "count of frames"),
+}
+"""What values of an account have to be, where they are there, and that in words."""
 
 
 @contextmanager
