@@ -129,7 +129,8 @@ def _rows_of_log() -> dict[str, list[object]]:
     return found
 
 
-_COLUMNS = ("timestep_time", *(f"vehicle_{k}" for k in "id type x y angle speed pos lane".split()))
+_KEYS = ("id", "type", "x", "y", "angle", "speed", "pos", "lane")
+_COLUMNS = ("timestep_time", *(f"vehicle_{key}" for key in _KEYS))
 
 
 def _csv_log(scene: Path, rng: Chance) -> list[str]:
@@ -141,8 +142,10 @@ def _csv_log(scene: Path, rng: Chance) -> list[str]:
         _cell(rows, rng)
     data = "\n".join(";".join(row) for row in rows).encode("utf-8", "surrogatepass")
     data = damaged_bytes(data, rng) if torn else data
-    return _other_log(scene, "fcd.csv.gz", gzip.compress(data, mtime=0)) if packed else _other_log(
-        scene, "fcd.csv", data
+    return (
+        _other_log(scene, "fcd.csv.gz", gzip.compress(data, mtime=0))
+        if packed
+        else _other_log(scene, "fcd.csv", data)
     )
 
 
@@ -203,7 +206,9 @@ def _damaged_json(content: object, rng: Chance) -> bytes:
     text = json.dumps(content)
     if rng.random() < 0.3:
         return damaged_bytes(text.encode(), rng)
-    values = list(re.finditer(r'(?<=: )("[^"]*"|-?[\d.]+|null|true|false)|(?<=[\[,] )[\w."]+', text))
+    values = list(
+        re.finditer(r'(?<=: )("[^"]*"|-?[\d.]+|null|true|false)|(?<=[\[,] )[\w."]+', text)
+    )
     match = values[int(rng.integers(len(values)))]
     odd = (
         *("null", "[]", "{}", "-1", "1e400", "NaN", "true", '""', '"x"', "[[1]]", '{"a": 1}'),
@@ -295,7 +300,7 @@ def _special(scene: Path, rng: Chance) -> list[str]:
     what = int(rng.integers(3))
     if what == 0 and hasattr(os, "mkfifo"):
         os.mkfifo(path)
-    elif what == 1 and os.path.exists("/dev/zero"):
+    elif what == 1 and Path("/dev/zero").exists():
         path.symlink_to("/dev/zero")
     else:
         path.mkdir()
@@ -323,7 +328,7 @@ def _words(scene: Path, rng: Chance) -> list[str]:
         ["vehicles", str(scene), "--at", any_word()],
         ["render", str(scene), "--dry-run", "-o", f"{scene.parent}/{any_word()}.mp4"],
         ["render", str(scene), "--dry-run", "-o", f"{scene.parent}/a.mp4", "--fps", any_word()],
-        ["study", str(scene.with_name(any_word()[:20])), "-o", str(scene.parent / "o")],
+        ["study", f"{scene.parent}/{any_word()[:20]}", "-o", str(scene.parent / "o")],
         ["compare", any_word(), str(scene)],
         [any_word(), str(scene)],
     )

@@ -78,18 +78,19 @@ def seeds(usual: int) -> range:
 
 def faults(kind: str, usual: int) -> list[str]:
     """What is wrong with cases of a kind, so many of them where the search is not random."""
-    found = [outcome for outcome in outcomes(kind, seeds(usual)) if outcome.fault]
+    found = [each for each in outcomes([(kind, n) for n in seeds(usual)]) if each.fault]
     # A busy machine can make any case slow once; what is wrong is wrong again.
-    return [again.fault for case in found for again in outcomes(kind, [case.seed]) if again.fault]
+    again = outcomes([(case.kind, case.seed) for case in found])
+    return [each.fault for each in again if each.fault]
 
 
-def outcomes(kind: str, seeds: Sequence[int]) -> Iterator[Outcome]:
-    """Try cases of one kind, each within bounds of time and memory."""
-    waiting = list(seeds)
+def outcomes(cases: Sequence[tuple[str, int]]) -> Iterator[Outcome]:
+    """Try cases, kinds and numbers, each within bounds of time and memory, in one process."""
+    waiting = list(cases)
     while waiting:
         with _worker() as (process, answers):
             while waiting:
-                seed = waiting.pop(0)
+                kind, seed = waiting.pop(0)
                 process.stdin.write(f"{kind} {seed}\n")
                 process.stdin.flush()
                 outcome = _answer(kind, seed, answers)

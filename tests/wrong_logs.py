@@ -9,14 +9,14 @@ NET = """<net version="1.20">
  projParameter="+proj=utm +zone=31"/>
 <edge id="we" from="a" to="b"><lane id="we_0" index="0" speed="13.9" length="400" width="3.2"
  disallow="pedestrian" shape="0,30,{z} 400,30,{z}"/></edge>
-<edge id="sn" from="c" to="d"><lane id="sn_0" index="0" speed="13.9" length="300" width="3.2"
+<edge id="sn" from="c" to="b"><lane id="sn_0" index="0" speed="13.9" length="300" width="3.2"
  disallow="pedestrian" shape="300,-100,{z} 300,200,{z}"/></edge>
 <junction id="a" type="dead_end" x="0" y="30" incLanes="" intLanes="" shape=""/>
 <junction id="b" type="dead_end" x="400" y="30" incLanes="we_0" intLanes="" shape=""/>
 <junction id="c" type="dead_end" x="300" y="-100" incLanes="" intLanes="" shape=""/>
 <junction id="d" type="dead_end" x="300" y="200" incLanes="sn_0" intLanes="" shape=""/>
 </net>"""
-"""A road to the east and one to the north that cross."""
+"""A road to the east and one to the north that cross, and share a junction, so no note is due."""
 
 FLAT = NET.format(z=0)
 STEPS = 25

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from sumo3dviz_pt.cli import (
     assets,
@@ -35,8 +37,10 @@ from sumo3dviz_pt.errors import (
     InputError,
     InstallationError,
     Sumo3dvizError,
+    cut,
     interrupted,
 )
+from sumo3dviz_pt.files.outputs import check_place, check_spared
 from sumo3dviz_pt.installation.dependencies import explained, package_of, require_packages
 
 _COMMANDS = (
@@ -82,6 +86,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         options.words = list(sys.argv[1:] if arguments is None else arguments)
         if options.command != "doctor":
             require_packages()
+        _check_output(options)
         code: int = options.run(options)
         return code
     except (InputError, ConfigError) as error:
@@ -96,7 +101,25 @@ def _run(arguments: Sequence[str] | None) -> int:
             return complain(explained(package_of(error.name), error), 1)
         if not isinstance(error, Sumo3dvizError | OSError | MemoryError):
             raise
-        return complain(str(error) or "there is not enough memory for this", 1, hint)
+        return _failed(error, hint)
+
+
+def _failed(error: BaseException, hint: str) -> int:
+    """Say what failed; the exit code, that of wrong input for a name that no file can have."""
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        return complain(f"{cut(str(error.filename))} is too long for a file's name", 2)
+    return complain(str(error) or "there is not enough memory for this", 1, hint)
+
+
+def _check_output(options: argparse.Namespace) -> None:
+    """Refuse a place that cannot be written to, or what is read by the command itself."""
+    output = getattr(options, "output", None)
+    if output is None:
+        return
+    check_place(output)
+    given = [value if isinstance(value, list) else [value] for value in vars(options).values()]
+    named = [one for some in given for one in some if isinstance(one, Path) and one is not output]
+    check_spared(output, named)
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -27,11 +27,13 @@ def run(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.progress.costs import spent
     from sumo3dviz_pt.pipeline.progress.expectations import still_steps
     from sumo3dviz_pt.pipeline.progress.room import check_memory
+    from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 
     check_target(options.output, suffixes=(".png", ".exr"), overwrite=options.overwrite)
     job, request = load_job(options.scene, overrides_of(options)), request_of(options)
+    spare_inputs(job, options.output)
     check_memory(job, request)
     get_ready(job, request)
     with progress(options.output.name, still_steps(job, request)):

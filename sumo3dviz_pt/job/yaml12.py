@@ -41,14 +41,20 @@ class _Loader(yaml.SafeLoader):
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012
 
-    def scan_plain(self) -> yaml.Token:
+    _in_plain = False
+
+    def scan_plain(self) -> yaml.ScalarToken:
         """Scan text without quotes; in YAML 1.2, a question mark in it ends it nowhere."""
-        peek = self.peek
-        self.peek = lambda index=0: "." if (char := peek(index)) == "?" else char
+        self._in_plain = True
         try:
             return super().scan_plain()
         finally:
-            del self.peek
+            self._in_plain = False
+
+    def peek(self, index: int = 0) -> str:
+        """Look at a character ahead."""
+        char = str(super().peek(index))
+        return "." if self._in_plain and char == "?" else char
 
 
 _CORE = (

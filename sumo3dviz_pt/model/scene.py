@@ -91,10 +91,12 @@ class Poses:
     Attributes:
         vertices: Of all parts in their order, (poses, v, 3) [m].
         normals: Unit, of the same vertices, (poses, v, 3).
+        steady: Whether each mover keeps one of them, so that it moves as a rigid body does.
     """
 
     vertices: Floats
     normals: Floats
+    steady: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.files.outputs import can_replace, check_spared
 from sumo3dviz_pt.job.settings import Job, ObjectSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
@@ -73,6 +74,21 @@ def read(
     """
     files, scenario = read_files(job, begin=begin, end=end)
     return files, scenario, motion_of(job, scenario).smooth()
+
+
+def spare_inputs(job: Job, *outputs: Path) -> None:
+    """Refuse outputs that would replace what the scene is made from.
+
+    Raises:
+        ConfigError: If one would.
+    """
+    from sumo3dviz_pt.pipeline.accounts.provenance import files_of
+
+    replacing = [path for path in outputs if can_replace(path)]
+    if replacing:
+        read = files_of(job, scenario_files(job))
+        for path in replacing:
+            check_spared(path, read)
 
 
 def read_files(

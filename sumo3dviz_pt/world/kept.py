@@ -75,7 +75,8 @@ def _shared(world: World, outlook: Outlook, camera_path: CameraPath) -> BuiltPla
     kept = _kept_place(_folder(world, camera_path)) if world.key else None
     if kept is not None:
         return kept
-    place = outlook.memory.of(("place",), partial(build_place, world, outlook.camera_path))
+    make = partial(_found if world.key else build_place, world, outlook.camera_path)
+    place = outlook.memory.of(("place",), make)
     lanes = len(world.scenario.network.lanes)
     return replace(place, static=seen_of(place.static, camera_path, lanes=lanes))
 

@@ -1,6 +1,6 @@
 """Damages thousands of files of all kinds, and counts how commands end.
 
-    python tests/bench/fuzz.py [--count 2000] [--seed 0] [--workers 2] [--kind NAME ...] [-o JSON]
+    python tests/bench/fuzz.py [--count 2000] [--seed 0] [--workers 2] [--kind NAME] [--log FILE]
 
 Not run by pytest, which tries a few of each kind (tests/property/test_fuzz_*.py). A case that
 ends in anything but success or one clear sentence makes the exit code 1.
@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import TextIO
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -25,17 +27,13 @@ ALL = [kind for kind in (*KINDS, *CASES) if kind != "nothing"]
 DEAR = {"cameras": 0.2, "models": 1.5, "images": 0.7}
 """Shares of kinds in the count, where they are not 1."""
 
-_PART = 15
 
-
-def _parts(kinds: list[str], count: int, seed: int) -> list[tuple[str, range]]:
-    """Share a number of cases out over kinds, in parts of a few each."""
+def _cases(kinds: list[str], count: int, seed: int) -> list[tuple[str, int]]:
+    """Share a number of cases out over kinds, which come by turns."""
     weights = [DEAR.get(kind, 1.0) for kind in kinds]
-    parts = []
-    for kind, weight in zip(kinds, weights, strict=True):
-        last = seed + -int(-count * weight // sum(weights))
-        parts += [(kind, range(k, min(k + _PART, last))) for k in range(seed, last, _PART)]
-    return sorted(parts, key=lambda part: part[1].start)
+    own = [round(count * weight / sum(weights)) for weight in weights]
+    cases = [(k, kind) for kind, most in zip(kinds, own, strict=True) for k in range(most)]
+    return [(kind, seed + number) for number, kind in sorted(cases)]
 
 
 def _word(outcome: Outcome) -> str:
@@ -45,12 +43,15 @@ def _word(outcome: Outcome) -> str:
     return "refused in a sentence" if outcome.code else "done"
 
 
-def _tried(part: tuple[str, range]) -> list[Outcome]:
-    """Try some cases; print what is wrong with them."""
-    found = list(outcomes(*part))
-    for outcome in found:
-        if outcome.fault:
-            print(outcome.fault, flush=True)
+def _tried(cases: list[tuple[str, int]], log: TextIO) -> list[Outcome]:
+    """Try cases one after the other; write how each ended."""
+    found = []
+    for outcome in outcomes(cases):
+        found.append(outcome)
+        line = {"case": f"{outcome.kind} {outcome.seed}", "ended": _word(outcome)}
+        line |= {"cpu_s": round(outcome.seconds, 1), "said": outcome.fault or outcome.said[:200]}
+        log.write(json.dumps(line) + "\n")
+        log.flush()
     return found
 
 
@@ -61,11 +62,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--kind", action="append", choices=ALL)
-    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--log", type=Path, default=Path(os.devnull), help="a line of JSON a case")
     options = parser.parse_args()
-    parts = _parts(options.kind or ALL, options.count, options.seed)
-    with ThreadPoolExecutor(options.workers) as pool:
-        found = [outcome for some in pool.map(_tried, parts) for outcome in some]
+    cases = _cases(options.kind or ALL, options.count, options.seed)
+    lots = [cases[k :: options.workers] for k in range(options.workers)]
+    with options.log.open("w", encoding="utf-8") as log, ThreadPoolExecutor(len(lots)) as pool:
+        tried = pool.map(lambda lot: _tried(lot, log), lots)
+        found = [outcome for some in tried for outcome in some]
     counts = Counter((outcome.kind, _word(outcome)) for outcome in found)
     total = Counter(_word(outcome) for outcome in found)
     account = {
@@ -80,8 +83,6 @@ def main() -> int:
     }
     text = json.dumps(account, indent=1)
     print(text)
-    if options.output:
-        options.output.write_text(text + "\n", encoding="utf-8")
     return 1 if account["faults"] else 0
 
 

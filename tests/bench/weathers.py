@@ -1,8 +1,11 @@
 """What weathers cost beside dry air, and shutters and apertures beside a pinhole, in one run.
 
-Run from the repository's root, on a quiet machine:
+Run from the repository's root, on a quiet machine, and once more with `--size 1280 720`:
 
-    python tests/bench/weathers.py -o docs/_bench/weathers.md
+    python tests/bench/weathers.py -o docs/_bench
+
+Forecasts count nights and weathers by the frames of `fog`, `rain`, `snow` and `snowfall`: the rows
+of this size in `sumo3dviz_pt/pipeline/progress/weathers.json` are replaced by what was measured.
 
 Films of `crossing` are rendered and developed, camera `corner`, `preview`, by day and by night:
 CPU-seconds of a frame are the median of those after the third, and developing's share of one frame.
@@ -13,6 +16,7 @@ frames of as many samples, without help of other frames.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tempfile
 import time
@@ -35,6 +39,12 @@ SCENE = example("crossing")
 HOURS = {"day": ("city_day", 456.0), "night": ("city_night", 458.0)}
 SIZES = ((640, 360), (1280, 720))
 SAMPLES, FRAMES = 16, 4
+
+KINDS = ("dry", "fog", "rain", "snow", "snowfall")
+FORECASTS = (
+    Path(__file__).resolve().parents[2] / "sumo3dviz_pt" / "pipeline" / "progress" / "weathers.json"
+)
+"""What `check` and `--dry-run` reckon with."""
 
 LENSES: dict[str, dict[str, Any]] = {
     "pinhole": {},
@@ -127,10 +137,41 @@ def measured(plan: Plan) -> Iterator[str]:
     yield from of_lenses(plan)
 
 
+def rows_of(lines: Sequence[str], size: Sequence[int]) -> list[dict[str, Any]]:
+    """Return what forecasts take of a table of weathers: a row an hour, CPU-seconds by weather."""
+    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+    rows: dict[str, dict[str, Any]] = {}
+    for hour, name, *_, frame, _ in (row for row in cells if len(row) == 6 and row[0] in HOURS):
+        if name in KINDS:
+            rows.setdefault(hour, {"size": list(size), "hour": hour})[name] = float(frame)
+    return list(rows.values())
+
+
+def kept(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Replace the rows of one size in the file that forecasts read; return all of its rows."""
+    known = json.loads(FORECASTS.read_text(encoding="utf-8"))
+    others = [row for row in known["rows"] if row["size"] != rows[0]["size"]]
+    lines = ",\n    ".join(json.dumps(row) for row in [*others, *rows])
+    by = json.dumps(known["by"])
+    text = f'{{\n  "by": {by},\n  "rows": [\n    {lines}\n  ]\n}}\n'
+    FORECASTS.write_text(text, encoding="utf-8")
+    return [*others, *rows]
+
+
+def page_of(rows: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Yield the manual's table of weathers: a row each size and hour, each cell beside dry air."""
+    yield "| | dry | " + " | ".join(f"`{kind}`" for kind in KINDS[1:]) + " |"
+    yield "|---" + "|--:" * len(KINDS) + "|"
+    for row in rows:
+        cells = [f"{row['dry']:.2f}"]
+        cells += [f"{row[kind]:.2f} ({row[kind] / row['dry']:.2f} x)" for kind in KINDS[1:]]
+        yield f"| {row['size'][0]}x{row['size'][1]}, {row['hour']} | {' | '.join(cells)} |"
+
+
 def main() -> None:
     """Measure, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("-o", "--output", type=Path, help="folder of the tables")
     parser.add_argument("--size", type=int, nargs=2, default=Plan.size, help="of weathers' films")
     options = parser.parse_args()
     lines = []
@@ -138,7 +179,10 @@ def main() -> None:
         print(line, flush=True)
         lines.append(line)
     if options.output:
-        options.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        weathers, lenses = lines[: lines.index("")], lines[lines.index("") + 1 :]
+        pages = {"weathers": page_of(kept(rows_of(weathers, options.size))), "lenses": lenses}
+        for name, table in pages.items():
+            (options.output / f"{name}.md").write_text("\n".join(table) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

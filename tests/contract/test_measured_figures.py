@@ -11,12 +11,14 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
-from manual import DOCS, PAGES, ROOT, text_of
+from manual import DOCS, PAGES, ROOT, name_of, text_of
 
 from sumo3dviz_pt.pipeline import checks
+from sumo3dviz_pt.pipeline.progress.conditions import MEASURED
 from sumo3dviz_pt.pipeline.progress.costs import cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
@@ -131,6 +133,19 @@ def test_nights_cost_more_as_the_page_says() -> None:
     assert "nights cost a third to a half more than days" in page
 
 
+def test_forecasts_reckon_with_the_weathers_of_the_bench() -> None:
+    table = [line.split("|")[1:-1] for line in text_of(BENCH / "weathers.md").splitlines()]
+    kinds = [cell.strip(" `") for cell in table[0][1:]]
+    rows = []
+    for what, *cells in table[2:]:
+        found = re.match(r" (\d+)x(\d+), (day|night)", what)
+        assert found is not None
+        costs = [float(cell.split()[0]) for cell in cells]
+        size = [int(found[1]), int(found[2])]
+        rows.append({"size": size, "hour": found[3], **dict(zip(kinds, costs, strict=True))})
+    assert json.loads(MEASURED.read_text(encoding="utf-8"))["rows"] == rows
+
+
 def test_the_page_of_costs_shows_what_check_forecasts() -> None:
     page = text_of(DOCS / "howto" / "cost.md")
     found = re.search(r"triangles ([\d,]+)", page)
@@ -158,3 +173,9 @@ def test_every_file_of_a_bench_is_in_the_manual() -> None:
     for folder in BENCH.iterdir():
         if (folder / "report.md").exists():
             assert f"_bench/{folder.name}/report>" in text
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_what_a_page_includes_is_there(page: Path) -> None:
+    for target in re.findall(r"^```\{include\} (\S+)", text_of(page), re.M):
+        assert (page.parent / target).is_file(), target

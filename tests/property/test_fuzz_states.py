@@ -12,14 +12,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from builders import view_at
 from searching import tries
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image import exr
+from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
 from sumo3dviz_pt.pipeline.farm.plan import PLAN, FarmFilm, FarmPlan, FarmTask, write_plan
 from sumo3dviz_pt.pipeline.farm.tries import TRIES, End, Outcome, finish, take
+from sumo3dviz_pt.pipeline.films.traced import write_traced
+from sumo3dviz_pt.render.passes.finish import Finishing
 
 ODD: tuple[Any, ...] = (
     None, True, -1, 0, 7, 10**30, 1.5, math.inf, math.nan,
@@ -164,3 +169,62 @@ def test_damaged_states_of_farms_are_told_in_one_sentence(farm: FarmPlan, capsys
             assert code != 2 or one_sentence(said.err, file.name), (seed, said.err)
         (farm.folder / "stop").unlink(missing_ok=True)
         file.write_bytes(good)
+
+
+# Stored films ------------------------------------------------------------------------------
+
+
+def traced_film(folder: Path) -> None:
+    """Three frames as they are traced, and the film's account."""
+    dice = np.random.default_rng(1)
+    account = {"key": "k", "scene": {"output": {}}, "preset": {"accumulate": 1}, "exposure": 0.0}
+    account |= {"shot": {"frames": 3, "fps": 10}, "tone": "neutral", "glare": 0.0, "seed": 1}
+    how = Finishing("none", True, 0.0, None, np.ones((8, 3), np.float32))
+    view = view_at((0, 0, 2))
+    folder.mkdir()
+    for number in range(3):
+        layers = {"radiance": dice.random((18, 32, 3)), "albedo": dice.random((18, 32, 3))}
+        layers |= {"normal": np.tile([0.0, 0.0, 1.0], (18, 32, 1)), "ids": np.zeros((18, 32))}
+        layers |= {name: np.full((18, 32), 9.0) for name in ("depth", "first_depth")}
+        layers |= {"hit": np.ones((18, 32))}
+        single = Layers({name: one.astype(np.float32) for name, one in layers.items()})
+        traced = TracedFrame(single, view, 1.0, 4, ())
+        own = {**account, "time": number / 10}
+        write_traced(folder / f"{number:06d}.exr", traced, how, account=own, half=True)
+    (folder / "film.json").write_text(json.dumps(account), encoding="utf-8")
+
+
+def damaged_frame(chance: random.Random, file: Path) -> None:
+    """Damage a frame's bytes, what it says of itself, its channels, or its size."""
+    if chance.random() < 0.3:
+        file.write_bytes(damaged_bytes(chance, file.read_bytes()))
+        return
+    channels, strings = exr.read_channels(file)
+    how = chance.choice(("text", "text", "text", "channel", "size"))
+    if how == "text":
+        key = chance.choice(sorted(strings))
+        said = json.loads(strings[key])
+        strings[key] = damaged_json(chance, said).decode("utf-8", "replace").replace("\0", "")
+    elif how == "channel":
+        del channels[chance.choice(sorted(channels))]
+    else:
+        channels = {name: one[:12] for name, one in channels.items()}
+    exr.write_channels(file, channels, strings)
+
+
+def test_damaged_films_are_told_in_one_sentence(tmp_path: Path, capsys) -> None:
+    folder, picture = tmp_path / "a.frames", tmp_path / "{frame}.png"
+    traced_film(folder)
+    good = {path: path.read_bytes() for path in folder.iterdir()}
+    for seed in range(tries(60)):
+        chance = random.Random(seed)
+        file = chance.choice(sorted(good))
+        if file.suffix == ".json":
+            file.write_bytes(damaged_json(chance, json.loads(good[file])))
+        else:
+            damaged_frame(chance, file)
+        code = main(["develop", str(folder), "-o", str(picture), "--overwrite"])
+        said = capsys.readouterr().err
+        assert code in (0, 2), (seed, code, said)
+        assert code == 0 or one_sentence(said, file.name, folder.name, "tone"), (seed, said)
+        file.write_bytes(good[file])

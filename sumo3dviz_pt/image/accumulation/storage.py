@@ -25,6 +25,9 @@ from sumo3dviz_pt.model.scene import View
 _STEPS = {"albedo": 256, "normal": 64}
 """Steps of a unit to which guides are rounded."""
 
+_LAYERS = frozenset({"radiance", "hit", "depth", "first_depth", "ids", *_STEPS})
+"""What is stored of every frame."""
+
 _FARTHEST = 60_000.0
 """What lies farther away counts as sky [m]: the sun's disc is an object in the renderer."""
 
@@ -91,9 +94,12 @@ def unpacked(stored: Mapping[str, Image], text: str) -> TracedFrame:
         text: What they show.
 
     Raises:
-        ValueError: If the text is damaged.
+        ValueError: If the text is damaged, or a layer is missing.
     """
     try:
+        lacking = _LAYERS - set(stored)
+        if lacking:
+            raise ValueError(f"has no layer {min(lacking)}")
         said = json.loads(text)
         camera = Transform(_array(said["camera"], np.float64).reshape(4, 4))
         view = View(camera, Lens.from_dict(said["lens"]))
@@ -105,7 +111,7 @@ def unpacked(stored: Mapping[str, Image], text: str) -> TracedFrame:
         ]
         white, samples = float(said["white"]), int(said["samples"])
         return TracedFrame(Layers(stored), view, white, samples, tuple(parts))
-    except (KeyError, TypeError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
         raise ValueError(f"does not say what it shows ({error})") from error
 
 

@@ -95,13 +95,19 @@ def _bmp_size(data: bytes) -> Size:
     """Read width and height of a BMP."""
     if data[:2] != b"BM":
         raise ValueError("no BMP")
-    width, height = struct.unpack_from("<ii", data, 18)
+    width, height, _, bits, packing = struct.unpack_from("<iiHHI", data, 18)
+    (begin,) = struct.unpack_from("<I", data, 10)
+    row = (abs(width) * bits + 31) // 32 * 4
+    if packing == 0 and len(data) < begin + row * abs(height):
+        raise ValueError("cut off")
     return abs(width), abs(height)
 
 
 def _tga_size(data: bytes) -> Size:
     """Read width and height of a TGA."""
-    width, height = struct.unpack_from("<HH", data, 12)
+    width, height, bits = struct.unpack_from("<HHB", data, 12)
+    if data[2] in (2, 3) and len(data) < 18 + data[0] + width * height * bits // 8:
+        raise ValueError("cut off")
     return width, height
 
 

@@ -133,7 +133,7 @@ def _beside(path: Path) -> Any:
     """Return what reads the files that a mesh file names: plain ones in its folder."""
     from trimesh.resolvers import FilePathResolver
 
-    class Beside(FilePathResolver):  # type: ignore[misc]
+    class Beside(FilePathResolver):
         """Reads no pipes and no devices, and no more than a mesh file may hold."""
 
         def get(self, name: str) -> bytes:

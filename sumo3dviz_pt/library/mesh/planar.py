@@ -27,8 +27,10 @@ def union(shapes: Sequence[shapely.Geometry] | NDArray[shapely.Geometry]) -> sha
 
 def closing(shape: shapely.Geometry, reach: float) -> shapely.Geometry:
     """Fill gaps up to twice the reach [m] and keep outer corners (morphological closing)."""
-    grown = shape.buffer(reach, join_style="mitre", mitre_limit=2.0)
-    return grown.buffer(-reach, join_style="mitre", mitre_limit=2.0)
+    # Slivers without any area make GEOS divide by 0; what it returns is whole.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        grown = shape.buffer(reach, join_style="mitre", mitre_limit=2.0)
+        return grown.buffer(-reach, join_style="mitre", mitre_limit=2.0)
 
 
 def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:

@@ -94,9 +94,8 @@ def letter() -> Prototype:
     faces = np.arange(3 * most).reshape(-1, 3)
     parts = (Part(Mesh(poses[0], faces, normals.copy()), "plate_ink"),)
     shapes = np.concatenate([poses[:1], poses])
-    return Prototype(
-        LETTER, parts, (), poses=Poses(shapes, np.broadcast_to(normals, shapes.shape).copy())
-    )
+    turned = np.broadcast_to(normals, shapes.shape).copy()
+    return Prototype(LETTER, parts, (), poses=Poses(shapes, turned, steady=True))
 
 
 def _placed(triangles: Floats, count: int) -> Floats:

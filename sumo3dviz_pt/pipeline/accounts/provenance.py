@@ -59,14 +59,20 @@ def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
         files: The simulation's.
         camera: The camera's name.
     """
-    found: dict[Path, None] = dict.fromkeys(path for role in ROLES for path in by_role(files)[role])
-    with_files(job.model_dump(), found.setdefault)
-    for path in tuple(found):
-        found |= dict.fromkeys(companions(path))
+    found = files_of(job, files)
     names = _short_names(path for path in found if not path.is_dir())
     presets = _presets(job, camera)
     hashes = {name: file_hash(path) for path, name in names.items()}
     return Inputs(names, hashes | {name: file_hash(path) for name, path in presets.items()})
+
+
+def files_of(job: Job, files: ScenarioFiles) -> list[Path]:
+    """Return all files that a scene is made from, those behind other files, too."""
+    found: dict[Path, None] = dict.fromkeys(path for role in ROLES for path in by_role(files)[role])
+    with_files(job.model_dump(), found.setdefault)
+    for path in tuple(found):
+        found |= dict.fromkeys(companions(path))
+    return list(found)
 
 
 def by_role(files: ScenarioFiles) -> dict[str, tuple[Path, ...]]:

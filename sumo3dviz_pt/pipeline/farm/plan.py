@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -182,6 +182,17 @@ def _damaged(path: Path, error: Exception) -> InputError:
     )
 
 
+def _check_names(names: Iterable[str]) -> None:
+    """Refuse what no file can be called.
+
+    Raises:
+        ValueError: Also for half a character, which cannot be encoded.
+    """
+    for name in names:
+        if b"\0" in name.encode():
+            raise ValueError(f"the name {name!r}")
+
+
 def _check(plan: FarmPlan) -> None:
     """Refuse a plan whose parts do not fit.
 
@@ -192,6 +203,7 @@ def _check(plan: FarmPlan) -> None:
         raise ValueError("films, tasks, tries or lease")
     if any(not 0 < film.frames <= _MOST_FRAMES for film in plan.films):
         raise ValueError("a film's frames")
+    _check_names((plan.cwd, *(film.path for film in plan.films)))
     for number, task in enumerate(plan.tasks):
         film = task.film
         known = film is None or (type(film) is int and 0 <= film < len(plan.films))

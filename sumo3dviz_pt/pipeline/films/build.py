@@ -44,6 +44,7 @@ from sumo3dviz_pt.pipeline.production import (
     scenario_files,
 )
 from sumo3dviz_pt.pipeline.progress.costs import spent
+from sumo3dviz_pt.pipeline.reading import spare_inputs
 from sumo3dviz_pt.pipeline.riders import check_companions
 from sumo3dviz_pt.pipeline.sound import sound_folder, write_sound
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
@@ -110,6 +111,7 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
         ConfigError: If something that was asked for is wrong.
     """
     shots = shots_of(job, request, order)
+    spare_inputs(job, *(path for _, path in shots))
     for shot, path in shots:
         check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
         check_output(request.applied(job), path, fps=order.pace(job, shot).fps)

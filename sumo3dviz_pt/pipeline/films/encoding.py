@@ -13,6 +13,7 @@ from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.random import frame_seed
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.films.frames import intact
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, write_sequence
 from sumo3dviz_pt.pipeline.films.traced import Shelf
 from sumo3dviz_pt.pipeline.overlays.files import overlaid, plain_twin, read_facts, write_captions
@@ -130,7 +131,8 @@ def developed(
     from sumo3dviz_pt.image.tonemap import develop_float
 
     shelf = Shelf()
-    for file in files:
+
+    def picture(file: Path) -> Image:
         radiance, account = shelf.finished(file)
         if key is not None and account.get("key") != key:
             raise InputError("has become a frame of another film", file=file)
@@ -143,9 +145,14 @@ def developed(
         if optics is not None:
             seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
             radiance = optics.on(radiance, exposure=at, seed=seed)
-        yield develop_float(
+        return develop_float(
             radiance,
             exposure=at,
             tone=tone or str(account.get("tone", "neutral")),
             glare=float(account.get("glare", 0.0)) if glare is None else glare,
         )
+
+    for file in files:
+        with intact(file):
+            found = picture(file)
+        yield found

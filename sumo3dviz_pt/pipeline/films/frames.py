@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterable, Mapping, Sequence
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, RenderError, cut
 from sumo3dviz_pt.files.whole import write_whole
-from sumo3dviz_pt.model.ratios import Ratio
+from sumo3dviz_pt.model.ratios import Ratio, ratio_of
 from sumo3dviz_pt.pipeline.accounts.differences import differences
 from sumo3dviz_pt.pipeline.films.sequences import film_name
 
@@ -24,6 +26,9 @@ log = logging.getLogger(__name__)
 
 NOTE = "film.json"
 """The film's account, beside its frames."""
+
+_MOST_FRAMES = 10_000_000
+"""Of a film; more are damage."""
 
 SAME_TIME = 1e-9
 """Times of frames that differ by less count as equal [s]."""
@@ -85,7 +90,7 @@ def read_account(path: Path) -> Account:
     """
     from sumo3dviz_pt.image.exr import PROVENANCE, read_attributes
 
-    return _parsed(read_attributes(path).get(PROVENANCE, "{}").encode(), path)
+    return parsed(read_attributes(path).get(PROVENANCE, "{}").encode(), path)
 
 
 def account_in(path: Path) -> Account:
@@ -106,22 +111,85 @@ def account_in(path: Path) -> Account:
     elif path.suffix.lower() == ".exr":
         account = read_account(path)
     elif path.suffix.lower() == ".png":
-        account = _parsed(read_text(path).get("provenance", "{}").encode(), path)
+        account = parsed(read_text(path).get("provenance", "{}").encode(), path)
     else:
         beside = path.with_suffix(".json")
-        account = _parsed(beside.read_bytes() if beside.is_file() else b"{}", beside)
+        account = parsed(beside.read_bytes() if beside.is_file() else b"{}", beside)
     if not account or "scene" not in account:
         raise InputError("does not say what it was made from", file=path)
     return account
 
 
-def _parsed(text: bytes, path: Path) -> Account:
+def parsed(text: bytes, path: Path) -> Account:
     """Return an account from its JSON."""
     try:
-        account = json.loads(text)
-    except ValueError as error:
-        raise InputError(f"its account is damaged ({error})", file=path) from error
-    return account if isinstance(account, dict) else {}
+        return _checked(json.loads(text))
+    except (RecursionError, TypeError, ValueError) as error:
+        raise InputError(
+            f"its account is damaged ({cut(str(error))}); render it again with --resume", file=path
+        ) from error
+
+
+def _checked(account: Any) -> Account:
+    """Return an account, and refuse one whose parts are of other kinds.
+
+    Raises:
+        ValueError: Says which.
+    """
+    if not isinstance(account, dict):
+        return {}
+    for keys, (kind, what) in _SHAPE.items():
+        value: Any = account
+        for key in keys:
+            value = value.get(key, _ABSENT) if isinstance(value, dict) else _ABSENT
+        if value is not _ABSENT and not kind(value):
+            raise ValueError(f"{'.'.join(keys)} is no {what}: {cut(repr(value), most=20)}")
+    if (rate := StoredFilm(account, ()).fps) is not None:
+        ratio_of(rate)
+    return account
+
+
+def _is_count(value: Any) -> bool:
+    """Return whether a value is how many frames a film can have."""
+    return value is None or (type(value) is int and 0 < value <= _MOST_FRAMES)
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value is a finite number."""
+    return type(value) in (int, float) and abs(value) < 1e300
+
+
+_ABSENT = object()
+_MAPPING = (lambda value: isinstance(value, dict), "mapping")
+_NUMBER = (_is_number, "number")
+_WHOLE = (lambda value: type(value) is int, "whole number")
+_WORD = (lambda value: value is None or isinstance(value, str), "word")
+_SHAPE: Mapping[tuple[str, ...], tuple[Callable[[Any], bool], str]] = {
+    **dict.fromkeys([("scene",), ("scene", "output"), ("shot",), ("preset",)], _MAPPING),
+    ("versions",): _MAPPING,
+    **dict.fromkeys([("exposure",), ("glare",), ("time",), ("shot", "from")], _NUMBER),
+    **dict.fromkeys([("seed",), ("spp",), ("frame",)], _WHOLE),
+    **dict.fromkeys([("key",), ("tone",), ("camera",)], _WORD),
+    ("shot", "frames"): (_is_count, "count of frames"),
+}
+"""What values of an account have to be, where they are there, and that in words."""
+
+
+@contextmanager
+def intact(path: Path) -> Iterator[None]:
+    """Say in one sentence that a stored frame, or what it says of itself, is damaged."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError) as error:
+        raise _damaged(path, error) from error
+    except (TypeError, ValueError, zlib.error, RenderError) as error:
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    """Return what is said of a damaged frame."""
+    why = cut(f"{type(error).__name__}: {error}")
+    return InputError(f"is damaged ({why}); render it again with --resume", file=path)
 
 
 def write_json(path: Path, content: Account, *, indent: int | None = None) -> None:
@@ -138,8 +206,8 @@ def write_json(path: Path, content: Account, *, indent: int | None = None) -> No
 def film_of(folder: Path) -> Account | None:
     """Return the film of a folder's frames, by its note or by the first frame; or None."""
     try:
-        return dict(json.loads((folder / NOTE).read_bytes()))
-    except (OSError, ValueError, TypeError):
+        return _checked(json.loads((folder / NOTE).read_bytes()))
+    except (OSError, RecursionError, TypeError, ValueError):
         first = next(iter(sorted(folder.glob("*.exr"))), None)
     try:
         return None if first is None else read_account(first)

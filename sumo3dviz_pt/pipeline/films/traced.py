@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState, Haze
 from sumo3dviz_pt.pipeline.films.fallen import read_text, text_of
+from sumo3dviz_pt.pipeline.films.frames import intact, parsed
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.image.accumulation.frames import TracedFrame
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 TRACED, FINISHING = "sumo3dviz_pt_traced", "sumo3dviz_pt_finishing"
 """Names of the attributes that say what a frame shows, and how it is finished."""
+
+_WIDEST = 100  # frames before and after one that help it
 
 FALLING = "sumo3dviz_pt_falling"
 """Name of the attribute that says what falls and flies before it; only where something does."""
@@ -138,16 +140,17 @@ class StoredFrame:
         from sumo3dviz_pt.image.exr import PROVENANCE, read_layers
 
         layers, strings = read_layers(path)
-        try:
-            account = json.loads(strings.get(PROVENANCE, "{}"))
-        except ValueError as error:
-            raise InputError(f"its account is damaged ({error})", file=path) from error
-        return cls(layers, strings, account)
+        return cls(layers, strings, parsed(strings.get(PROVENANCE, "{}").encode(), path))
 
     @property
     def window(self) -> int:
         """How many frames before and after help it; 0 where it is finished already."""
-        return int(self.account.get("preset", {}).get("accumulate", 0)) if self.traced else 0
+        if not self.traced:
+            return 0
+        window = int(self.account.get("preset", {}).get("accumulate", 0))
+        if not 0 <= window <= _WIDEST:
+            raise ValueError(f"{window} frames before and after help it")
+        return window
 
     @property
     def traced(self) -> bool:
@@ -172,36 +175,38 @@ class Shelf:
         Raises:
             InputError: If it, or a neighbour, is missing or damaged.
         """
-        if path not in self._frames:
-            stored = StoredFrame.read(path)
-            if not stored.traced:
-                return stored.layers["radiance"], stored.account
-            self._frames[path] = (stored, _traced_frame(stored, path))
-        stored, centre = self._frames[path]
-        around = _beside(path, stored.window)
-        self._frames = {p: kept for p, kept in self._frames.items() if p == path or p in around}
-        others = [self._neighbour(other, stored) for other in around]
-        how = _finishing_of(stored.strings[FINISHING])
-        if FALLING in stored.strings:
-            how = _with_falling(how, stored.strings[FALLING], path)
-        return helped(centre, [one for one in others if one], how), stored.account
+        with intact(path):
+            if path not in self._frames:
+                stored = StoredFrame.read(path)
+                if not stored.traced:
+                    return stored.layers["radiance"], stored.account
+                self._frames[path] = (stored, _traced_frame(stored))
+            stored, centre = self._frames[path]
+            around = _beside(path, stored.window)
+            self._frames = {p: kept for p, kept in self._frames.items() if p == path or p in around}
+            others = [self._neighbour(other, stored) for other in around]
+            how = _finishing_of(stored.strings[FINISHING])
+            if FALLING in stored.strings:
+                how = _with_falling(how, stored.strings[FALLING])
+            return helped(centre, [one for one in others if one], how), stored.account
 
     def _neighbour(self, path: Path, centre: StoredFrame) -> TracedFrame | None:
         """Return a frame beside another one; None if it is of another film."""
-        if path not in self._frames:
-            stored = StoredFrame.read(path)
-            if not stored.traced or stored.account.get("key") != centre.account.get("key"):
-                return None
-            self._frames[path] = (stored, _traced_frame(stored, path))
-        return self._frames[path][1]
+        with intact(path):
+            if path not in self._frames:
+                stored = StoredFrame.read(path)
+                if not stored.traced or stored.account.get("key") != centre.account.get("key"):
+                    return None
+                self._frames[path] = (stored, _traced_frame(stored))
+            stored, traced = self._frames[path]
+            if stored.layers["radiance"].shape != centre.layers["radiance"].shape:
+                raise ValueError("it has another size than its neighbours")
+            return traced
 
 
-def _with_falling(how: Finishing, text: str, path: Path) -> Finishing:
+def _with_falling(how: Finishing, text: str) -> Finishing:
     """Return how a frame is finished before which something falls."""
-    try:
-        falling, light = read_text(text)
-    except ValueError as error:
-        raise InputError(f"{error}; render it again", file=path) from error
+    falling, light = read_text(text)
     return replace(how, falling=falling, light=light)
 
 
@@ -213,14 +218,11 @@ def helped(centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing) -
     return finished(accumulated(centre, others).layers, centre.view, how)
 
 
-def _traced_frame(stored: StoredFrame, path: Path) -> TracedFrame:
+def _traced_frame(stored: StoredFrame) -> TracedFrame:
     """Return a stored frame ready to help others."""
     from sumo3dviz_pt.image.accumulation.storage import unpacked
 
-    try:
-        return unpacked(stored.layers, stored.strings[TRACED])
-    except ValueError as error:
-        raise InputError(f"{error}; render it again", file=path) from error
+    return unpacked(stored.layers, stored.strings[TRACED])
 
 
 def _beside(path: Path, window: int) -> list[Path]:

@@ -20,6 +20,7 @@ from sumo3dviz_pt.motion.lanes.graph import LaneGraph
 from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
 from sumo3dviz_pt.pipeline.motion.checks import User, users_of
 from sumo3dviz_pt.pipeline.production import check_target, read
+from sumo3dviz_pt.pipeline.reading import spare_inputs
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.motion.plot import Drive, MotionCourse, Road, motion_plot
 
@@ -65,6 +66,7 @@ def draw_motion(job: Job, wanted: MotionDrawing) -> None:
     """
     check_extra("matplotlib")
     check_target(wanted.path, suffixes=(".png",), overwrite=wanted.overwrite)
+    spare_inputs(job, wanted.path)
     _, scenario, trajectories = read(job)
     user = find_user(users_of(scenario, trajectories), wanted.vehicle)
     motion_plot(drive_of(user, scenario, job, wanted), wanted.path)

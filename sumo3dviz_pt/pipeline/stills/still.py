@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.outputs import check_place
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.random import frame_seed
 
@@ -123,12 +124,11 @@ def check_writable(path: Path) -> None:
     Raises:
         ConfigError: If its folder is missing or read-only, or a folder has its name.
     """
-    import os
-
     if not path.parent.is_dir():
         raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
+    if path.is_dir():
         raise ConfigError(f"{path} cannot be written to", key="output")
+    check_place(path)
 
 
 def check_free(*paths: Path, option: str = "--overwrite") -> None:

@@ -174,8 +174,9 @@ class Crowd:
         return CrowdArrays(vertices, normals, tints)
 
     def is_rigid(self, prototype: str) -> bool:
-        """Return whether a prototype keeps its shape here."""
-        return self._bodies[prototype].poses is None
+        """Return whether movers of a prototype keep their shape here."""
+        poses = self._bodies[prototype].poses
+        return poses is None or poses.steady
 
     def place_on(self, mover: Mover, faces: Ints, corners: Floats) -> Floats:
         """Return places on a mover's body in the network's coordinates, (n, 3) [m].

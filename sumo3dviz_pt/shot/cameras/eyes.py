@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
+from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.scene import Prototype
 
@@ -25,17 +26,22 @@ _STEP = 0.03
 """Of the search [m]."""
 
 
-def clear_eye(eye: Floats, body: Body) -> Floats:
+def clear_eye(eye: Floats, body: Body, *, opened: bool) -> Floats:
     """Move an eye forward until its own body is not before it.
 
     Args:
         eye: In the body's frame, (3,) [m].
-        body: As it is drawn, whole.
+        body: The body.
+        opened: Whether its first unit is cut away around the eye; the others are drawn whole, and
+            a ship's bridge is on the last.
 
     Returns:
         The first free place, (3,) [m]: at the latest just ahead of the body.
     """
-    corners = np.concatenate(list(_triangles(body)))
+    units = body.assembly.units[1:] if opened else body.assembly.units
+    if not units:
+        return eye
+    corners = np.concatenate([each for unit in units for each in _triangles(body, unit)])
     reach = max(float(corners[..., 0].max()) + CLEAR - eye[0], 0.0)
     # Only what is about as high and as far aside can be near the way.
     across = corners[..., 1:] - eye[1:]
@@ -47,12 +53,11 @@ def clear_eye(eye: Floats, body: Body) -> Floats:
     return np.asarray(place)
 
 
-def _triangles(body: Body) -> Iterator[Floats]:
-    """All triangles of a body in all its poses, in its frame, (m, 3, 3) each [m]."""
-    for unit in body.assembly.units:
-        for vertices, faces in _shapes(unit.prototype):
-            scale = body.scale * [unit.stretch, 1.0, 1.0]
-            yield (scale * vertices + body.scale * [unit.at, 0.0, 0.0])[faces]
+def _triangles(body: Body, unit: Unit) -> Iterator[Floats]:
+    """All triangles of a unit in all its poses, in the body's frame, (m, 3, 3) each [m]."""
+    for vertices, faces in _shapes(unit.prototype):
+        scale = body.scale * [unit.stretch, 1.0, 1.0]
+        yield (scale * vertices + body.scale * [unit.at, 0.0, 0.0])[faces]
 
 
 def _shapes(prototype: Prototype) -> Iterator[tuple[Floats, Ints]]:

@@ -65,11 +65,6 @@ class RidingView:
     cutaway: bool = False
     heading_deg: float = 0.0
 
-    @property
-    def looks_out(self) -> bool:
-        """Whether the whole own body is drawn, and the eye is in or on it."""
-        return not self.cutaway and self.anchor in _ON_BODY
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RidingCamera:
@@ -223,8 +218,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     eye = anchor + np.array(preset.offset)
     if settings.eye_height is not None:
         eye[2] = settings.eye_height
-    if preset.looks_out:
-        eye = clear_eye(eye, body)
+    if preset.anchor in _ON_BODY:
+        eye = clear_eye(eye, body, opened=preset.cutaway)
     # Aim it; the scene file's angles win over the preset's.
     aim = _aim(preset, anchor, eye=eye)
     pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))

@@ -35,8 +35,7 @@ HIGHEST = 5.2
 """Height of a ceiling above the road [m], at most."""
 
 _DECKS = 150.0
-"""Length [m] up to which a deep stretch below two decks, one above the other, is an interchange's
-lowest road: its decks stand free on piers."""
+"""Shorter deep stretches below two decks, one above the other, are interchanges, no tunnels [m]."""
 
 _COVER = 0.7
 """Ceiling and soil between a tunnel and the ground above it [m], at least."""
@@ -126,14 +125,11 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
         whole = union([run.area for run in runs]).buffer(_JOINED, join_style="mitre")
         for part in polygon_parts(whole.buffer(-_JOINED, join_style="mitre")):
             long, wide = _extent(part)
-            if long < LONG or part.area < _NARROWEST * long or wide < _NARROWEST:
+            if long < LONG or wide < _NARROWEST or part.area < _NARROWEST * long:
                 continue
-            if not _crossed(part, runs, below) or (long < _DECKS and _crossed(part, runs, decks)):
-                continue
-            tunnel = _tunnel(layout, ground, part, runs)
-            if tunnel is not None:
-                found.append(tunnel)
-    return tuple(found)
+            if _crossed(part, runs, below) and not (long < _DECKS and _crossed(part, runs, decks)):
+                found.append(_tunnel(layout, ground, part, runs))
+    return tuple(tunnel for tunnel in found if tunnel is not None)
 
 
 def _connected(runs: Sequence[_Run]) -> list[list[_Run]]:
@@ -382,19 +378,16 @@ def _open_roads(
 ) -> list[shapely.Geometry]:
     """Other roads below the ground near a tunnel, with their slopes: no lid covers them."""
     cells = layout.cells
-    near = np.sort(cells.tree.query(lid, predicate="intersects"))
     found = []
-    for k in near:
-        rest = subtract(cells.polygons[k], [area.buffer(1.0)])
-        rest = common(rest, lid)
+    for k in np.sort(cells.tree.query(lid, predicate="intersects")):
+        rest = common(subtract(cells.polygons[k], [area.buffer(1.0)]), lid)
         if rest.area < 1.0:
             continue
         spot = shapely.get_coordinates(shapely.point_on_surface(rest))
         depth = float((ground(spot) - cells.heights(np.array([k]), spot))[0])
         if depth > 1.5:
-            found.append(
-                rest.buffer(depth / STEEPEST + 1.0, quad_segs=2).difference(area.buffer(2.0))
-            )
+            slopes = rest.buffer(depth / STEEPEST + 1.0, quad_segs=2)
+            found.append(slopes.difference(area.buffer(2.0)))
     return found
 
 

@@ -201,3 +201,9 @@ def test_only_our_own_sentences_reach_people(capsys):
         logging.getLogger("PIL.Image").error("image file is truncated")
         logging.getLogger("sumo3dviz_pt.sumo").warning("own")
     assert capsys.readouterr().err == "sumo3dviz-pt: note: own\n"
+
+
+def test_a_name_that_no_file_can_have_is_refused(tmp_path, capsys):
+    words = ["render", str(write_scenario(tmp_path)), "--dry-run", "-o", f"{'9' * 400}.mp4"]
+    assert main([*words, "--camera", "post", "--from", "4", "--to", "5"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -219,7 +219,6 @@ def test_a_later_shots_absent_rider_is_told_before_the_first_shot_is_read(
 def test_a_dry_run_finds_a_rider_who_leaves_before_the_end(tmp_path, capsys):
     scene = scenario(tmp_path)
     long_log(tmp_path)
-    torn(tmp_path)
     ride = ["--camera", "driver", "--set", "cameras.driver.vehicle=late", "--dry-run"]
     for end, code in ((43, 0), (46, 2)):
         times = ["--from", "41", "--to", str(end)]

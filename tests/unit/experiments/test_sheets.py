@@ -55,12 +55,10 @@ def test_damaged_sheets_are_read_or_refused(sheet):
     assert "refused" in outcomes
 
 
-def test_a_sheet_that_unpacks_to_a_gigabyte_is_refused(sheet):
+def test_a_sheet_that_unpacks_to_more_than_any_is_refused(sheet):
     text = io.BytesIO()
     with zipfile.ZipFile(text, "w", zipfile.ZIP_DEFLATED) as packed:
-        with packed.open("xl/a.xml", "w") as part:
-            for _ in range(250):
-                part.write(bytes(1_000_000))
+        packed.writestr("xl/a.xml", bytes(250_000_000))
     sheet.write_bytes(text.getvalue())
     with pytest.raises(InputError, match="unpacks to 250,000,000 bytes"):
         read_table(sheet)

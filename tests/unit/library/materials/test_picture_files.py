@@ -38,7 +38,7 @@ def test_jpegs_with_whatever_else_is_in_them_pass(how, tmp_path):
     check_picture(saved(tmp_path, ".jpg", **how))
 
 
-@pytest.mark.parametrize("ending", [".png", ".jpg"])
+@pytest.mark.parametrize("ending", [".png", ".jpg", ".bmp", ".tga"])
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, 0.98])
 def test_what_breaks_off_is_refused(ending, share, tmp_path):
     path = saved(tmp_path, ending)
@@ -62,7 +62,7 @@ def test_a_flipped_bit_of_a_png_is_found(tmp_path):
     assert "damaged" in refused(path)
 
 
-@pytest.mark.parametrize("size", [(40_000, 40_000), (2**31 - 1, 1), (0, 8)])
+@pytest.mark.parametrize("size", [(9000, 9000), (40_000, 40_000), (2**31 - 1, 1), (0, 8)])
 def test_sizes_beyond_any_picture_are_refused_by_the_header(size, tmp_path):
     def chunk(kind, body):
         return (

@@ -100,6 +100,12 @@ def test_polygon_parts_drop_lines_and_crumbs():
     assert polygon_parts(shapely.Polygon()) == []
 
 
+def test_a_sliver_without_area_is_closed_without_a_word():
+    """Pytest makes errors of warnings."""
+    sliver = shapely.Polygon([(77.29, 13.14), (71.45, 15.78), (74.37, 14.46)])
+    assert closing(sliver, 0.25).area < 1e-6
+
+
 def test_union_subtract_and_closing():
     boxes = [shapely.box(0, 0, 1, 1), shapely.box(1.2, 0, 2, 1)]
     assert union(boxes).area == pytest.approx(1.8)

@@ -348,3 +348,13 @@ def test_kernels_of_others_are_not_run(plan, tmp_path, monkeypatch, how):
     with pytest.raises(ConfigError, match="DRJIT_CACHE_DIR name a folder of your own"):
         work(spread, Orders(), tell=print)
     assert not tries_in(plan.folder)
+
+
+@pytest.mark.parametrize("name", ["\ud800", "a\0b"])
+def test_a_plan_names_files_that_can_be(plan, name):
+    path = plan.folder / PLAN
+    content = json.loads(path.read_bytes())
+    content["films"][0]["path"] = name
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(InputError, match="plan is damaged"):
+        read_plan(plan.folder)

@@ -214,3 +214,24 @@ def test_numbered_pictures_are_told_by_their_names(tmp_path, capsys):
     assert capsys.readouterr().out == f"wrote {tmp_path / 'p_000000.png'} to p_000002.png\n"
     assert develop(folder, tmp_path / "d.mp4") == 0
     assert capsys.readouterr().out == f"wrote {tmp_path / 'd.mp4'}\n"
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *(("frames", "x"), ("frames", 10**18), ("frames", -1), ("fps", [1])),
+        *(("from", float("nan")), ("exposure", "bright"), ("glare", None), ("seed", 1.5)),
+        *(("tone", {}), ("shot", 3), ("scene", []), ("versions", "1")),
+    ],
+)
+@pytest.mark.parametrize("command", ["develop", "report", "compare"])
+def test_an_account_of_another_shape_is_refused(tmp_path, capsys, command, key, value):
+    account = account_of(frames=1)
+    (account["shot"] if key in account["shot"] else account)[key] = value
+    folder = write_film(tmp_path / "f", range(1), account)
+    words = [str(folder)] if command == "compare" else ["-o", str(tmp_path / "o_{frame}.png")]
+    assert main([command, str(folder), *words]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    if command != "compare":  # which says that nothing is known of it
+        assert "damaged" in said

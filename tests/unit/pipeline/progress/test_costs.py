@@ -173,3 +173,22 @@ def test_nights_and_weathers_are_counted_at_their_price(tmp_path, capsys):
         costs[name] = shot["forecast"]["draft"]["cpu_seconds_per_frame"]
     assert costs["night"] / costs["day"] == pytest.approx(night["dry"] / day["dry"], rel=0.05)
     assert costs["rain"] / costs["day"] == pytest.approx(day["rain"] / day["dry"], rel=0.05)
+
+
+def test_the_bench_writes_what_forecasts_read():
+    from bench.weathers import rows_of
+
+    lines = [
+        "| hour | weather | picture | developing | frame | beside dry |",
+        "|---|---|" + "--:|" * 4,
+        "| day | dry | 1.50 | 0.40 | 1.90 | 1.00 |",
+        "| day | drizzle | 1.50 | 0.40 | 1.90 | 1.00 |",
+        "| night | fog | 2.60 | 0.40 | 3.00 | 1.04 |",
+    ]
+    assert rows_of(lines, (640, 360)) == [
+        {"size": [640, 360], "hour": "day", "dry": 1.9},
+        {"size": [640, 360], "hour": "night", "fog": 3.0},
+    ]
+    assert {(*row["size"], row["hour"]) for row in json.loads(BENCH.read_text())["rows"]} == {
+        (*size, hour) for size in ((640, 360), (1280, 720)) for hour in ("day", "night")
+    }

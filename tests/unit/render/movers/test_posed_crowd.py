@@ -5,6 +5,7 @@ import pytest
 from builders import cube, diffuse, mover, scene_of
 
 from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.library.vehicles.plates import letter
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import Mover, Part, Poses, Prototype, Slots
 from sumo3dviz_pt.render.movers.crowd import Crowd
@@ -12,7 +13,7 @@ from sumo3dviz_pt.render.movers.crowd import Crowd
 FLOOR = -50.0
 PHASES = 4
 TINTED = {"type": "principled", "base_color": {"type": "tint"}, "roughness": 0.5}
-MATERIALS = {"matt_tint": TINTED, "grey": diffuse(0.3)}
+MATERIALS = {"matt_tint": TINTED, "grey": diffuse(0.3), "plate_ink": diffuse(0.05)}
 ORIGIN = np.zeros(3)
 
 
@@ -135,3 +136,9 @@ def test_one_too_many_is_an_error():
         crowd.arrays([deforming(0.0, 0.0), deforming(0.5, 0.0)], ORIGIN)
     with pytest.raises(RenderError, match="no slot"):
         crowd.arrays([mover("x", (0, 0, 0), (0.5,) * 3, prototype="stranger")], ORIGIN)
+
+
+def test_letters_of_plates_move_as_rigid_bodies_do():
+    """What each mover keeps one pose of is followed from frame to frame like a car's body."""
+    assert crowd_of(letter(), 2).is_rigid(letter().name)
+    assert not crowd_of(walker()).is_rigid("walker")

@@ -38,7 +38,7 @@ def network():
         edges=edges,
         junctions=ends,
         connections=(),
-        location=Location((0.0, 0.0), BOX, BOX, "!"),
+        location=Location((0.0, 0.0), BOX),
     )
 
 
