@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.files.outputs import can_replace, check_spared
 from sumo3dviz_pt.job.settings import Job, ObjectSettings
 from sumo3dviz_pt.model.news import Doing, announce
@@ -18,6 +19,8 @@ from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.smoothing import motion_of as motion_of
 from sumo3dviz_pt.sumo.values import parse_time as parse_time
+
+logger = logging.getLogger(__name__)
 
 _LARGEST = 1_500_000_000
 """Text of logs beyond which only the window is read [bytes]: ten million rows."""
@@ -142,13 +145,26 @@ def _whole(
     logs = [str(path.absolute()) for path in files.trajectories]
     # Packed logs are as large as a fifteenth of their text.
     rows = sum(sizes.get(name, 0) * (15 if name.endswith(_PACKED) else 1) for name in logs)
-    if window == (None, None) or rows > _LARGEST:
+    if window == (None, None):
+        return None
+    if rows > _LARGEST:
+        _say_part("is large", files)
         return None
     try:
         whole = _read_once(files, stamps, _AskedLog.of(job, None, None))
-    except InputError:
+    except InputError as error:
+        _say_part(f"cannot be read whole ({cut(str(error))})", files)
         return None
     return whole if _living(whole, *window).traffic.traces else None
+
+
+def _say_part(why: str, files: ScenarioFiles) -> None:
+    """Say that only a part of a log is read, and what hangs on it."""
+    message = (
+        f"the log {why}, so only the film's window and what smoothing needs around it are read:"
+        " who stands or turns as the window begins may be placed otherwise in another film"
+    )
+    logger.warning("%s: %s", files.trajectories[0], message, extra={"once": message})
 
 
 @lru_cache(maxsize=2)
