@@ -137,7 +137,8 @@ def append_row(path: Path, row: Mapping[str, Value]) -> None:
         writer = csv.DictWriter(stream, COLUMNS, restval="", lineterminator="\n")
         if not whole:
             writer.writeheader()
-        writer.writerow(row)
+        # NumPy's own floats may be written short: colour-science sets that, once imported.
+        writer.writerow({k: float(v) if isinstance(v, float) else v for k, v in row.items()})
         stream.flush()
 
 

@@ -163,7 +163,7 @@ CASES = {
     "no samples": (None, [*STILL, "--spp", "0"], ("spp",)),
     "negative seed": (None, [*STILL, "--seed", "-1"], ("seed",)),
     "no folder": (None, [*STILL[:-1], "{out}/none/a.png"], ("no folder", "none")),
-    "file as folder": (None, [*STILL[:-1], "{scene}/a.png"], ("no folder", "scene.yaml")),
+    "file as folder": (None, [*STILL[:-1], "{scene}/a.png"], ("is a file", "scene.yaml")),
     "unwritable folder": (unwritable, STILL, ("cannot be written",)),
     "wrong suffix": (None, [*STILL[:-1], "{out}/a.jpg"], (".png or .exr",)),
     "frames beyond": (None, [*RENDER, "--frames", "1:9"], ("frames", "0:2")),

@@ -4,6 +4,7 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.catalog import names
+from sumo3dviz_pt.library.vehicles.plates import LETTER
 from sumo3dviz_pt.pipeline.checks import check_scene, in_words
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -23,7 +24,8 @@ def test_without(tmp_path):
     assert {part.family for part in data.static} & FAMILIES == set()
     assert data.lamps == ()
     assert not PEOPLE & set(data.prototypes)
-    assert not data.slots.deforming
+    # What is posed vertex by vertex are letters of plates, where there are vehicles.
+    assert set(data.slots.deforming) <= {LETTER}
     # Leaves stay: grass blades and woods on the horizon are part of the ground. Lenses stay:
     # vehicles have lamps.
     for word in ("bark", "signal_h", "signal_p", "signal_b", "cloth", "skin"):
@@ -38,7 +40,7 @@ def test_with(tmp_path, kind):
     families = {part.family for part in data.static}
     if kind == "persons":
         assert PEOPLE & set(data.prototypes)
-        assert set(data.slots.deforming) <= PEOPLE
+        assert set(data.slots.deforming) <= {*PEOPLE, LETTER}
         assert "persons" not in {item.what for item in data.left_out}
     else:
         assert families & FAMILIES == {kind}

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from measurements import SEEDS, SLOPES, depths, ladder, presets, row
 
@@ -30,7 +31,14 @@ def test_columns_are_those_of_the_protocol():
     assert COLUMNS[-2:] == ("mean_bias", "flicker_mc")
 
 
-def test_rows_come_back_as_they_were(tmp_path):
+@pytest.mark.parametrize("legacy", [False, "1.13"])
+def test_rows_come_back_as_they_were(legacy, tmp_path):
+    with np.printoptions(legacy=legacy):
+        come_back(tmp_path)
+
+
+def come_back(tmp_path):
+    """Write rows, read them, and compare."""
     path, rows = tmp_path / "a.csv", [*ladder()[:4], *depths()]
     rows[1] |= {"psnr": math.inf, "cpu": 'a, "b" and ü', "git": "00123"}
     for item in rows:
