@@ -62,5 +62,6 @@ def test_the_note_says_where_and_what_to_do(tmp_path, caplog):
 
 @pytest.mark.skipif(bool(why_missing()), reason=why_missing())
 def test_netgenerates_networks_are_not_accused(tmp_path):
-    call("netgenerate", "--spider --spider.omit-center -o n.net.xml".split(), folder=tmp_path)
+    options = ["--spider", "--spider.omit-center", "-o", "n.net.xml"]
+    call("netgenerate", options, folder=tmp_path)
     assert crossings_at_grade(read_network(tmp_path / "n.net.xml")) == ()
