@@ -169,6 +169,10 @@ def test_boxes_in_space_hold_the_bodies_that_are_seen(film: Path, seen: FrameLay
         np.testing.assert_allclose([*map(float, words[11:14])], [-left, -up, forward], atol=1e-3)
 
 
+HIDING = ("pole:", "signal:")
+"""Names of what stands before the cars of this scene."""
+
+
 def test_flow_of_all_cars_leads_to_the_same_cars(film: Path, seen: FrameLayers) -> None:
     after = read_frame(film.with_suffix(".layers"), 1)
     assert "flow" not in after.layers
@@ -182,7 +186,11 @@ def test_flow_of_all_cars_leads_to_the_same_cars(film: Path, seen: FrameLayers) 
         assert np.abs(flow[own]).max() > 2.0
         ends = then[own]
         inside = ((ends >= 0) & (ends < known.shape)).all(axis=1)
-        assert later[name][tuple(ends[inside].T)].mean() > 0.9
+        there = tuple(ends[inside].T)
+        # Poles and signals hide some of it by then.
+        hidden = np.any([later[key][there] for key in later if key.startswith(HIDING)], axis=0)
+        assert hidden.mean() < 0.3
+        assert later[name][there][~hidden].mean() > 0.9
     road = found["edge:w"] | found["edge:e"] | found["sky"]
     assert np.abs(flow[road]).max() == 0.0  # the camera stands
 
