@@ -41,6 +41,7 @@ VEHICLES = {  # every n-th vehicle
     "monaco_west_hills": 1,
     "badhersfeld": 4,
 }
+TIGHTEST = np.degrees(1.0 / 1.6)  # turn by way on the tightest circle [deg/m]
 STEP = 1 / 25
 EVERY = 9
 MOST_HOPS = 8
@@ -222,7 +223,9 @@ def step_by_step(trajectory, driven, begin, into):
         found += [(trace.id, round(times[k], 2), round(size[k], 3)) for k in np.flatnonzero(bad)]
     still = np.hypot(*np.diff(trace.positions[:, :2], axis=0).T) < 1e-9
     still = np.r_[False, still[:-1] & still[1:], False][np.searchsorted(trace.times, times[:-1])]
-    into.swung.append(angle(np.diff(motion.yaws))[still & both])
+    # A stop ends, and a start begins, within a step whose samples are equal: millimetres of way.
+    swung = np.maximum(angle(np.diff(motion.yaws)) - TIGHTEST * moved, 0.0)
+    into.swung.append(swung[still & both])
     values = np.column_stack([motion.positions, motion.yaws, motion.pitches, motion.speeds])
     into.broken += int((~np.isfinite(values[motion.alive])).sum())
     into.frames += int(motion.alive.sum())
