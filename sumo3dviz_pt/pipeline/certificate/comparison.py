@@ -106,20 +106,22 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
         other: Of the second, of the same size.
         acts: Where their factor acts.
     """
-    shape, paint = _shape(one, other, light=acts.light), _paint(one, other)
+    moved, turned = _moved(one, other, light=acts.light)
+    paint = _paint(one, other)
     things = _things(one, other)
     labels = {**one.labels, **other.labels}
     reshaped = _where(things, [acts.may_reshape(name, labels.get(name, "")) for name in things])
     repainted = _where(things, [acts.may_look(name, labels.get(name, "")) for name in things])
     own = reshaped | repainted
-    wrong = (shape & ~reshaped) | (paint & ~own & (not acts.light))
+    # Water fills the grain of a pavement, so what looks otherwise may face another way, too.
+    wrong = (moved & ~reshaped) | (turned & ~own) | (paint & ~own & (not acts.light))
     spread = _spread(one, other)
     near = binary_dilation(own, iterations=_REACH)
     signed = other.picture.astype(np.int16) - one.picture
     return Comparison(
         number,
         own,
-        shape,
+        moved | turned,
         paint,
         spread > SEEN_LIGHT,
         wrong,
@@ -167,8 +169,8 @@ def _difference(name: str, acts: str, row: list[float]) -> ThingDifference:
     return ThingDifference(name, acts, *counts, codes / max(pixels, 1.0))
 
 
-def _shape(one: Evidence, other: Evidence, *, light: bool) -> Bools:
-    """Return where another thing is seen, or the same elsewhere or turned, (h, w).
+def _moved(one: Evidence, other: Evidence, *, light: bool) -> tuple[Bools, Bools]:
+    """Return where another thing or the same elsewhere is seen, and where it is turned, (h, w).
 
     Args:
         one: Of the first film.
@@ -178,9 +180,9 @@ def _shape(one: Evidence, other: Evidence, *, light: bool) -> Bools:
     near = np.minimum(one.layers["depth"], other.layers["depth"])
     room = SAME_DEPTH * near + (LIT_DEPTH if light else 0.0)
     apart = np.abs(one.layers["depth"] - other.layers["depth"]) > room
-    turned = _turned(one, other)
-    differs = (one.things != other.things) | apart | turned
-    return np.asarray(differs & ~(_shines(one) | _shines(other)) if light else differs)
+    moved, turned = (one.things != other.things) | apart, _turned(one, other)
+    judged = np.asarray(~(_shines(one) | _shines(other)) if light else np.ones_like(moved))
+    return moved & judged, turned & judged
 
 
 def _shines(one: Evidence) -> Bools:
