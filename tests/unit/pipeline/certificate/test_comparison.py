@@ -96,6 +96,16 @@ def test_the_car_keeps_its_shape_if_only_its_looks_may_differ():
     assert not verdict(frame(), nearer, Acts(things=("vehicle:car",))).faults
 
 
+def test_water_fills_the_grain_of_what_may_look_otherwise_and_of_nothing_else():
+    wet = altered(frame(), "normals", np.s_[5, 0], (0.054, 0.013, 0.9985))
+    rain = Acts(looks=("*",), light=True)
+    assert not verdict(frame(), wet, rain).faults
+    assert verdict(frame(), wet, Acts(light=True)).faults
+    # What rain takes away, or moves, is still found.
+    away = altered(wet, "depth", np.s_[5, 0], 20.1)
+    assert verdict(frame(), away, rain).faults
+
+
 def test_a_missing_tree_is_found_behind_whatever_it_uncovers():
     without = frame()
     with_tree = replace(frame(), things=np.where(frame().things == CAR, CAR, ROAD))
