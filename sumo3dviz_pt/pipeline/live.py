@@ -17,6 +17,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -114,6 +115,11 @@ class Live:
     def home(self) -> View:
         """Where the scene's first camera stands."""
         return self.shot.camera.view_at(self.ground.begin)
+
+    @property
+    def location(self) -> Location:
+        """From where the scene's places are counted; pages and scene files say SUMO's."""
+        return self.ground.scenario.network.location
 
     @property
     def exposure(self) -> float:

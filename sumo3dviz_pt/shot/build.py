@@ -358,7 +358,8 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         ),
         suspension=job.motion.suspension,
     )
-    return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
+    parked = fleet.parked if world.driven is None else world.driven.parked
+    return replace(fleet, parked=parked, location=scenario.network.location)
 
 
 def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:

@@ -265,6 +265,10 @@ class RenderThread:
         client.state = advanced(client.state, seconds, self.live)
         client.ticked = max(now, client.ticked)
 
+    def _eye(self, client: Client) -> Eye:
+        """Return where a client is, in SUMO's coordinates."""
+        return Eye.of(client.state.view(self.live)).said(self.live.location)
+
     def _detail(self, client: Client) -> None:
         """Build the scene again around clients that have stood for long where it is coarse."""
         stands = client.mean is not None and client.mean.count >= _RESTING
@@ -363,11 +367,11 @@ class RenderThread:
 
     @_follow.register
     def _(self, order: messages_in.AskYaml, client: Client) -> None:
-        client.tell("yaml", text=camera_yaml(Eye.of(client.state.view(self.live))))
+        client.tell("yaml", text=camera_yaml(self._eye(client)))
 
     @_follow.register
     def _(self, order: messages_in.SaveView, client: Client) -> None:
-        text = camera_yaml(Eye.of(client.state.view(self.live)), order.name)
+        text = camera_yaml(self._eye(client), order.name)
         self._save(order.name, text, client)
 
     @_follow.register
