@@ -122,7 +122,9 @@ def differences(some: Any, other: Any, where: str = "") -> Iterator[str]:
         other: Likewise.
         where: Its name.
     """
-    if isinstance(some, np.ndarray) and some.dtype != object:
+    if type(some) is not type(other):
+        yield f"{where}: {type(some).__name__} and {type(other).__name__}"
+    elif isinstance(some, np.ndarray) and some.dtype != object:
         if some.shape != other.shape or some.tobytes() != other.tobytes():
             yield where
     elif parts := _parts(some):

@@ -27,7 +27,7 @@ CASES = {
     "driver": ("ronda", "driver", 465.0, {}),
     "overview": ("ronda", "overview", 490.0, {}),
 }
-PROGRAM = '''
+PROGRAM = """
 import json, sys
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +50,7 @@ with opened(production) as session:
             layers["radiance"], exposure=production.exposure, tone=output.tone, glare=output.glare
         )
         np.savez(f"{out}{number}.npz", picture=picture, **layers)
-'''
+"""
 
 
 def drawn(
