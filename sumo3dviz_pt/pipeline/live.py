@@ -17,7 +17,6 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -98,6 +97,7 @@ class Live:
         """
         check_tone(job.output.tone)
         self.ground, self._size, self._variant = ground, size, variant
+        self.location = ground.scenario.network.location
         self.job = job
         step = 1.0 / float(job.output.fps)
         count = int((ground.end - ground.begin) / step) + 1
@@ -115,11 +115,6 @@ class Live:
     def home(self) -> View:
         """Where the scene's first camera stands."""
         return self.shot.camera.view_at(self.ground.begin)
-
-    @property
-    def location(self) -> Location:
-        """From where the scene's places are counted; pages and scene files say SUMO's."""
-        return self.ground.scenario.network.location
 
     @property
     def exposure(self) -> float:

@@ -248,8 +248,7 @@ def build_shot(
         ConfigError: If a name in the scene file is unknown.
     """
     job, left_hand = world.job, world.left_hand
-    fleet = replace(everyone(world, trajectories), times=times)
-    fleet = with_seat(fleet, camera, world=world)
+    fleet = with_seat(replace(everyone(world, trajectories), times=times), camera, world=world)
     step = frame_step(times, fps=float(job.output.fps))
     exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
@@ -358,8 +357,8 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         ),
         suspension=job.motion.suspension,
     )
-    parked = fleet.parked if world.driven is None else world.driven.parked
-    return replace(fleet, parked=parked, location=scenario.network.location)
+    fleet = replace(fleet, location=scenario.network.location)
+    return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
 
 
 def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:

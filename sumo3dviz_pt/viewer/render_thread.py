@@ -265,10 +265,6 @@ class RenderThread:
         client.state = advanced(client.state, seconds, self.live)
         client.ticked = max(now, client.ticked)
 
-    def _eye(self, client: Client) -> Eye:
-        """Return where a client is, in SUMO's coordinates."""
-        return Eye.of(client.state.view(self.live)).said(self.live.location)
-
     def _detail(self, client: Client) -> None:
         """Build the scene again around clients that have stood for long where it is coarse."""
         stands = client.mean is not None and client.mean.count >= _RESTING
@@ -367,11 +363,11 @@ class RenderThread:
 
     @_follow.register
     def _(self, order: messages_in.AskYaml, client: Client) -> None:
-        client.tell("yaml", text=camera_yaml(self._eye(client)))
+        client.tell("yaml", text=camera_yaml(client.state.said(self.live)))
 
     @_follow.register
     def _(self, order: messages_in.SaveView, client: Client) -> None:
-        text = camera_yaml(self._eye(client), order.name)
+        text = camera_yaml(client.state.said(self.live), order.name)
         self._save(order.name, text, client)
 
     @_follow.register
