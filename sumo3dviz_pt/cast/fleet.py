@@ -38,6 +38,7 @@ from sumo3dviz_pt.cast.presence import Presence, Present
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
+from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
@@ -68,6 +69,7 @@ class Fleet:
         suspension: Whether bodies move on their springs and riders lean.
         times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
         parked: Keys of those that never move.
+        location: From where all places are counted; cameras of scene files are placed by it.
         places: Index of each road user by key.
         lengths: As drawn, (v,) [m].
         on_foot: Who walks, (v,).
@@ -86,6 +88,7 @@ class Fleet:
     suspension: bool = True
     times: Floats | None = None
     parked: frozenset[str] = frozenset()
+    location: Location = UNPLACED
     places: Mapping[str, int] = field(init=False)
     lengths: Floats = field(init=False)
     on_foot: Bools = field(init=False)

@@ -248,8 +248,7 @@ def build_shot(
         ConfigError: If a name in the scene file is unknown.
     """
     job, left_hand = world.job, world.left_hand
-    fleet = replace(everyone(world, trajectories), times=times)
-    fleet = with_seat(fleet, camera, world=world)
+    fleet = with_seat(replace(everyone(world, trajectories), times=times), camera, world=world)
     step = frame_step(times, fps=float(job.output.fps))
     exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
@@ -358,6 +357,7 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         ),
         suspension=job.motion.suspension,
     )
+    fleet = replace(fleet, location=scenario.network.location)
     return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
 
 
