@@ -140,7 +140,8 @@ def _csv_log(scene: Path, rng: Chance) -> list[str]:
     packed, torn = rng.random() < 0.3, rng.random() < 0.4
     if not torn:
         _cell(rows, rng)
-    data = "\n".join(";".join(row) for row in rows).encode("utf-8", "surrogatepass")
+    text = "\n".join(";".join(row) for row in rows) + "\n"
+    data = text.encode("utf-8", "surrogatepass")
     data = damaged_bytes(data, rng) if torn else data
     return (
         _other_log(scene, "fcd.csv.gz", gzip.compress(data, mtime=0))

@@ -132,9 +132,17 @@ NOTED = {
         changed(x=lambda r: r["x"] - 39_000.0 * ((r["id"], r["time"]) == ("v4", 6.0))),
         r'a row lies far .*: vehicle "v4" at 6 s, 38,990 m away, .* not drawn from 5 to 7 s',
     ),
-    "two rows astray": (
+    "the first row 39 km away": (
+        changed(x=lambda r: r["x"] - 39_000.0 * ((r["id"], r["time"]) == ("v4", 0.0))),
+        r'a row lies far .*: vehicle "v4" at 0 s, 39,010 m away, .* not drawn from 0 to 1 s',
+    ),
+    "the last row 39 km away": (
+        changed(x=lambda r: r["x"] - 39_000.0 * ((r["id"], r["time"]) == ("v4", 24.0))),
+        r'a row lies far .*: vehicle "v4" at 24 s, 38,990 m away, .* not drawn from 23 to 24 s',
+    ),
+    "three rows astray": (
         changed(y=lambda r: r["y"] + 2000.0 * ((r["id"], r["time"] % 9) == ("v2", 6.0))),
-        '2 rows lie far .*: first vehicle "v2" at 6 s',
+        '3 rows lie far .*: first vehicle "v2" at 6 s',
     ),
     "heights from another zero": (changed(z=lambda _: 47.0), "47 m above their lanes"),
 }

@@ -14,6 +14,7 @@ from sumo3dviz_pt.files.outputs import can_replace, check_spared
 from sumo3dviz_pt.job.settings import Job, ObjectSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
+from sumo3dviz_pt.model.traffic import unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.guessed_types import note_guesses
@@ -171,6 +172,8 @@ def _say_part(why: str, files: ScenarioFiles) -> None:
 def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario:
     """Return a simulation with those only who are there in a window, or soon before or after it.
 
+    Of road users that share an id, each keeps the number that it has in the whole log.
+
     Args:
         whole: The simulation, with all of its log.
         begin: First time of the window [s]; None is open.
@@ -182,7 +185,12 @@ def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario
     low = -math.inf if begin is None else begin - MARGIN
     high = math.inf if end is None else end + MARGIN
     log = whole.traffic
-    there = tuple(t for t in log.traces if t.times[0] <= high and t.times[-1] >= low)
+    pairs = zip(log.traces, unique_ids(log.traces), strict=True)
+    there = tuple(
+        trace if name == trace.id else replace(trace, id=name)
+        for trace, name in pairs
+        if trace.times[0] <= high and trace.times[-1] >= low
+    )
     told = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
     return replace(whole, traffic=replace(log, traces=there, euler=told))
 

@@ -21,6 +21,7 @@ from sumo3dviz_pt.model.traffic import TrafficLog
 from sumo3dviz_pt.sumo.logs.kept import KeptLog, keep_log, kept_log, place_of
 from sumo3dviz_pt.sumo.logs.reader import Drain, LogReader
 from sumo3dviz_pt.sumo.places.coordinates import coordinates_of, put_in_net
+from sumo3dviz_pt.sumo.repairs.changes import changed_types
 from sumo3dviz_pt.sumo.repairs.order import backward_steps, row_twice
 from sumo3dviz_pt.sumo.traces import RowsOfUsers, build_traces
 
@@ -40,7 +41,8 @@ def read_trajectories(
 
     Steps out of order are sorted; of repeated ones the first counts; a note says so. Persons and
     containers at the position of a vehicle ride in it and are left out while they do.
-    An id that comes back with another type makes another trace with the same key.
+    An id that comes back with another type after a gap, or elsewhere, makes another trace with the
+    same key; one that goes on with another type keeps its first one, and a note says so.
     Steps before `begin` are not checked. A log is read up to its first step after `end`, so
     steps that are written out of order behind that one are missed, and `TrafficLog.end` is the
     last step that was read. What is read of large logs is kept in the user's cache.
@@ -131,12 +133,15 @@ def _read_logs(
         _move(reader.rows, rows)
     times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
     _check_steps(times, window, files, asked=asked)
+    step = round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0
+    changes = changed_types(rows, step=step)
+    notes += [f"{files[0]}: {changes}"] if changes else []
     log = TrafficLog(
         traces=build_traces(rows),
         lane_names=tuple(lanes),
         begin=float(times[0]),
         end=float(times[-1]),
-        step=round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0,
+        step=step,
     )
     return _Reading(log, whole, tuple(notes))
 

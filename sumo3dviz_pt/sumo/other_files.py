@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+PBF = "osm.pbf"
+"""Stands for the root element of a map that is packed and has none."""
+
 _LOG = "run sumo with --fcd-output fcd.xml.gz, too, and name that file"
 
 
@@ -31,6 +34,7 @@ OTHERS: Mapping[str, OtherFile] = {
     # Other networks.
     "OpenDRIVE": OtherFile("a road network in OpenDRIVE", "opendrive-files"),
     "osm": OtherFile("a map of OpenStreetMap", "osm-files"),
+    PBF: OtherFile("a map of OpenStreetMap, packed as PBF", "osm-files"),
     "network": OtherFile("a network of MATSim", "matsim-files"),
     "nodes": OtherFile("the junctions of a network that is not built", "node-files"),
     "edges": OtherFile("the roads of a network that is not built", "edge-files"),
@@ -56,6 +60,11 @@ OTHERS: Mapping[str, OtherFile] = {
 """By root element."""
 
 
+def is_packed_map(head: bytes) -> bool:
+    """Whether first bytes of a file are those of a map of OpenStreetMap in PBF."""
+    return head[4:15] == b"\n\tOSMHeader"
+
+
 def remedy(root: str, file: Path) -> str:
     """Return what to do with a file.
 
@@ -66,6 +75,9 @@ def remedy(root: str, file: Path) -> str:
     option = OTHERS[root].option
     if not option:
         return _LOG
+    if root == PBF:
+        text = file.with_name(f"{file.name.split('.')[0]}.osm")
+        return f"unpack it with osmium cat {file} -o {text}, then {remedy('osm', text)}"
     net = f"{file.name.removesuffix('.gz').split('.')[0]}.net.xml"
     also = {"node-files": " --edge-files FILE.edg.xml", "edge-files": " --node-files FILE.nod.xml"}
     return f"make a network of it: netconvert --{option} {file}{also.get(option, '')} -o {net}"

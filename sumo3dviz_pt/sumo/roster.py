@@ -21,6 +21,7 @@ from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
 from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, unique_ids
 from sumo3dviz_pt.sumo.fcd import stream_rows, whole_log
 from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
+from sumo3dviz_pt.sumo.repairs.changes import TypeChanges
 from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, rows_of, table_of
 
 _LEAP = 15.0
@@ -108,11 +109,12 @@ class _RowCensus:
 
     def __init__(self, near: Point | None, at: float) -> None:
         self.tallies: dict[Key, _UserTally] = {}
-        self._near, self._at = near, at
+        self._near, self._at, self._changes = near, at, TypeChanges()
 
     def count(self, rows: RowsOfUsers, steps: Sequence[float]) -> None:
         """Add the rows of a block; `steps` are the times of all steps until now [s]."""
         step = float(np.median(np.diff(np.sort(steps)))) if len(steps) > 1 else np.inf
+        self._changes.join(rows, step=step)
         riding = riding_rows(rows)
         for key, buffer in rows.items():
             table = table_of(buffer)

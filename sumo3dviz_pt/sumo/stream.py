@@ -21,7 +21,7 @@ from xml.parsers import expat
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.sumo.bounds import ANY, Range
-from sumo3dviz_pt.sumo.other_files import OTHERS, remedy
+from sumo3dviz_pt.sumo.other_files import OTHERS, PBF, is_packed_map, remedy
 from sumo3dviz_pt.sumo.values import parse_number
 
 CHUNK = 1 << 18
@@ -262,8 +262,22 @@ def may_be_xml(file: Path) -> bool:
         return False
 
 
+def may_be_map(file: Path) -> bool:
+    """Whether the first bytes are those of a packed map of OpenStreetMap."""
+    try:
+        with open_plain(file) as stream:
+            return is_packed_map(stream.read(16))
+    except (OSError, InputError):
+        return False
+
+
 def root_of(file: Path) -> str | None:
-    """Return the name of a file's root element, or None where it is no readable XML."""
+    """Return the name of a file's root element, or None where it is no readable XML.
+
+    A packed map of OpenStreetMap, which is no XML, counts as `PBF`.
+    """
+    if may_be_map(file):
+        return PBF
     try:
         return next(read_elements(file, root=(), what="XML")).tag
     except (InputError, StopIteration):
@@ -307,9 +321,11 @@ def _opened(file: Path) -> BinaryIO:
     if file.is_dir():
         raise InputError("is a folder; name a file in it", file=file)
     with open_plain(file) as raw:
-        head = raw.read(8)
+        head = raw.read(16)
     if not head:
         raise InputError("the file is empty; write it again", file=file)
+    if is_packed_map(head):
+        raise InputError(f"is {OTHERS[PBF].what}; {remedy(PBF, file)}", file=file)
     for magic, name in _FOREIGN.items():
         if head.startswith(magic):
             raise InputError(f"is {name}; give an XML file of SUMO, plain or gzipped", file=file)

@@ -13,7 +13,7 @@ from sumo3dviz_pt.sumo.formats import format_of, is_log
 from sumo3dviz_pt.sumo.other_files import OTHERS
 from sumo3dviz_pt.sumo.plausibility.damage import note_damage
 from sumo3dviz_pt.sumo.stops import KINDS
-from sumo3dviz_pt.sumo.stream import Element, may_be_xml, read_elements, root_of
+from sumo3dviz_pt.sumo.stream import Element, may_be_map, may_be_xml, read_elements, root_of
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -102,7 +102,7 @@ def survey_files(files: Iterable[Path], named: Collection[Path] = ()) -> Survey:
     found = Survey()
     silent = {file.resolve() for file in named}
     for file in files:
-        root = root_of(file) if may_be_xml(file) else None
+        root = root_of(file) if may_be_xml(file) or may_be_map(file) else None
         if root is None and may_be_xml(file) and file.resolve() not in silent:
             note_damage(file)
         found = found + _sorted_in(file, root)

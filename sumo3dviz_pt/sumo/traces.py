@@ -15,7 +15,7 @@ from sumo3dviz_pt.sumo.bounds import COORDINATE, SPEED, Range
 logger = logging.getLogger(__name__)
 
 Key = tuple[str, str, str]
-"""Kind, id and type: an id that comes back with another type is another road user."""
+"""Kind, id and first type: an id that comes back with another type is another road user."""
 
 RowsOfUsers = dict[Key, "array[float]"]
 """Packed rows by road user: time, x, y, z, angle, speed, slope, lane, signals, offset on it."""

@@ -1,12 +1,14 @@
 """How many road users are drawn otherwise than they drive, by smoother, for the manual.
 
-Run from the repository's root; needs SUMO. Counts of an older version, made by the same command
-there, stand beside them:
+Run from the repository's root; needs SUMO; it takes minutes. Counts of an older version stand
+beside them: they are made by the same command there, with `motion/laws.py`, `alignment.py` and
+`resting.py` of this one, which are what counts:
 
     python tests/bench/motion_laws.py --before BEFORE.json -o docs/_bench
 
-A plain grid is made here, and logs with stop-and-go, wiggles, teleports and steps of 0.04 to 10 s;
-the examples are in the repository, the other scenarios are not, and are left out where they lack.
+A plain grid, the networks of `any_network` and logs with stop-and-go, wiggles, teleports and steps
+of 0.04 to 10 s are made here; the examples are in the repository, the other scenarios are not, and
+are left out where they lack.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ import json
 import re
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +28,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from any_network.programs import call
+from any_network.recipes import RECIPES
+from any_network.simulation import simulate
 from any_traffic import LANES, STEPS, network, traffic
 from drives import TYPES, log_of
 
@@ -41,27 +46,36 @@ SHARED = ("bologna_acosta", "doerpfeldstr", "badhersfeld", "barcelona", "monaco_
 DRAWN = 140
 """Logs drawn by a seed."""
 
-Counts = dict[str, dict[str, dict[str, int]]]
-Simulated = tuple[str, list[TrafficLog], Network, dict[str, VehicleType]]
+Counts = Mapping[str, Mapping[str, int]]
+Simulated = tuple[str, TrafficLog, Network, dict[str, VehicleType]]
 
 
 def simulations(data: Path, folder: Path) -> Iterator[Simulated]:
-    """Yield what is looked at: name, logs, network and types."""
+    """Yield what is looked at: its row of the table, log, network and types."""
     grid(folder)
-    places = [folder, ROOT / "examples" / "crossing", ROOT / "examples" / "ronda"]
+    yield of_place(folder, "plain grid")
+    places = [ROOT / "examples" / "crossing", ROOT / "examples" / "ronda"]
     places += [data / name for name in SHARED if (data / name).is_dir()]
     for place in places:
-        read = read_scenario(find_scenario(place))
-        name = "plain grid" if place == folder else place.name
-        yield name, [read.traffic], read.network, dict(read.vehicle_types)
+        yield of_place(place, place.name)
+    for number in range(len(RECIPES)):
+        yield of_place(simulate(number, folder / str(number)), f"{len(RECIPES)} kinds of networks")
+    for net in sorted((data / "cases").glob("*/net.net.xml*")):
+        if any(net.parent.glob("fcd.xml*")):
+            yield of_place(net.parent, "small cases")
     chance = np.random.default_rng(0)
-    logs = []
     for seed in range(DRAWN):
         step = STEPS[seed % len(STEPS)]
         euler, sublane = (bool(each) for each in chance.integers(2, size=2))
         drawn = traffic(seed, step=step, euler=euler, sublane=sublane)
-        logs.append(log_of(replace(drawn, id=str(seed)), names=LANES, step=step))
-    yield "drawn logs", logs, network(), dict(TYPES)
+        log = log_of(replace(drawn, id=str(seed)), names=LANES, step=step)
+        yield "drawn logs", log, network(), dict(TYPES)
+
+
+def of_place(place: Path, row: str) -> Simulated:
+    """Read a folder's simulation for a row of the table."""
+    read = read_scenario(find_scenario(place))
+    return row, read.traffic, read.network, dict(read.vehicle_types)
 
 
 def grid(folder: Path) -> None:
@@ -82,19 +96,18 @@ def grid(folder: Path) -> None:
     call("sumo", [*words, "--seed", "5", "--no-step-log", "--no-warnings"], folder=folder)
 
 
-def counted(simulated: Simulated) -> dict[str, dict[str, int]]:
-    """Return how many road users break a law, by smoother, and how many there are."""
-    _, logs, net, types = simulated
-    found = {"": {"users": sum(len(log.traces) for log in logs)}}
+def counted(simulated: Simulated) -> dict[str, int]:
+    """Return how many road users there are, and how many of them break a law, by smoother."""
+    _, log, net, types = simulated
+    found = {"all": len(log.traces)}
     for smoother in smoother_names():
-        wrong = 0
-        for log in logs:
-            shown = smooth_log(log, smoother=smoother, network=net, types=types)
-            for trace, drawn in zip(log.traces, shown, strict=True):
-                length, blur = body_length(trace, types), SMOOTHERS[smoother].blur
-                laws = breaches(trace, drawn, step=log.step, length=length, blur=blur)
-                wrong += any(True for _ in laws)
-        found[smoother] = {"wrong": wrong}
+        shown = smooth_log(log, smoother=smoother, network=net, types=types)
+        blur, wrong = SMOOTHERS[smoother].blur, 0
+        for trace, drawn in zip(log.traces, shown, strict=True):
+            length = body_length(trace, types)
+            laws = breaches(trace, drawn, step=log.step, length=length, blur=blur)
+            wrong += any(True for _ in laws)
+        found[smoother] = wrong
     return found
 
 
@@ -105,11 +118,8 @@ def page(before: Counts, now: Counts) -> str:
     lines.append("|---|--:|" + "--:|" * len(names))
     for name, row in now.items():
         old = before.get(name, {})
-        cells = [
-            (f"{old[each]['wrong']} → " if each in old else "") + str(row[each]["wrong"])
-            for each in names
-        ]
-        lines.append(f"| {name} | {row['']['users']} | " + " | ".join(cells) + " |")
+        cells = [(f"{old[each]} → " if each in old else "") + str(row[each]) for each in names]
+        lines.append(f"| {name} | {row['all']} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -121,7 +131,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        found = {each[0]: counted(each) for each in simulations(options.data, Path(folder))}
+        found: dict[str, Counter[str]] = {}
+        for each in simulations(options.data, Path(folder)):
+            found.setdefault(each[0], Counter()).update(counted(each))
     text = json.dumps(found, indent=1) + "\n"
     (options.output / "motion_laws.json").write_text(text, encoding="utf-8")
     before = json.loads(options.before.read_text(encoding="utf-8")) if options.before else {}

@@ -23,6 +23,8 @@ from any_network.towns import BUILT, Town, made_town, name_of
 from needed import skip_if
 
 from sumo3dviz_pt.job.settings import SignalSettings
+from sumo3dviz_pt.motion import LogMotion
+from sumo3dviz_pt.pipeline.motion.lawful import lawfulness
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.world.signals.build import build_signals
 
@@ -64,6 +66,16 @@ def test_road_users_stand_on_surfaces_of_their_own_kind(town, request):
     expect(request, "floating_users", town.number)
     faults = list(floating_users(town.drawn, town.scenario))
     assert not faults, "\n".join(faults[:20])
+
+
+def test_road_users_are_drawn_as_they_drive(town):
+    read = town.scenario
+    for smoother in ("hermite", "lane", "linear", "paper_symmetric"):
+        motion = LogMotion.of(
+            read.traffic, smoother=smoother, network=read.network, types=read.vehicle_types
+        )
+        found = lawfulness(motion)
+        assert found.looked == found.users and not found.text, f"{smoother}: {found.text}"
 
 
 def test_every_signalled_link_has_its_head(town, request):

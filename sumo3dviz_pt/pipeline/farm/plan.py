@@ -204,6 +204,8 @@ def _check(plan: FarmPlan) -> None:
     if any(not 0 < film.frames <= _MOST_FRAMES for film in plan.films):
         raise ValueError("a film's frames")
     _check_names((plan.cwd, *(film.path for film in plan.films)))
+    if not all(Path(film.path).name for film in plan.films):
+        raise ValueError("a film without a name")
     for number, task in enumerate(plan.tasks):
         film = task.film
         known = film is None or (type(film) is int and 0 <= film < len(plan.films))

@@ -122,8 +122,10 @@ def stray_findings(log: TrafficLog) -> tuple[Finding, ...]:
     if not found:
         return ()
     trace, row = found[0]
-    away = float(np.linalg.norm(trace.positions[row, :2] - trace.positions[row - 1, :2]))
-    before, after = trace.times[row - 1], trace.times[row + 1]
+    beside = row - 1 if row else 1
+    away = float(np.linalg.norm(trace.positions[row, :2] - trace.positions[beside, :2]))
+    around = trace.times[max(row - 1, 0) : row + 2]
+    before, after = around[0], around[-1]
     rows, many = ("a row lies", "") if len(found) == 1 else (f"{len(found)} rows lie", "first ")
     text = (
         f'{rows} far from the rows before and after: {many}{trace.kind} "{cut(trace.id)}" at'
@@ -134,14 +136,19 @@ def stray_findings(log: TrafficLog) -> tuple[Finding, ...]:
 
 
 def _strays(trace: Trace) -> list[int]:
-    """Return the rows to which and from which nobody can go, though past them one can."""
+    """Return the rows to which and from which nobody can go, though past them one can.
+
+    A first or last row from which, or to which, nobody can go is one, too.
+    """
     if len(trace.times) < 3:
         return []
     places, times = trace.positions[:, :2], trace.times
     jumps = np.linalg.norm(np.diff(places, axis=0), axis=1) > _STRAY + FASTEST * np.diff(times)
     past = np.linalg.norm(places[2:] - places[:-2], axis=1) <= FASTEST * (times[2:] - times[:-2])
-    strays: list[int] = (np.flatnonzero(jumps[:-1] & jumps[1:] & past) + 1).tolist()
-    return strays
+    inside: list[int] = (np.flatnonzero(jumps[:-1] & jumps[1:] & past) + 1).tolist()
+    first = [0] if jumps[0] and not jumps[1] else []
+    last = [len(times) - 1] if jumps[-1] and not jumps[-2] else []
+    return [*first, *inside, *last]
 
 
 # Times -------------------------------------------------------------------------------------

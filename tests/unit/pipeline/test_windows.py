@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from damage import write_town
 
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
@@ -41,3 +42,23 @@ def test_frames_do_not_hang_on_where_a_shot_begins(smoother, traffic):
             for name in NAMES:
                 one, two = (getattr(each[key], name) for each in (short, other))
                 assert one.tobytes() == two.tobytes(), (key, name)
+
+
+def test_ids_do_not_hang_on_where_a_shot_begins(tmp_path):
+    """An id that comes back later with another type is `#2` in every shot."""
+    scene = write_town(tmp_path)
+    row = '<vehicle id="{}" x="{}" y="-1.6" angle="90" speed="1" pos="9" lane="w_1" type="{}"/>'
+    steps = (
+        row.format("other", time - 110.0, "car")
+        + (row.format("v", time - 60.0, "car") if time < 9 else "")
+        + (row.format("v", time - 99.0, "tram") if time > 60 else "")
+        for time in range(80)
+    )
+    text = "".join(f'<timestep time="{time}">{rows}</timestep>' for time, rows in enumerate(steps))
+    (tmp_path / "fcd.xml").write_text(f"<fcd-export>{text}</fcd-export>", encoding="utf-8")
+    job = load_job(scene)
+    for begin, keys in ((0.0, {"vehicle:v", "vehicle:v#2"}), (61.0, {"vehicle:v#2"})):
+        _, scenario = read_files(job, begin=begin, end=79.0)
+        found = {each.key: each.type_id for each in motion_of(job, scenario).smooth()}
+        assert found.keys() == keys | {"vehicle:other"}
+        assert found["vehicle:v#2"] == "tram"

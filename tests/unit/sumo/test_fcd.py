@@ -298,6 +298,18 @@ def test_a_type_of_its_own_makes_no_other_road_user(tmp_path, form):
     assert (late.id, late.type_id) == ("f.1", "T")
 
 
+def test_who_goes_on_as_another_type_is_one_road_user_and_it_is_noted(tmp_path, caplog):
+    """TraCI's `setType`; an id that comes back elsewhere is another one."""
+    rows = [(k, car("f.1", 5 * k, "bike" if k > 3 else "T")) for k in range(8)]
+    found = read(tmp_path, log(*rows)).traces
+    assert [(trace.id, trace.type_id, len(trace.times)) for trace in found] == [("f.1", "T", 8)]
+    assert "`f.1`, from `T` to `bike` at 4 s" in caplog.text
+    jump = [(k, car("f.1", 5 * k + 900 * (k > 3), "bike" if k > 3 else "T")) for k in range(8)]
+    assert len(read(tmp_path, log(*jump)).traces) == 2
+    at_once = [(k, car("f.1", 5 * k, "T") + car("f.1", 5 * k + 9, "bike")) for k in range(8)]
+    assert len(read(tmp_path, log(*at_once)).traces) == 2
+
+
 def test_only_its_own_name_is_taken_off_a_type(tmp_path):
     """`@` may stand in any type, and a type of another road user's name is another type."""
     traces = read(tmp_path, log((0, car("a", 0, "T@b") + car("b", 9, "x@y") + car("c", 20, "@c"))))

@@ -292,6 +292,10 @@ def test_a_variable_that_is_not_set_is_named(tmp_path, monkeypatch, options, tro
 OTHER = {
     "map.xodr": ("<OpenDRIVE/>", "netconvert --opendrive-files {} -o map.net.xml"),
     "map.osm": ("<osm/>", "netconvert --osm-files {} -o map.net.xml"),
+    "map.osm.pbf": (
+        "\0\0\0\x0d\n\tOSMHeader\x18|\x10",
+        "osmium cat {} -o {folder}/map.osm, then make a network of it: netconvert --osm-files",
+    ),
     "plain.nod.xml": ("<nodes/>", "netconvert --node-files {} --edge-files FILE.edg.xml -o plain"),
     "em.xml": ("<emission-export/>", "SUMO's --emission-output"),
     "dump.xml": ("<netstate/>", "SUMO's --netstate-dump"),
@@ -305,7 +309,7 @@ def test_other_files_are_told_apart_with_what_to_do(tmp_path, name):
     path = tmp_path / name
     path.write_text(text)
     network = "netconvert" in words
-    words = words.format(path)
+    words = words.format(path, folder=tmp_path)
     reader = read_network if network else lambda file: read_trajectories([file])
     for read in (reader, find_scenario):
         with pytest.raises(InputError) as caught:

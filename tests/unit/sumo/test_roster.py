@@ -135,8 +135,26 @@ def test_riders_count_while_they_walk(tmp_path):
 
 
 def test_ids_are_those_by_which_cameras_ride(tmp_path):
-    path = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 5, of="bus")))
+    path = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 500, of="bus")))
     assert [user.id for user in read_roster([path], types=TypesOfUsers({}))] == ["v", "v#2"]
+
+
+@pytest.mark.parametrize("block", [10**6, 20])
+def test_who_changes_its_type_while_driving_is_one(tmp_path, monkeypatch, block):
+    monkeypatch.setattr(reader, "_BLOCK", block)
+    types = ("car", "car", "bus", "bus", "truck", "car", "car")
+    path = log(
+        tmp_path,
+        *((t, vehicle("v", 10 * t, of=of) + vehicle("w", 5 * t, 9)) for t, of in enumerate(types)),
+        (7, vehicle("w", 35, 9)), (8, vehicle("w", 40, 9)), (9, vehicle("v", 0, of="bus")),
+    )  # fmt: skip
+    found = roster(path)
+    assert {user.id: user.type_id for user in found.values()} == {
+        "v": "car", "v#2": "bus", "w": "car",
+    }  # fmt: skip
+    assert found["v"].end == 6.0 and found["v"].length == pytest.approx(60.0)
+    traces = {(t.id, t.type_id): len(t.times) for t in read_trajectories([path]).traces}
+    assert traces == {("v", "car"): 7, ("w", "car"): 9, ("v", "bus"): 1}
 
 
 def test_several_logs_belong_together(tmp_path):
