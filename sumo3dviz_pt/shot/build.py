@@ -297,7 +297,8 @@ class ShotBuilder:
         fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
-        fleet = fleet.with_full_detail(crowd.full_models, lettered=LETTER in crowd.slots.deforming)
+        lettered, counted = LETTER in crowd.slots.deforming, self.world.outlook is not None
+        fleet = fleet.with_full_detail(crowd.full_models, lettered=lettered, counted=counted)
         # Put together what does not change.
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
