@@ -6,8 +6,9 @@ Run from the repository's root:
 
 A FOLDER holds a simulation, or a scene file `scene.yaml`; where there is none, `init` proposes it,
 which is not measured. Each `check` runs in a process of its own. CPU-seconds are those of all its
-threads. What it first said about the time left is written beside what it took. Rows of other
-scenarios stay in the file; a table for the manual is written beside it.
+threads; beside other work they are more, so the machine's load is written, too: the mean number of
+busy processes of the last minute. What `check` first said about the time left stands beside what
+it took. Rows of other scenarios stay in the file; a table for the manual is written beside it.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ def check(scene: Path) -> dict[str, Any]:
         "shots": len(report["shots"]),
         "cpu_seconds": round(spent, 1),
         "wall_seconds": round(wall, 1),
+        "load": round(os.getloadavg()[0], 1),
         "said_seconds": None if first is None else _seconds(first),
     }
 
@@ -73,7 +75,7 @@ def table(rows: dict[str, dict[str, Any]]) -> str:
         "|---|--:|--:|--:|--:|--:|",
     ]
     for name, row in rows.items():
-        cells = (row["cpu_seconds"], row["wall_seconds"], row["said_seconds"])
+        cells = (row["cpu_seconds"], row["wall_seconds"], row["said_seconds"], row["load"])
         numbers = " | ".join(f"{cell:.0f}" if cell is not None else "" for cell in cells)
         lines.append(f"| {name} | {row['lanes']:,} | {row['shots']} | {numbers} |")
     return "\n".join(lines) + "\n"
