@@ -27,6 +27,7 @@ from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.finding import find_trajectory
 from sumo3dviz_pt.cast.fitted_models import Prototypes
+from sumo3dviz_pt.cast.full_counts import counted_bodies
 from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
 from sumo3dviz_pt.cast.grounded import Rise, grounded
@@ -241,14 +242,17 @@ class Fleet:
         )
         return replace(self, trajectories=trajectories)
 
-    def with_full_detail(self, models: frozenset[str], *, lettered: bool = False) -> Fleet:
+    def with_full_detail(
+        self, models: frozenset[str], *, lettered: bool = False, counted: bool = False
+    ) -> Fleet:
         """Return the same fleet with some models in full detail; build them if they are new.
 
         Args:
             models: Their names.
             lettered: Whether number plates can be read.
+            counted: Whether their numbers of triangles are enough.
         """
-        made = full_bodies(
+        made = (counted_bodies if counted else full_bodies)(
             unit
             for body in self.bodies
             if body.assembly.model in models
