@@ -146,6 +146,41 @@ def test_no_lamp_stands_right_before_a_camera_and_that_is_said():
     assert any(abs(x - 250.0) < 0.1 for x, _ in places) and len(places) > 4
 
 
+def before(eye, forward, half=0.6):
+    """A site of which a camera sees a part."""
+    way = CameraPath(np.array([eye]), np.array([forward]), np.array([half]))
+    return lambda net: replace(
+        site_on(net), around=surroundings(net, seed=3, camera_path=way), tile=None
+    )
+
+
+def test_no_piece_of_furniture_fills_much_of_a_picture():
+    """Low ones too, ours and the scenario's, and that is said."""
+    site = before((136.0, 1.0, 1.6), (1.0, 0.0, 0.0))(TOWN)
+    pois = [poi("near", "vending_machine", 139.0, 1.5), poi("far", "bench", 190.0, 1.2)]
+    log = TrafficLog((), (), 0.0, 0.0, 0.0)
+    scenario = Scenario(TOWN, log, pois=tuple(pois))
+    parts = build_street(scenario, StreetSettings(), site=site, dark=False)
+    things = [name for p in parts.static for name, _ in p.part.mesh.things]
+    assert any(name.startswith("bench:190") for name in things)
+    assert not any(name.startswith("parking_meter:139") for name in things)
+    assert any("right before a camera" in item.what for item in parts.left_out)
+
+
+@pytest.mark.parametrize("ahead", [6.0, 60.0])
+def test_a_gantry_hangs_right_before_no_camera(ahead):
+    eye = (120.0 - ahead, 5.0, 5.0)
+    site = before(eye, (1.0, 0.0, 0.05))(motorway())
+    log = TrafficLog((), (), 0.0, 0.0, 0.0)
+    settings = StreetSettings(lamps="none", furniture="none")
+    parts = build_street(Scenario(motorway(), log), settings, site=site, dark=False)
+    spots = np.concatenate([p.part.mesh.vertices for p in parts.static if p.family == "signs"])
+    high = spots[spots[:, 2] > 5.5]
+    assert len(high), "it moves"
+    assert not ((high[:, 0] > eye[0]) & (high[:, 0] < eye[0] + 14.0)).any()
+    assert (abs(high[:, 0].mean() - 120.0) < 5.0) == (ahead == 60.0)
+
+
 def test_narrow_roads_have_lamps_on_both_sides_in_turn():
     net = network(
         edge("in", 0.0, kinds="fc"), edge("back", 11.4, kinds="fc", x=(300, 0), ends=("B", "A"))
@@ -416,7 +451,7 @@ def stood(net, eye):
         kerbs = streets.kerbs(tile)
         found += [lamp.place for lamp in kerbs.lamps]
         found += [tuple(sign.stand.matrix[:3, 3]) for sign in kerbs.signs]
-        found += [piece.place for piece in streets.walks(tile)]
+        found += [piece.place for piece in streets.walks(tile).pieces]
     return np.array(found)
 
 
