@@ -121,25 +121,30 @@ class Clearance:
         fills = np.zeros(len(places), dtype=np.bool_)
         for way in self.ways:
             near = way.half_angles < np.pi / 2.0  # others have no picture
-            share = _shares(way, places, ground, height=height, radius=radius)
+            share = shares(way, places, ground, height=height, radius=radius)
             fills |= (settled(share - _FILLS) > 0.0)[:, near].any(axis=1)
         return fills
 
 
-def _shares(
-    way: CameraPath, places: Floats, ground: Floats, *, height: float, radius: float
+def shares(
+    way: CameraPath,
+    places: Floats,
+    ground: Floats,
+    *,
+    height: float | Floats,
+    radius: float | Floats,
 ) -> Floats:
-    """Which shares of pictures upright things near the lens fill, (k, n).
+    """Return which shares of pictures upright things near the lens fill, (k, n).
 
     Args:
         way: Where a camera is and looks at n times.
         places: Of the things, (k, 2) [m].
         ground: Height of the ground there, (k,) [m].
-        height: Of the things [m].
-        radius: Half of how wide they are [m].
+        height: Of the things, one or (k, 1) [m].
+        radius: Half of how wide they are, one or (k, 1) [m].
     """
     towards = places[:, None] - way.positions[None, :, :2]
-    away = np.maximum(np.hypot(towards[..., 0], towards[..., 1]), max(radius, 0.3))
+    away = np.maximum(np.hypot(towards[..., 0], towards[..., 1]), np.maximum(radius, 0.3))
     flat = np.maximum(np.hypot(way.forwards[:, 0], way.forwards[:, 1]), 1e-6)
     cosine = (towards * way.forwards[:, :2]).sum(axis=-1) / (away * flat)
     aside = np.arccos(np.clip(cosine, -1.0, 1.0)) - np.arctan2(radius, away)
