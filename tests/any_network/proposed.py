@@ -36,7 +36,7 @@ _SEEN = 150.0
 """Road users farther away than this are too small to count [m]."""
 
 _RATIO = 9.0 / 16.0
-_STREET = ("street lamps", "signs", "furniture", "shrubs", "trees")
+_STREET = ("street lamps", "signs", "furniture")
 _HOUSES = ("street_fronts", "buildings", "homes", "shops", "blocks")
 
 
