@@ -2,7 +2,7 @@
 
 Driver, passenger, cyclist and pedestrian look out of every vehicle and every person of the library,
 at the example crossing, by day and by night; `--models` and `--times` name a few. The sheet grows
-while it is drawn; the mean luminance of each picture is printed.
+while it is drawn; the mean luminance of each picture is printed, and a dark one makes it fail.
 """
 
 from __future__ import annotations
@@ -50,6 +50,9 @@ LEAD, ONCOMING = (24.0, 0.0), (52.0, 9.8)
 """Another car ahead, and one that comes towards: along the lane and to its left [m]."""
 
 WALK = (0.0, -4.9)  # the same of people who walk beside it [m]
+
+DARK = 20.0
+"""A view whose mean luminance is not above this shows no street, in codes of 8 bits."""
 
 Pixels = NDArray[np.uint8]
 
@@ -232,6 +235,8 @@ def main() -> None:
             print(f"{seen.model} {seen.view} {template} {seen.luminance:.0f}", flush=True)
     darkest = min(found, key=lambda seen: seen.luminance)
     print(f"darkest: {darkest.model}, {darkest.view}: {darkest.luminance:.1f} of 255")
+    if darkest.luminance <= DARK:
+        parser.exit(1, f"{darkest.model} sees nothing as {darkest.view}\n")
 
 
 if __name__ == "__main__":

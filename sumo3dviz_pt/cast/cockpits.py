@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
-from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
+from sumo3dviz_pt.cast.choice import RAIL_CLASSES
+from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, cutaway
 from sumo3dviz_pt.library.vehicles.interior.dials import (
     NEEDLE,
     dial_middles,
@@ -17,6 +18,9 @@ from sumo3dviz_pt.library.vehicles.interior.dials import (
 )
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
+
+_UNSTEERED = frozenset({"ship", "aircraft", "drone", "container", "cable_car"})
+"""What has neither a dashboard nor mirrors like those of cars and lorries."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +59,13 @@ class Cockpit:
             yield replace(cabin, prototype=NEEDLE, part=part, world_from_body=placed)
 
 
+def cabin_of(body: Body) -> Cabin:
+    """Return what stands before who steers a body."""
+    if body.vclass in _UNSTEERED:
+        return Cabin.NONE
+    return Cabin.RAIL if body.vclass in RAIL_CLASSES else Cabin.ROAD
+
+
 def open_cockpit(body: Body, *, left_hand: bool, wipers: bool) -> Cockpit:
     """Open a vehicle for a camera.
 
@@ -66,6 +77,8 @@ def open_cockpit(body: Body, *, left_hand: bool, wipers: bool) -> Cockpit:
     cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
     eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
     cowl_x, belt = float(cowl[0]), float(cowl[2])
-    opened = cutaway(body.prototype, cowl=cowl_x, belt=belt, eye=eye, wipers=wipers)
+    opened = cutaway(
+        body.prototype, cowl=cowl_x, belt=belt, eye=eye, wipers=wipers, cabin=cabin_of(body)
+    )
     has_dials = any(lamp.role == "dials" for lamp in opened.lamps)
     return Cockpit(opened, dial_middles(eye) if has_dials else np.zeros((0, 3)))

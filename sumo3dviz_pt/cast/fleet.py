@@ -27,6 +27,7 @@ from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.finding import find_trajectory
 from sumo3dviz_pt.cast.fitted_models import Prototypes
+from sumo3dviz_pt.cast.full_counts import counted_bodies
 from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
 from sumo3dviz_pt.cast.grounded import Rise, grounded
@@ -38,6 +39,7 @@ from sumo3dviz_pt.cast.presence import Presence, Present
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
+from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
@@ -68,6 +70,7 @@ class Fleet:
         suspension: Whether bodies move on their springs and riders lean.
         times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
         parked: Keys of those that never move.
+        location: From where all places are counted; cameras of scene files are placed by it.
         places: Index of each road user by key.
         lengths: As drawn, (v,) [m].
         on_foot: Who walks, (v,).
@@ -86,6 +89,7 @@ class Fleet:
     suspension: bool = True
     times: Floats | None = None
     parked: frozenset[str] = frozenset()
+    location: Location = UNPLACED
     places: Mapping[str, int] = field(init=False)
     lengths: Floats = field(init=False)
     on_foot: Bools = field(init=False)
@@ -238,14 +242,17 @@ class Fleet:
         )
         return replace(self, trajectories=trajectories)
 
-    def with_full_detail(self, models: frozenset[str], *, lettered: bool = False) -> Fleet:
+    def with_full_detail(
+        self, models: frozenset[str], *, lettered: bool = False, counted: bool = False
+    ) -> Fleet:
         """Return the same fleet with some models in full detail; build them if they are new.
 
         Args:
             models: Their names.
             lettered: Whether number plates can be read.
+            counted: Whether their numbers of triangles are enough.
         """
-        made = full_bodies(
+        made = (counted_bodies if counted else full_bodies)(
             unit
             for body in self.bodies
             if body.assembly.model in models

@@ -48,8 +48,6 @@ def run(options: argparse.Namespace) -> int:
     import json
 
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline.checks import check_scene, in_words
-    from sumo3dviz_pt.pipeline.motion.checks import motion_report
     from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.progress.expectations import building_steps
     from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -62,11 +60,16 @@ def run(options: argparse.Namespace) -> int:
     steps = building_steps(job, shots=max(len(job.shots), 1))
     if options.motion:
         with progress(options.scene.name, (steps[0], WorkStep(Doing.MEASURE, steps[0].seconds))):
+            from sumo3dviz_pt.pipeline.motion.checks import motion_report
+
             words = motion_report(job, as_json=options.json)
         print(words)
         return 0
     presets = None if options.quality is None else [options.quality]
     with progress(options.scene.name, steps):
+        # Loading takes a second or two, of which the user is to know.
+        from sumo3dviz_pt.pipeline.checks import check_scene, in_words
+
         report = check_scene(job, presets=presets)
     print(json.dumps(report, indent=1) if options.json else in_words(report))
     return 0

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from sumo3dviz_pt.model.geometry import Floats
+
+_DIGITS = 7
+"""Decimals that coordinates keep [m]: those of SUMO's files, which 1e8 m from 0 still hold."""
 
 UNKNOWN_SPEED = 27.78
 """Limit of roads of which SUMO's type map for OpenStreetMap knows none [m/s]."""
@@ -120,14 +126,16 @@ class Connection:
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """Where the network lies on the Earth.
+    """Where the network lies on the Earth, and from where its coordinates are counted.
 
     Attributes:
-        net_offset: Added to projected coordinates to give net ones, (x, y) [m].
-        boundary: Net coordinates x0, y0, x1, y1 [m].
+        net_offset: Added to projected coordinates to give ours, (x, y) [m].
+        boundary: Our coordinates x0, y0, x1, y1 [m].
         projection: PROJ string, or "!" when there is none.
         place: Latitude and longitude of the boundary's middle [deg]; None if they are not known.
         convergence: How far the y axis points clockwise from true north there [rad].
+        origin: Where our coordinates are 0 in SUMO's, whole kilometres, (x, y) [m]. Users and files
+            say and hear SUMO's: `inside` and `outside` are the way between both.
     """
 
     net_offset: tuple[float, float] = (0.0, 0.0)
@@ -135,6 +143,29 @@ class Location:
     projection: str = "!"
     place: tuple[float, float] | None = None
     convergence: float = 0.0
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    def inside(self, places: ArrayLike) -> Floats:
+        """Return our coordinates of SUMO's, (..., 2) or (..., 3) [m], without rounding errors."""
+        found = np.array(places, dtype=np.float64)
+        found[..., :2] = np.round(found[..., :2] - self.origin, _DIGITS) + 0.0
+        return found
+
+    def outside(self, places: ArrayLike) -> Floats:
+        """Return SUMO's coordinates of ours, (..., 2) or (..., 3) [m]."""
+        found = np.array(places, dtype=np.float64)
+        found[..., :2] += self.origin
+        return found
+
+    def outside_pose(self, matrix: ArrayLike) -> Floats:
+        """Return a transform into SUMO's coordinates of one into ours, (4, 4)."""
+        found = np.array(matrix, dtype=np.float64)
+        found[:3, 3] = self.outside(found[:3, 3])
+        return found
+
+
+UNPLACED = Location()
+"""For what is built without a network: all coordinates are SUMO's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

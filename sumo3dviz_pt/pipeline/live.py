@@ -97,6 +97,7 @@ class Live:
         """
         check_tone(job.output.tone)
         self.ground, self._size, self._variant = ground, size, variant
+        self.location = ground.scenario.network.location
         self.job = job
         step = 1.0 / float(job.output.fps)
         count = int((ground.end - ground.begin) / step) + 1

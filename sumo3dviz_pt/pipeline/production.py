@@ -233,7 +233,7 @@ def prepare(
         times: Of the whole shot, (n,) [s], n >= 1.
         film: Whether it ends where the log does, with a note, and cannot begin before it.
         together: Whether its frames may help each other, if its quality says so.
-        outlook: Cameras of a report that share one place; default: the shot's own place.
+        outlook: Of a report, which counts and does not render; default: all is built.
 
     Raises:
         ConfigError: If a choice does not exist or the window holds nothing.

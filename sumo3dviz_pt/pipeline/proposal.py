@@ -17,7 +17,7 @@ from sumo3dviz_pt.pipeline.proposals.movement import movement_of
 from sumo3dviz_pt.pipeline.proposals.outdoors import outdoors
 from sumo3dviz_pt.pipeline.proposals.rides import choose_rides
 from sumo3dviz_pt.pipeline.proposals.templates import ChosenTemplate, choose_template
-from sumo3dviz_pt.pipeline.proposals.text import Proposal, scene_text
+from sumo3dviz_pt.pipeline.proposals.text import Proposal, in_files, scene_text
 from sumo3dviz_pt.pipeline.proposals.views import Scouting, corner, flight, overview
 from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.pipeline.stills.still import check_writable
@@ -102,7 +102,7 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
     rides, unmet = choose_rides(riders, scenario.vehicle_types, found)
     if not riders:
         unmet.append("no camera rides: everyone drives where roads cross without a junction")
-    return Proposal(
+    proposal = Proposal(
         found,
         look,
         overview=overview(scouting),
@@ -111,6 +111,7 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
         rides=tuple(rides),
         unmet=tuple(unmet),
     )
+    return in_files(proposal, network.location)
 
 
 def _notes(proposal: Proposal) -> list[str]:

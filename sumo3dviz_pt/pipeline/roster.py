@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fnmatch import fnmatchcase
 from operator import attrgetter
 from types import MappingProxyType
@@ -15,6 +15,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.asked import asked, settle
 from sumo3dviz_pt.job.ranges import Finite, Metres, Seconds
 from sumo3dviz_pt.job.settings import EulerianCamera, Job
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.roster import Point, RoadUser
 from sumo3dviz_pt.pipeline.production import scenario_files
 
@@ -109,15 +110,33 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
     wanted = wanted or RosterQuery()
     order = _order(wanted)
     files = scenario_files(job)
+    location = read_location(files.network)
     users = read_roster(
         files.trajectories,
         types=TypesOfUsers(read_vehicle_types(files.vehicle_types), job.vehicles.types),
-        near=wanted.near,
+        near=_inside(wanted.near, location),
         at=wanted.at,
         allow_truncated=job.scenario.allow_truncated,
-        location=read_location(files.network),
+        location=location,
     )
-    return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
+    said = (_said(user, location) for user in users)
+    return Roster(sorted((user for user in said if _fits(user, wanted)), key=order))
+
+
+def _inside(point: Point | None, location: Location) -> Point | None:
+    """Return a point of the user in our coordinates."""
+    if point is None:
+        return None
+    x, y = location.inside([point.x, point.y]).tolist()
+    return replace(point, x=x, y=y)
+
+
+def _said(user: RoadUser, location: Location) -> RoadUser:
+    """Return a road user whose place is in SUMO's coordinates."""
+    if user.place is None:
+        return user
+    x, y = location.outside([user.place.x, user.place.y]).tolist()
+    return replace(user, place=replace(user.place, x=x, y=y))
 
 
 def _order(wanted: RosterQuery) -> _Order:

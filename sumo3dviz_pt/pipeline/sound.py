@@ -14,7 +14,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,8 +100,10 @@ def write_sound(path: Path, production: Production, pace: Pace) -> None:
     directions = [[*view.forward, *view.world_from_camera.matrix[:3, 2]] for view in views]
     names = [f"{what}_{axis}" for what in ("forward", "up") for axis in "xyz"]
     columns = ["film_time", "time", "x", "y", "z"]
-    rows = np.column_stack([clock, eyes, directions]).tolist()
+    location = production.shot.fleet.location
+    rows = np.column_stack([clock, location.outside(eyes), directions]).tolist()
     _write_table(folder / "listener.csv", [*columns, *names], rows)
+    tracks = [replace(track, places=location.outside(track.places)) for track in tracks]
     for stale in folder.glob("source_*.csv"):
         stale.unlink()
     files = [f"source_{number:04d}.csv" for number in range(1, len(tracks) + 1)]

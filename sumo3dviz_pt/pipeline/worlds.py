@@ -61,13 +61,14 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     stamps = stamps_of(_shown_by(files))
     cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
     name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
-    clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
+    location = scenario.network.location
+    clearance = clearance_of(job.cameras.values(), aspect=_ASPECT, location=location)
     key = _key_of(job, files, cameras)
     scenario = with_waterways(scenario)
     world = World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
     if world.weather is None or not world.weather.is_snowy:
         return world
-    return replace(world, driven=driven_ways(job, files, location=scenario.network.location))
+    return replace(world, driven=driven_ways(job, files, location=location))
 
 
 def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]) -> str:

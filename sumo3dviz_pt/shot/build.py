@@ -248,8 +248,7 @@ def build_shot(
         ConfigError: If a name in the scene file is unknown.
     """
     job, left_hand = world.job, world.left_hand
-    fleet = replace(everyone(world, trajectories), times=times)
-    fleet = with_seat(fleet, camera, world=world)
+    fleet = with_seat(replace(everyone(world, trajectories), times=times), camera, world=world)
     step = frame_step(times, fps=float(job.output.fps))
     exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
@@ -290,20 +289,20 @@ class ShotBuilder:
         """
         # What stands leaves some triangles for road users.
         scenario, dark, weather = self.world.scenario, self.world.dark, self.world.weather
-        left_hand = self.world.left_hand
+        job, left_hand = self.world.job, self.world.left_hand
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
         fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
-        fleet = fleet.with_full_detail(crowd.full_models, lettered=LETTER in crowd.slots.deforming)
+        lettered, counted = LETTER in crowd.slots.deforming, self.world.outlook is not None
+        fleet = fleet.with_full_detail(crowd.full_models, lettered=lettered, counted=counted)
         # Put together what does not change.
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
-        eyes, lanes = camera_path.positions, scenario.network.lanes.values()
-        job, across = self.world.job, math.hypot(*self.world.job.output.size)
+        eyes, across = camera_path.positions, math.hypot(*job.output.size)
         windswept = in_wind(place.static, weather, camera_path, pixels=across, seed=job.seed)
         data = SceneData(
             materials=used_materials(place, bodies.values(), fleet.materials),
@@ -319,7 +318,7 @@ class ShotBuilder:
             left_out=place.left_out + absent_users(scenario, fleet, crowd),
             weather=weather,
             tracks=wheel_tracks(weather, self.world.driven, eyes, seed=job.seed),
-            ruts=ruts(weather, lanes, eyes),
+            ruts=ruts(weather, scenario.network.lanes.values(), eyes),
             swaying=windswept.swaying,
         )
         return Shot(
@@ -358,6 +357,7 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         ),
         suspension=job.motion.suspension,
     )
+    fleet = replace(fleet, location=scenario.network.location)
     return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
 
 

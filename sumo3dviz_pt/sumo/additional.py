@@ -108,8 +108,10 @@ def _polygon(element: Element, params: dict[str, str], network: Network | None) 
         shape = parse_points(element.text("shape"))[:, :2]
     except ValueError as error:
         raise element.error(f"shape must hold points such as 1.0,2.0, but {error}") from None
-    if network is not None and is_geo(element):
-        shape = shape_in_net(element, shape, network.location)
+    if network is not None:
+        location = network.location
+        geo = is_geo(element)
+        shape = shape_in_net(element, shape, location) if geo else location.inside(shape)
     return Polygon(
         id=element.text("id"),
         type=element.text("type", ""),

@@ -209,7 +209,7 @@ def _elsewhere(rows: LogRows, network: Network) -> str:
     for kind in dict.fromkeys(rows.kinds):
         own = np.array([each == kind for each in rows.kinds])
         if not near[own].any():
-            x, y = places[own][0]
+            x, y = network.location.outside(places[own][0])
             return f"the first {kind} is at ({x:g}, {y:g})"
     return ""
 

@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
-from sumo3dviz_pt.sumo.places.projection import convergence_at, middle_of
+from sumo3dviz_pt.sumo.places.origin import counted_from, first_place
 from sumo3dviz_pt.sumo.repairs.at_grade import say_at_grade
 from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
 from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
@@ -41,10 +41,16 @@ class _Draft:
     junctions: dict[str, tuple[Element, Junction]] = field(default_factory=dict)
     connections: list[tuple[Element, Connection]] = field(default_factory=list)
     location: Location = field(default_factory=Location)
+    placed: bool = False
     left_hand: bool = False
     lanes: dict[str, Lane] = field(default_factory=dict)
     length: float = 0.0
     oddities: Oddities = field(default_factory=Oddities)
+
+    def settle(self, element: Element) -> None:
+        """Settle from where coordinates are counted, by the first place that the file gives."""
+        if not self.placed and (first := first_place(element)) is not None:
+            self.location, self.placed = counted_from(self.location, first), True
 
 
 def network_of(path: Path) -> Network:
@@ -73,7 +79,7 @@ def read_network(path: Path) -> Network:
         path: The .net.xml, plain or gzipped.
 
     Returns:
-        Edges of every function, junctions and connections, in net coordinates.
+        Edges of every function, junctions and connections, counted from `Location.origin`.
 
     Raises:
         InputError: If the file is damaged, no network, has no lane, a number is out of
@@ -111,11 +117,13 @@ def read_location(path: Path) -> Location:
     Raises:
         InputError: If the file is damaged or no network.
     """
-    elements = read_elements(path, root="net", what="a SUMO network")
-    for element in elements:
+    location = Location()
+    for element in read_elements(path, root="net", what="a SUMO network"):
         if element.tag == "location":
-            return _location(element)
-    return Location()
+            location = _location(element)
+        elif (first := first_place(element)) is not None:
+            return counted_from(location, first)
+    return counted_from(location, None)
 
 
 def _check_names(draft: _Draft, network: Network) -> None:
@@ -137,18 +145,21 @@ def _unknown(what: str, name: str) -> str:
 
 def _take(draft: _Draft, element: Element) -> None:
     """Add the content of one element."""
+    draft.settle(element)
     match element.tag:
         case "net":
             draft.left_hand = parse_flag(element.text("lefthand", "false"))
-        case "location":
+        case "location" if not draft.placed:
             draft.location = _location(element)
         case "edge":
             _add(draft.edges, element, (element, []))
         case "lane" if draft.edges:
             owner, siblings = draft.edges[next(reversed(draft.edges))]
-            shape = _lane_shape(element)
+            shape = _lane_shape(element, draft.location)
             length = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
             lane = _lane(element, owner, shape, drawn=length, place=len(siblings))
+            outline = _outline(element, "outlineShape", draft.location)
+            lane = replace(lane, outline=outline) if len(outline) >= 3 else lane
             _add(draft.lanes, element, lane)
             if length > max(bounds.LONGEST_SHAPE, bounds.MOST_STRETCHED * lane.length):
                 raise element.error(
@@ -159,7 +170,7 @@ def _take(draft: _Draft, element: Element) -> None:
             siblings.append(whole_lane(lane, draft.oddities, drawn=length, given=given))
             draft.length += length
         case "junction":
-            _add(draft.junctions, element, (element, _junction(element, draft.oddities)))
+            _add(draft.junctions, element, (element, _junction(element, draft)))
         case "connection":
             draft.connections.append((element, _connection(element)))
 
@@ -219,7 +230,6 @@ def _edge(element: Element, lanes: list[Lane]) -> Edge:
 
 def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, place: int) -> Lane:
     """Make a lane; `drawn` is the length of its shape [m], `place` its position on the edge."""
-    outline = _outline(element, "outlineShape")
     width = element.number("width", DEFAULT_LANE_WIDTH, within=bounds.LANE_WIDTH)
     return Lane(
         id=element.text("id"),
@@ -230,20 +240,19 @@ def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, plac
         speed=element.number("speed", _DEFAULT_SPEED, within=bounds.SPEED_LIMIT),
         length=element.number("length", drawn, within=bounds.LANE_LENGTH),
         allowed=allowed_classes(element.text("allow", ""), element.text("disallow", "")),
-        outline=outline if len(outline) >= 3 else None,
     )
 
 
-def _lane_shape(element: Element) -> Floats:
+def _lane_shape(element: Element, location: Location) -> Floats:
     """Return a lane's shape, which has a direction in plan unless it has no point."""
-    shape = _points(element, "shape")
+    shape = _points(element, "shape", location)
     upright = len(shape) and float(np.ptp(shape[:, :2], axis=0).max()) < _NO_LENGTH
     return frozen(from_point(shape[0], top=float(shape[-1, 2])) if upright else shape)
 
 
-def _outline(element: Element, key: str) -> Floats:
+def _outline(element: Element, key: str, location: Location) -> Floats:
     """Return the outline of a junction or crossing, which is of a possible size."""
-    outline = _points(element, key)
+    outline = _points(element, key, location)
     across = float(np.ptp(outline[:, :2], axis=0).max()) if len(outline) else 0.0
     if across > _WIDEST_JUNCTION:
         raise element.error(
@@ -253,43 +262,39 @@ def _outline(element: Element, key: str) -> Floats:
     return outline
 
 
-def _points(element: Element, key: str) -> Floats:
+def _points(element: Element, key: str, location: Location) -> Floats:
     text = element.text(key, "")
     try:
-        return frozen(parse_points(text))
+        return frozen(location.inside(parse_points(text)))
     except ValueError as error:
         raise element.error(f"{key} must hold points such as 1.0,2.0, but {error}") from None
 
 
-def _junction(element: Element, oddities: Oddities) -> Junction:
-    outline = _outline(element, "shape")
+def _junction(element: Element, draft: _Draft) -> Junction:
+    outline = _outline(element, "shape", draft.location)
     return Junction(
         id=element.text("id"),
         type=element.text("type", ""),
-        position=_place(element, outline, oddities),
+        position=_place(element, outline, draft),
         outline=outline,
         incoming_lanes=tuple(element.text("incLanes", "").split()),
     )
 
 
-def _place(element: Element, outline: Floats, oddities: Oddities) -> Floats:
+def _place(element: Element, outline: Floats, draft: _Draft) -> Floats:
     """Return the position of a junction, (3,) [m]; where none is given, the middle of its outline.
 
     Args:
         element: The junction's.
         outline: (n, 3) [m].
-        oddities: What is odd; it grows.
+        draft: Has the origin, and what is odd, which grows.
     """
     if len(outline) and not {"x", "y"} <= element.attributes.keys():
-        oddities.add(Oddity.NO_PLACE, element.text("id"))
+        draft.oddities.add(Oddity.NO_PLACE, element.text("id"))
         return frozen(outline.mean(axis=0))
-    return frozen(
-        [
-            element.number("x", within=bounds.COORDINATE),
-            element.number("y", within=bounds.COORDINATE),
-            element.number("z", 0.0, within=bounds.HEIGHT),
-        ]
-    )
+    x, y = (element.number(axis, within=bounds.COORDINATE) for axis in ("x", "y"))
+    z = element.number("z", 0.0, within=bounds.HEIGHT)
+    return frozen(draft.location.inside([x, y, z]))
 
 
 def _connection(element: Element) -> Connection:
@@ -309,17 +314,14 @@ def _connection(element: Element) -> Connection:
 
 
 def _location(element: Element) -> Location:
-    """Return where a network lies; `origBoundary` holds what was cut off, too, and is not read."""
+    """Return what a file says of where it lies; `origBoundary` holds what was cut off, too."""
     x, y = _numbers(element, "netOffset", 2)
     west, south, east, north = _numbers(element, "convBoundary", 4)
-    located = Location(
+    return Location(
         net_offset=(x, y),
         boundary=(west, south, east, north),
         projection=element.text("projParameter", "!"),
     )
-    place = middle_of(located)
-    turned = 0.0 if place is None else convergence_at(place, located)
-    return replace(located, place=place, convergence=turned)
 
 
 def _numbers(element: Element, key: str, count: int) -> list[float]:

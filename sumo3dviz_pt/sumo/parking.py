@@ -22,6 +22,7 @@ from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.model.traffic import Bay, ParkingArea
 from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.sumo.bounds import ANGLE, COORDINATE
+from sumo3dviz_pt.sumo.places.objects import placed
 from sumo3dviz_pt.sumo.stops import position_in
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import parse_flag
@@ -91,7 +92,7 @@ def read_parking(paths: Iterable[Path], network: Network) -> tuple[ParkingArea, 
                 _keep(draft, areas)
                 draft = None
             elif draft is not None and element.tag == "space" and "x" in element.attributes:
-                draft.bays.append(_space(element, draft.size))
+                draft.bays.append(_space(element, draft.size, network))
         _keep(draft, areas)
     return tuple(areas.values())
 
@@ -167,13 +168,13 @@ def _along(row: _Row, *, left_hand: bool) -> list[Bay]:
     return bays
 
 
-def _space(element: Element, size: tuple[float, float]) -> Bay:
+def _space(element: Element, size: tuple[float, float], network: Network) -> Bay:
     """A bay with a place of its own; an angle of 0 looks to the south and 90 to the east."""
-    front = element.number("x", within=COORDINATE), element.number("y", within=COORDINATE)
+    x, y = (element.number(axis, within=COORDINATE) for axis in ("x", "y"))
     angle = math.radians(_number(element, "angle", 0.0, ANGLE))
     length = _number(element, "length", 0.0, _SIZE) or size[0] or _LENGTH
     width = _number(element, "width", 0.0, _SIZE) or size[1] or _WIDTH
-    return Bay(front, angle - math.pi / 2.0, length, width)
+    return Bay(placed(x, y, network), angle - math.pi / 2.0, length, width)
 
 
 def _part(shape: Floats, start: float, end: float) -> Floats:

@@ -135,7 +135,7 @@ def _check_log(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
     for kind in TYPE_OF_KIND:
         traces = [trace for trace in log.traces if trace.kind == kind]
         if _in_degrees(traces):
-            x, y = traces[0].positions[0, :2]
+            x, y = network.location.outside(traces[0].positions[0, :2])
             reason = f"the first {kind} is at ({x:g}, {y:g})"
             raise misfit(reason, network_file=files.network, log=path)
 

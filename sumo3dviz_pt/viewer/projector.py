@@ -181,7 +181,7 @@ class Projector:
                 "ms": round(1e3 * (clock.perf_counter() - began), 1),
                 "time": state.time,
                 "size": list(mean.size),
-                "eye": said_of(Eye.of(view)),
+                "eye": said_of(Eye.of(view).said(self._live.location)),
                 "riding": view.rides_in or (state.ride.vehicle if state.ride else None),
                 "playing": state.playing,
                 "denoised": smooth,

@@ -363,11 +363,11 @@ class RenderThread:
 
     @_follow.register
     def _(self, order: messages_in.AskYaml, client: Client) -> None:
-        client.tell("yaml", text=camera_yaml(Eye.of(client.state.view(self.live))))
+        client.tell("yaml", text=camera_yaml(client.state.said(self.live)))
 
     @_follow.register
     def _(self, order: messages_in.SaveView, client: Client) -> None:
-        text = camera_yaml(Eye.of(client.state.view(self.live)), order.name)
+        text = camera_yaml(client.state.said(self.live), order.name)
         self._save(order.name, text, client)
 
     @_follow.register

@@ -80,6 +80,10 @@ class ViewerState:
             return live.view_of(self.ride, self.time)
         return self.eye.view()
 
+    def said(self, live: Live) -> Eye:
+        """Return where the client is, in SUMO's coordinates; errors as in `view`."""
+        return Eye.of(self.view(live)).said(live.location)
+
 
 def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
     """Return the state after some time.
@@ -188,7 +192,8 @@ def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
 @obeyed.register
 def _(order: messages_in.StandAt, state: ViewerState, live: Live) -> ViewerState:
     """Stand somewhere."""
-    eye = Eye(np.array(order.position), order.heading, order.pitch, order.roll, order.fov)
+    place = live.location.inside(order.position)
+    eye = Eye(place, order.heading, order.pitch, order.roll, order.fov)
     return replace(state, eye=eye, ride=None, flying=False)
 
 
@@ -267,7 +272,7 @@ def _(order: messages_in.KeyFrameOrder, state: ViewerState, live: Live) -> Viewe
 
 def _dropped(state: ViewerState, live: Live) -> KeyFrame:
     """Return a key frame here and now, or as much later as it takes to fly here."""
-    eye, time = Eye.of(state.view(live)), state.time
+    eye, time = state.said(live), state.time
     if state.frames:
         last = state.frames[-1]
         way = float(np.linalg.norm(eye.position - np.array(last.position)))

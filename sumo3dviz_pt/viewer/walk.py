@@ -13,6 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Transform, frozen
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scene import View
 
 SPEED = 10.0
@@ -86,6 +87,10 @@ class Eye:
         pitch = np.arctan2(ahead[2], level)
         yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.lens.free_opening]).tolist()
         return cls(view.position, 90.0 - yaw, pitch, roll, fov)
+
+    def said(self, location: Location) -> Eye:
+        """Return the same eye in SUMO's coordinates, for whoever is told of it."""
+        return replace(self, position=location.outside(self.position))
 
     def view(self) -> View:
         """Return what the eye sees."""

@@ -109,7 +109,7 @@ class World:
         key: A hash of all that it is made from, to keep its places on disk; empty keeps none.
         weather: Over time; None for a dry and clear summer.
         driven: Where all vehicles of the log were, if snow lies.
-        outlook: Cameras that share one place; None builds each camera's own.
+        outlook: Of a report, which counts and does not render; None builds all.
     """
 
     scenario: Scenario

@@ -48,8 +48,9 @@ def place_around(world: World, camera_path: CameraPath) -> BuiltPlace:
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    if world.outlook is not None:
-        place = _shared(world, world.outlook, camera_path)
+    outlook = world.outlook
+    if outlook is not None and outlook.camera_path is not None:
+        place = _shared(world, outlook, camera_path, together=outlook.camera_path)
     else:
         place = _found(world, camera_path) if world.key else build_place(world, camera_path)
     for item in place.left_out:
@@ -70,12 +71,14 @@ def _found(world: World, camera_path: CameraPath) -> BuiltPlace:
     return place
 
 
-def _shared(world: World, outlook: Outlook, camera_path: CameraPath) -> BuiltPlace:
+def _shared(
+    world: World, outlook: Outlook, camera_path: CameraPath, *, together: CameraPath
+) -> BuiltPlace:
     """Return a camera's own place if one was kept, else its part of one that others share."""
     kept = _kept_place(_folder(world, camera_path)) if world.key else None
     if kept is not None:
         return kept
-    make = partial(_found if world.key else build_place, world, outlook.camera_path)
+    make = partial(_found if world.key else build_place, world, together)
     place = outlook.memory.of(("place",), make)
     lanes = len(world.scenario.network.lanes)
     return replace(place, static=seen_of(place.static, camera_path, lanes=lanes))

@@ -30,14 +30,14 @@ _TALL = 12.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outlook:
-    """Cameras that share one place.
+    """What a report needs of a shot, which it counts and does not render.
 
     Attributes:
-        camera_path: All of their ways.
+        camera_path: Ways of all cameras that share the shot's place; None where it is alone.
         memory: Holds the place, which may be larger than all else that a world remembers.
     """
 
-    camera_path: CameraPath
+    camera_path: CameraPath | None = None
     memory: Memory = field(default_factory=Memory)
 
 

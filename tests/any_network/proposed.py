@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, EulerianCamera
 from sumo3dviz_pt.model.geometry import Floats
@@ -25,6 +26,9 @@ NEAR = 10.0
 FILLED = 0.4
 """At most this share of a picture is filled by what is near."""
 
+LITTLE = 0.04
+"""At most this share of a picture is hidden by near things of one kind along streets."""
+
 ALIVE = 0.5
 """In at least this share of a shot's seconds somebody is in the picture."""
 
@@ -32,6 +36,7 @@ _SEEN = 150.0
 """Road users farther away than this are too small to count [m]."""
 
 _RATIO = 9.0 / 16.0
+_STREET = ("street lamps", "signs", "furniture", "shrubs", "trees")
 _HOUSES = ("street_fronts", "buildings", "homes", "shops", "blocks")
 
 
@@ -96,6 +101,30 @@ def filled(pose: Pose, static: Sequence[StaticPart]) -> Iterator[str]:
     share = float((_hits(pose.eye, rays, some) < NEAR).mean())
     if share > FILLED:
         yield f"{100 * share:.0f} % of the picture is nearer than {NEAR:g} m"
+
+
+def furnished(pose: Pose, static: Sequence[StaticPart]) -> Iterator[str]:
+    """Yield what stands along streets, is near and hides more than a little of a picture.
+
+    Heads of traffic lights stand where the network wants them: proposals look past them, and
+    notes tell of them.
+    """
+    for part in static:
+        if part.family in _STREET:
+            share = _share(pose, _around(part, pose.eye, NEAR, plan=False))
+            if share > LITTLE:
+                yield f"{part.id} nearer than {NEAR:g} m hides {100 * share:.0f} % of the picture"
+
+
+def _share(pose: Pose, triangles: Floats) -> float:
+    """Which share of a picture triangles, (n, 3, 3) [m], cover, by their projection."""
+    half = np.tan(np.radians(pose.fov) / 2.0)
+    depth, x, y = ((triangles - pose.eye) @ axis for axis in pose.axes())
+    before = (depth > 0.05).all(axis=1)
+    flat = np.stack([x[before], y[before]], axis=2) / depth[before][..., None]
+    picture = shapely.box(-half, -half * _RATIO, half, half * _RATIO)
+    seen = shapely.union_all(shapely.polygons(flat), grid_size=1e-6)
+    return float(shapely.intersection(seen, picture).area / picture.area)
 
 
 def lonely(poses: Sequence[Pose], span: tuple[float, float], scenario: Scenario) -> Iterator[str]:

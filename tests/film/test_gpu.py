@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -27,8 +28,8 @@ CASES = {
     "driver": ("ronda", "driver", 465.0, {}),
     "overview": ("ronda", "overview", 490.0, {}),
 }
-PROGRAM = '''
-import json, sys
+PROGRAM = """
+import json, logging, sys
 from dataclasses import replace
 from pathlib import Path
 import numpy as np
@@ -36,6 +37,7 @@ from sumo3dviz_pt.image.tonemap import develop_float
 from sumo3dviz_pt.pipeline.production import Request, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 
+logging.disable(logging.WARNING)  # our own notes; others' are asked about
 scene, camera, time, changes, variant, seeds, out, size, spp = json.loads(sys.argv[1])
 asked = Request(camera=camera, quality="standard", size=tuple(size), variant=variant, spp=spp)
 production = prepare(load_job(Path(scene), changes), asked, np.array([time]), together=True)
@@ -50,22 +52,20 @@ with opened(production) as session:
             layers["radiance"], exposure=production.exposure, tone=output.tone, glare=output.glare
         )
         np.savez(f"{out}{number}.npz", picture=picture, **layers)
-'''
+"""
 
 
 def drawn(
     case: str, variant: str, seeds: list[int], out: Path, *, size: tuple[int, int], spp: int
 ) -> list[dict[str, np.ndarray]]:
     """Draw a case with each seed in a process of its own, which says nothing on standard error."""
-    import json
-
     scene, camera, time, changes = CASES[case]
     file = data_root("examples") / scene / "scene.yaml"
     words = json.dumps([str(file), camera, time, changes, variant, seeds, str(out), size, spp])
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, words], capture_output=True, text=True, check=False
     )
-    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     return [dict(np.load(f"{out}{number}.npz")) for number in range(len(seeds))]
 
 

@@ -144,18 +144,18 @@ def letters(u: float, z: float, size: float, rng: np.random.Generator) -> Floats
     pitch = 0.72 * size
     starts = u + (np.arange(count) - count / 2) * pitch
     stroke, gap = 0.15 * size, 0.06 * size
-    quads = []
+    bars: list[tuple[float, float, float, float]] = []
     for u0 in starts.tolist():
         u1, z1 = u0 + pitch - gap - stroke, z + size
         sort = rng.integers(0, 2, 4).astype(bool)
         # Strokes of block letters: left, right, foot, middle and head.
-        quads.append(rectangles(u0, u0 + stroke, z, z1))
+        bars.append((u0, u0 + stroke, z, z1))
         if sort[0]:
-            quads.append(rectangles(u1 - stroke, u1, z, z1))
+            bars.append((u1 - stroke, u1, z, z1))
         for at, drawn in zip((z, z + 0.42 * size, z1 - stroke), sort[1:], strict=True):
             if drawn:
-                quads.append(rectangles(u0 + stroke, u1 - stroke * sort[0], at, at + stroke))
-    return np.concatenate(quads)
+                bars.append((u0 + stroke, u1 - stroke * sort[0], at, at + stroke))
+    return rectangles(*np.array(bars).T)
 
 
 def recess(u0: float, u1: float, heights: tuple[float, float], depth: float) -> Floats:

@@ -68,11 +68,13 @@ def rectangles(
     Returns:
         (n, 4, 3) [m].
     """
-    sides = np.broadcast_arrays(*np.atleast_1d(*map(np.asarray, (u0, u1, z0, z1))))
-    u0, u1, z0, z1 = (side.astype(np.float64) for side in sides)
-    depth = np.full(u0.shape, inward)
-    corners = [(u0, depth, z0), (u1, depth, z0), (u1, depth, z1), (u0, depth, z1)]
-    return np.stack([np.stack(corner, axis=-1) for corner in corners], axis=-2)
+    sides = [np.atleast_1d(np.asarray(side)) for side in (u0, u1, z0, z1)]
+    found = np.empty((*np.broadcast(*sides).shape, 4, 3))
+    found[..., 1] = inward
+    # Corners run round from the lower one at the beginning.
+    for corner, (u, z) in enumerate(((0, 2), (1, 2), (1, 3), (0, 3))):
+        found[..., corner, 0], found[..., corner, 2] = sides[u], sides[z]
+    return found
 
 
 def box(low: Sequence[float], high: Sequence[float], *, skip: str = "b") -> Floats:

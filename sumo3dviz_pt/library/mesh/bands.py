@@ -41,11 +41,12 @@ class Band:
             return np.zeros((0, 4, 3))
         inner = self.stations[(self.stations > low + 1e-6) & (self.stations < high - 1e-6)]
         at = np.concatenate([[low], inner, [high]])
-        right, left = (
-            np.stack([np.interp(at, self.stations, c) for c in line.T], axis=1)
-            for line in (self.right, self.left)
-        )
-        return np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
+        found = np.empty((len(at) - 1, 4, 3))
+        for line, first, second in ((self.right, 0, 1), (self.left, 3, 2)):
+            for axis in range(3):
+                values = np.interp(at, self.stations, line[:, axis])
+                found[:, first, axis], found[:, second, axis] = values[:-1], values[1:]
+        return found
 
     def dashes(self, *, dash: float, gap: float) -> Floats:
         """Cut the quads of a dashed line, (k, 4, 3) [m]; it starts with half a gap.

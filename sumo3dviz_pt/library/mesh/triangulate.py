@@ -21,17 +21,8 @@ def triangulate(polygon: Polygon) -> tuple[Floats, Ints]:
     Returns:
         Vertices, (n, 2) [m], and counter-clockwise faces, (m, 3).
     """
-    import mapbox_earcut
-
-    rings = [polygon.exterior, *polygon.interiors]
-    loops = [shapely.get_coordinates(ring)[:-1] for ring in rings]
-    vertices = np.concatenate(loops)
-    ends = np.cumsum([len(loop) for loop in loops]).astype(np.uint32)
-    # Small numbers keep earcut's predicates exact far from the origin; a row of corners on
-    # one line must not bend either way by a last bit.
-    local = settled(vertices - vertices[0])
-    faces = mapbox_earcut.triangulate_float64(local, ends).reshape(-1, 3).astype(np.int64)
-    return vertices, _counter_clockwise(vertices, faces)
+    made = triangulate_many([polygon])
+    return made.vertices, made.faces
 
 
 Triangles = tuple[Floats, Ints]
@@ -60,16 +51,26 @@ class Owned(NamedTuple):
 
 def triangulate_many(polygons: Sequence[Polygon]) -> Owned:
     """Cut many polygons into triangles."""
-    corners, faces, owners = [np.zeros((0, 2))], [np.zeros((0, 3), np.int64)], []
-    count = 0
-    for number, polygon in enumerate(polygons):
-        vertices, triangles = triangulate(polygon)
-        corners.append(vertices)
-        faces.append(triangles + count)
-        owners.append(np.full(len(vertices), number, dtype=np.int64))
-        count += len(vertices)
-    owner = np.concatenate(owners) if owners else np.zeros(0, np.int64)
-    return Owned(np.concatenate(corners), np.concatenate(faces), owner)
+    import mapbox_earcut
+
+    # All corners of all rings at once, each ring's without its last one, which is its first.
+    rings, of_ring = shapely.get_rings(np.asarray(polygons, dtype=object), return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    inner = np.append(ring[1:] == ring[:-1], False)[: len(ring)]
+    vertices, ring = corners[inner], ring[inner]
+    owner = of_ring[ring].astype(np.int64)
+    starts = np.searchsorted(owner, np.arange(len(polygons) + 1))
+    # Small numbers keep earcut's predicates exact far from the origin; a row of corners on
+    # one line must not bend either way by a last bit.
+    local = settled(vertices - vertices[starts[owner]])
+    ends = np.searchsorted(ring, np.arange(len(rings)), side="right")
+    last = np.searchsorted(of_ring, np.arange(len(polygons) + 1))
+    faces = [np.zeros((0, 3), np.int64)]
+    for number, start in enumerate(starts[:-1].tolist()):
+        own = (ends[last[number] : last[number + 1]] - start).astype(np.uint32)
+        cut = mapbox_earcut.triangulate_float64(local[start : starts[number + 1]], own)
+        faces.append(cut.reshape(-1, 3).astype(np.int64) + start)
+    return Owned(vertices, _counter_clockwise(vertices, np.concatenate(faces)), owner)
 
 
 def _counter_clockwise(vertices: Floats, faces: Ints) -> Ints:

@@ -24,6 +24,7 @@ from sumo3dviz_pt.pipeline.metering import metering_of
 from sumo3dviz_pt.pipeline.weather_report import weather_account
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.model.network import Location
     from sumo3dviz_pt.model.scene import FrameState
     from sumo3dviz_pt.pipeline.production import Production
     from sumo3dviz_pt.shot.build import Shot
@@ -136,11 +137,14 @@ def film_account(
         pace: Frame rate and speed.
     """
     frames, users = [], RoadUsers()
+    location = production.shot.fleet.location
     states: dict[str, str] = {}
     changes = []
     for number, at in enumerate(production.times.tolist()):
         frame = production.shot.frame_at(at)
-        frames.append({**_frame_account(number, frame), "placed": users.add(number, frame)})
+        frames.append(
+            {**_frame_account(number, frame, location), "placed": users.add(number, frame)}
+        )
         now = production.shot.states_at(at)
         changes += [
             {"frame": number, "time": at, "tls": tls, "state": state}
@@ -162,15 +166,15 @@ def film_account(
     }
 
 
-def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
-    """Return what one frame shows."""
+def _frame_account(number: int, frame: FrameState, location: Location) -> dict[str, Any]:
+    """Return what one frame shows, in SUMO's coordinates."""
     view = frame.view
     matrix = view.world_from_camera.matrix
     return {
         "frame": number,
         "time": frame.time,
         "camera": {
-            "position": [round(float(value), 6) for value in view.position],
+            "position": [round(float(value), 6) for value in location.outside(view.position)],
             "forward": [round(float(value), 9) for value in matrix[:3, 0]],
             "up": [round(float(value), 9) for value in matrix[:3, 2]],
             "fov": round(float(np.degrees(view.lens.opening)), 6),

@@ -20,6 +20,7 @@ from sumo3dviz_pt.image.layers.boxes import (
     kitti_calibration,
     kitti_line,
 )
+from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.layers import places
 from sumo3dviz_pt.pipeline.layers.traced import FrameFacts
@@ -74,7 +75,8 @@ class LayerWriter:
         if "boxes3d" in wanted:
             _write_kitti(self.folder, seen, number)
         # What says that all is there comes last.
-        said = _said(seen, number, key=self.production.key)
+        location = self.production.shot.fleet.location
+        said = _said(seen, number, key=self.production.key, location=location)
         write_whole(places.said_file(self.folder, number), json.dumps(said))
 
     def _write_pictures(self, seen: FrameFacts, number: int) -> None:
@@ -141,15 +143,15 @@ def _parts(seen: FrameFacts) -> dict[str, dict[str, Any]]:
     return parts
 
 
-def _said(seen: FrameFacts, number: int, *, key: str) -> dict[str, Any]:
-    """Return all that is said of a frame in words and numbers."""
+def _said(seen: FrameFacts, number: int, *, key: str, location: Location) -> dict[str, Any]:
+    """Return all that is said of a frame in words and numbers, in SUMO's coordinates."""
     wanted, frame = seen.wanted, seen.frame
     said: dict[str, Any] = {
         "form": FORM,
         "key": key,
         "frame": number,
         "time": frame.time,
-        "camera": camera_of(frame.view, seen.size),
+        "camera": camera_of(frame.view, seen.size, location),
         "things": {},
     }
     if {"instance", "ids", "semantic", "boxes2d", "boxes3d"} & wanted:
@@ -157,32 +159,33 @@ def _said(seen: FrameFacts, number: int, *, key: str) -> dict[str, Any]:
     if "boxes2d" in wanted:
         said["boxes2d"] = [asdict(box) for box in seen.boxes_2d]
     if "boxes3d" in wanted:
-        said["boxes3d"] = [_box_3d(box) for box in seen.boxes_3d]
+        said["boxes3d"] = [_box_3d(box, location) for box in seen.boxes_3d]
     if "lamps" in wanted:
         said["lamps"] = seen.lit
     return said
 
 
-def camera_of(view: View, size: tuple[int, int]) -> dict[str, Any]:
-    """Return a camera as numbers.
+def camera_of(view: View, size: tuple[int, int], location: Location = UNPLACED) -> dict[str, Any]:
+    """Return a camera as numbers, in SUMO's coordinates.
 
     Args:
         view: Of the camera.
         size: Width, height of the picture [px].
+        location: From where ours are counted.
     """
     width, height = size
     return {
         "size": [width, height],
         "focal": 1.0 / view.lens.pixel_width(width),
         "centre": [(width - 1) / 2, (height - 1) / 2],
-        "world_from_camera": view.world_from_camera.matrix.tolist(),
+        "world_from_camera": location.outside_pose(view.world_from_camera.matrix).tolist(),
         **({} if view.lens.is_pinhole else {"lens": view.lens.as_dict()}),
     }
 
 
-def _box_3d(box: Box3d) -> dict[str, Any]:
-    """Return a box around a body as plain values."""
-    matrix = box.world_from_box.matrix.tolist()
+def _box_3d(box: Box3d, location: Location) -> dict[str, Any]:
+    """Return a box around a body as plain values, in SUMO's coordinates."""
+    matrix = location.outside_pose(box.world_from_box.matrix).tolist()
     return {"name": box.name, "part": box.part, "size": box.size, "world_from_box": matrix}
 
 

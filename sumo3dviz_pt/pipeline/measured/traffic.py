@@ -59,7 +59,7 @@ class Traffic:
         keys: Such as `vehicle:car.7`, (n).
         sizes: Length and width, (n, 2) [m].
         alive: Who exists when, (n, t).
-        fronts: Middles of front bumpers, (n, t, 2) [m].
+        fronts: Middles of front bumpers in SUMO's coordinates, (n, t, 2) [m].
         yaws: Counter-clockwise from east, (n, t) [rad].
         speeds: (n, t) [m/s].
         times: (t,) [s].
@@ -81,11 +81,13 @@ def traffic_of(stimulus: Stimulus, eyes: Floats) -> Traffic:
 
     Args:
         stimulus: What the film shows.
-        eyes: Where its camera is, frame by frame, (t, 2) [m].
+        eyes: Where its camera is in SUMO's coordinates, frame by frame, (t, 2) [m].
     """
     times = Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot)[: len(eyes)]
     _, scenario = read_files(stimulus.job, begin=float(times[0]), end=float(times[-1]))
-    near = np.array([_is_near(each, eyes) for each in scenario.traffic.traces], dtype=np.bool_)
+    location = scenario.network.location
+    inside = location.inside(eyes)
+    near = np.array([_is_near(each, inside) for each in scenario.traffic.traces], dtype=np.bool_)
     trajectories = motion_of(stimulus.job, scenario).smooth(near)
     types = scenario.vehicle_types
     kinds = [types.get(each.type_id, UNKNOWN_TYPES[each.kind]) for each in trajectories]
@@ -98,7 +100,7 @@ def traffic_of(stimulus: Stimulus, eyes: Floats) -> Traffic:
         keys,
         np.array([(kind.length, kind.width) for kind in kinds]).reshape(-1, 2),
         np.array([motion.alive for motion in motions], dtype=np.bool_).reshape(shape),
-        np.array([motion.positions[:, :2] for motion in motions]).reshape(*shape, 2),
+        location.outside([motion.positions[:, :2] for motion in motions]).reshape(*shape, 2),
         np.array([motion.yaws for motion in motions]).reshape(shape),
         np.array([motion.speeds for motion in motions]).reshape(shape),
         times,

@@ -10,7 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Floats, Ints
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.network import UNPLACED, Location, Network
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
@@ -115,12 +115,14 @@ class User:
         trajectory: The motion.
         length: Length of the body [m].
         lane_names: Lane ids; the lane numbers of samples index them.
+        location: From where places are counted; what is found is told in SUMO's coordinates.
     """
 
     trace: Trace
     trajectory: Trajectory
     length: float
     lane_names: Sequence[str]
+    location: Location = UNPLACED
 
     def found(self, kind: str, time: float, value: float, *, end: float | None = None) -> Finding:
         """Return a finding about it, at the position of the sample nearest in time.
@@ -134,13 +136,14 @@ class User:
         trace = self.trace
         nearest = int(np.argmin(np.abs(trace.times - time)))
         lane = int(trace.lanes[nearest])
+        place = self.location.outside(trace.positions[nearest])
         return Finding(
             id=self.trajectory.id,
             kind=kind,
             time=float(time),
             value=float(value),
             lane=self.lane_names[lane] if lane >= 0 else "",
-            **dict(zip("xyz", trace.positions[nearest].tolist(), strict=True)),
+            **dict(zip("xyz", place.tolist(), strict=True)),
             end=float(time if end is None else end),
         )
 
@@ -194,8 +197,9 @@ def motion_report(job: Job, *, as_json: bool = False) -> str:
 def users_of(scenario: Scenario, trajectories: Sequence[Trajectory]) -> list[User]:
     """Return all road users in the log's order."""
     names, types = scenario.traffic.lane_names, scenario.vehicle_types
+    location = scenario.network.location
     return [
-        User(trace, trajectory, body_length(trace, types), names)
+        User(trace, trajectory, body_length(trace, types), names, location)
         for trace, trajectory in zip(scenario.traffic.traces, trajectories, strict=True)
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -99,15 +99,18 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) ->
     centres = [lane.shape[:, :2] for lane in keeping.lanes_of(user.trace)]
     logged = _logged(user, first, last, centres)
     shown = _shown(user, first, last, centres)
+    roads = _roads(scenario.network, shown.places)
     unknown = UNKNOWN_TYPES[user.trajectory.kind]
     body = scenario.vehicle_types.get(user.trajectory.type_id, unknown)
+    location = scenario.network.location
+    roads = [replace(r, shape=location.outside(r.shape)) for r in roads]
     return Drive(
         title=f"{user.trajectory.kind} {user.trajectory.id}",
         subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:g} to {last:g} s,"
         f" smoother {job.motion.smoother}, {len(logged.times)} samples",
-        shown=shown,
-        logged=logged,
-        roads=_roads(scenario.network, shown.places),
+        shown=replace(shown, places=location.outside(shown.places)),
+        logged=replace(logged, places=location.outside(logged.places)),
+        roads=roads,
         remarks=[r for r in user.trajectory.remarks if r.begin <= last and r.end >= first],
         size=(body.length, body.width),
     )

@@ -10,6 +10,8 @@ import numpy as np
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -52,16 +54,22 @@ def pop_ups(
         lives = tuple(trajectories)
         shots = [(name, *life_of(camera, lives)) for name, camera in job.cameras.items()]
     aspect = job.output.size[1] / job.output.size[0]
+    location = scenario.network.location
     found = []
     for name, start, end in shots:
         camera = _camera(job.cameras[name], job, scenario, trajectories)
         seen = [
-            tuple(_seen(camera, [e for e in events if start < e.time < end], aspect=aspect))
+            tuple(_seen(camera, _between(events, start, end), location, aspect=aspect))
             for events in (births, deaths)
         ]
         nearest = [tuple(sorted(some, key=lambda each: each.value)) for some in seen]
         found.append(PopUps(name, start, end, *nearest))
     return tuple(found)
+
+
+def _between(events: Sequence[Finding], start: float, end: float) -> list[Finding]:
+    """Return the events within a time [s]."""
+    return [event for event in events if start < event.time < end]
 
 
 def _camera(
@@ -73,10 +81,13 @@ def _camera(
         named = (settings.vehicle,)
         riders = tuple(t for t in trajectories if t.id in named or t.key in named)
     fleet = build_fleet(riders, scenario.vehicle_types, job.vehicles, seed=job.seed)
+    fleet = replace(fleet, location=scenario.network.location)
     return build_camera(settings, fleet=fleet, left_hand=scenario.network.left_hand)
 
 
-def _seen(camera: Camera, events: Sequence[Finding], *, aspect: float) -> Iterator[Finding]:
+def _seen(
+    camera: Camera, events: Sequence[Finding], location: Location, *, aspect: float
+) -> Iterator[Finding]:
     """Yield the events that lie in the picture; their value is the distance from the eye [m]."""
     for event in events:
         try:
@@ -84,14 +95,15 @@ def _seen(camera: Camera, events: Sequence[Finding], *, aspect: float) -> Iterat
         except ConfigError:
             # The camera's own vehicle is not there then, so there is no picture.
             continue
-        distance = _distance(view, event, aspect=aspect)
+        place = location.inside([event.x, event.y, event.z])
+        distance = _distance(view, place, aspect=aspect)
         if distance is not None:
             yield replace(event, value=distance)
 
 
-def _distance(view: View, event: Finding, *, aspect: float) -> float | None:
-    """Return the distance from the eye to an event [m]; None if it is outside the picture."""
-    place = np.array([event.x, event.y, event.z]) - view.position
+def _distance(view: View, place: Floats, *, aspect: float) -> float | None:
+    """Return the distance from the eye to a place [m]; None if it is outside the picture."""
+    place = place - view.position
     local = place @ view.world_from_camera.matrix[:3, :3]
     inside = bool(view.lens.sees(local, aspect, margin=_BESIDE))
     distance = float(np.linalg.norm(place))

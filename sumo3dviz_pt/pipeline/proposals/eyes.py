@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.vectors import unit
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors
+from sumo3dviz_pt.world.placement.clearance import shares
 
 FREE = 3.0
 """Nothing stands nearer than this to the axis of a camera, before its target [m]."""
@@ -24,6 +26,7 @@ _FARTHEST = 60.0  # what stands beyond this on an axis is small [m]
 _LIVELY = 0.6  # share of the time in which somebody is in view
 _LEAST_FREE = 0.6  # share of the picture that nothing near fills
 _CLUTTER = 12.0  # how much a share of the picture that poles fill spoils it
+_FILLS = 0.02  # no post near the lens fills a larger share of a picture
 _AGAINST = 0.5  # cosine of the angle in plan within which the sun is in front
 _HIGH = 0.87  # and the sine of its height above which it blinds nobody
 _RASTER = np.array([(x, y) for y in (-0.7, -0.25, 0.25, 0.6) for x in (-0.8, -0.4, 0.0, 0.4, 0.8)])
@@ -92,6 +95,7 @@ def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | N
     value = _seen(poses, forwards, subjects, around)
     value *= _free_lens(poses, forwards, around) * _free_axis(poses, around)
     value *= np.exp(-_CLUTTER * _cluttered(poses, forwards, around.posts))
+    value *= np.where(_before_lens(poses, forwards, around.posts) > _FILLS, 0.02, 1.0)
     if sun is not None and sun[2] > 0.05:
         # With the sun in front, all that is seen lies in its own shadow.
         flat = unit(forwards[:, :2]) @ (sun[:2] / max(float(np.hypot(*sun[:2])), 1e-9))
@@ -201,6 +205,17 @@ def _cluttered(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
         area = 2.0 * radius * (top - bottom) / 3.0
         share += (inside * area / depth**2).sum(axis=1) / (4.0 * half**2 * RATIO)
     return share
+
+
+def _before_lens(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
+    """Which share of each picture the largest of the posts near the lens fills, (n,)."""
+    if not len(posts):
+        return np.zeros(len(poses.eyes))
+    diagonal = np.arctan(np.tan(np.radians(poses.fov) / 2.0) * np.hypot(1.0, RATIO))
+    way = CameraPath(poses.eyes, forwards, np.full(len(poses.eyes), diagonal))
+    low, high = posts[:, 3], posts[:, 4:]
+    found = shares(way, posts[:, :2], low, height=high - low[:, None], radius=posts[:, 2:3])
+    return np.asarray(found.max(axis=0))
 
 
 def best_of(values: Floats) -> int | None:

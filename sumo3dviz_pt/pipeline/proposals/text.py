@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.meanings import default, meaning
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.pipeline.guessed_types import type_lines
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest
@@ -41,6 +42,25 @@ class Proposal:
     flight: Flight | None = None
     rides: tuple[Ride, ...] = ()
     unmet: tuple[str, ...] = ()
+
+
+def in_files(proposal: Proposal, location: Location) -> Proposal:
+    """Return a proposal in SUMO's coordinates, as scene files have them."""
+
+    def said(places: Floats) -> Floats:
+        return location.outside(np.round(places, 2))
+
+    def stood(stand: Stand) -> Stand:
+        return replace(stand, eye=said(stand.eye), aim=said(stand.aim))
+
+    flight = proposal.flight
+    return replace(
+        proposal,
+        found=replace(proposal.found, place=said(proposal.found.place)),
+        overview=stood(proposal.overview),
+        corner=proposal.corner and stood(proposal.corner),
+        flight=flight and replace(flight, eyes=said(flight.eyes), aims=said(flight.aims)),
+    )
 
 
 def scene_text(

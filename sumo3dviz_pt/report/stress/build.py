@@ -168,6 +168,8 @@ def _production(scene: _UserScene, case: Case) -> Production:
         if case.spot != "shot":
             name = _STRESS_CAMERA
             stand = SPOTS[case.spot](scene.facts, case)
+            x, y, z = scene.base.shot.fleet.location.outside(stand.position).tolist()
+            stand = stand.model_copy(update={"position": (x, y, z)})
             job = job.model_copy(update={"cameras": {**job.cameras, name: stand}})
         time = scene.facts.times[case.moment]
         times = frame_times(time, time + 1 / float(output.fps), output.fps)

@@ -9,6 +9,7 @@ import numpy as np
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import EulerianCamera, KeyFrame
 from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.network import UNPLACED, Location
 
 _NEAREST = 1e-6
 """A target must be further away than this [m]."""
@@ -33,15 +34,20 @@ class Aim:
         return Transform.from_pose(position, yaw=self.yaw, pitch=self.pitch, roll=self.roll)
 
 
-def aim_of(settings: EulerianCamera | KeyFrame) -> Aim:
+def aim_of(settings: EulerianCamera | KeyFrame, location: Location = UNPLACED) -> Aim:
     """Return the aim that settings ask for.
+
+    Args:
+        settings: In SUMO's coordinates.
+        location: From where ours are counted.
 
     Raises:
         ConfigError: If the camera is to look at the point where it stands.
     """
     roll = float(np.radians(settings.roll))
     if settings.look_at is not None:
-        return aim_at(np.subtract(settings.look_at, settings.position), roll=roll)
+        subject, eye = location.inside([settings.look_at, settings.position])
+        return aim_at(subject - eye, roll=roll)
     assert settings.heading is not None
     yaw = np.pi / 2 - np.radians(settings.heading)
     return Aim(float(yaw), float(np.radians(settings.pitch)), roll)

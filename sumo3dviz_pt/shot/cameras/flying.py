@@ -25,6 +25,7 @@ from sumo3dviz_pt.job.ranges import Point
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at, aim_of
@@ -106,22 +107,26 @@ class FlyingCamera:
         return tuple(self.path.times.tolist())
 
 
-def build_flight(settings: CinematicCamera) -> FlyingCamera:
+def build_flight(settings: CinematicCamera, location: Location = UNPLACED) -> FlyingCamera:
     """Lay the curves through the key frames.
+
+    Args:
+        settings: In SUMO's coordinates.
+        location: From where ours are counted.
 
     Raises:
         ConfigError: If a key frame looks at the point where it stands.
     """
     keys = settings.keyframes
     times = frozen([key.time for key in keys])
-    aims = [aim_of(key) for key in keys]
+    aims = [aim_of(key, location) for key in keys]
     turns = np.unwrap([(aim.yaw, aim.pitch, aim.roll) for aim in aims], axis=0)
     own = settings.lens.degrees(FOV)
     fovs = np.radians([own if key.fov is None else key.fov for key in keys])
     return FlyingCamera(
-        MonotoneCurve(times, frozen([key.position for key in keys])),
+        MonotoneCurve(times, frozen(location.inside([key.position for key in keys]))),
         MonotoneCurve(times, frozen(np.column_stack([turns, fovs]))),
-        tuple(_subjects(keys)),
+        tuple(_subjects(keys, location)),
         lens_of(settings.lens),
     )
 
@@ -129,10 +134,10 @@ def build_flight(settings: CinematicCamera) -> FlyingCamera:
 @build_camera.register
 def _(settings: CinematicCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
     """Build a camera that flies through key frames."""
-    return build_flight(settings)
+    return build_flight(settings, fleet.location)
 
 
-def _subjects(keys: Sequence[KeyFrame]) -> list[MonotoneCurve]:
+def _subjects(keys: Sequence[KeyFrame], location: Location) -> list[MonotoneCurve]:
     """Curves of the points that neighbouring key frames look at."""
     runs: list[list[tuple[float, Point]]] = [[]]
     for key in keys:
@@ -141,7 +146,10 @@ def _subjects(keys: Sequence[KeyFrame]) -> list[MonotoneCurve]:
         else:
             runs[-1].append((key.time, key.look_at))
     return [
-        MonotoneCurve(frozen([time for time, _ in run]), frozen([point for _, point in run]))
+        MonotoneCurve(
+            frozen([time for time, _ in run]),
+            frozen(location.inside([point for _, point in run])),
+        )
         for run in runs
         if len(run) > 1
     ]

@@ -14,13 +14,14 @@ import numpy as np
 
 from sumo3dviz_pt.cast.articulation import UnitLinks
 from sumo3dviz_pt.cast.bodies import Body
+from sumo3dviz_pt.cast.cockpits import cabin_of
 from sumo3dviz_pt.cast.fleet import Fleet, find_rider
 from sumo3dviz_pt.cast.gait import effort, head_rise, stride_phase
 from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera, LensSettings
-from sumo3dviz_pt.library.vehicles.interior.cutaway import has_dashboard
+from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, has_dashboard
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.panes import Pane
@@ -226,7 +227,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     kerb = -preset.heading_deg if left_hand else preset.heading_deg
     turn = -float(np.radians(settings.heading + kerb))
     middle = np.array([-body.size[0] / 2.0, 0.0, 0.0])
-    inside = preset.cutaway and has_dashboard(float(body.size[1]))
+    cabin = cabin_of(body)
+    inside = preset.cutaway and has_dashboard(float(body.size[1]), cabin)
     if preset.aim is not None:
         # A camera that looks at its vehicle goes round it instead of looking away.
         eye = middle + Transform.from_pose((0.0, 0.0, 0.0), yaw=turn).points(eye - middle)
@@ -241,7 +243,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
-        mirrors=inside,
+        mirrors=inside and cabin is Cabin.ROAD,
         pane=pane_of(body) if inside and settings.reflections else None,
     )
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import EulerianCamera
+from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import aim_of
@@ -36,17 +35,21 @@ class StandingCamera:
         return (0.0,)
 
 
-def standing_view(settings: EulerianCamera) -> View:
+def standing_view(settings: EulerianCamera, location: Location = UNPLACED) -> View:
     """Return what a camera that stands still sees.
+
+    Args:
+        settings: In SUMO's coordinates.
+        location: From where ours are counted.
 
     Raises:
         ConfigError: If it looks at the point where it stands.
     """
-    placed = aim_of(settings).placed(np.array(settings.position))
+    placed = aim_of(settings, location).placed(location.inside(settings.position))
     return View(placed, lens_of(settings.lens))
 
 
 @build_camera.register
 def _(settings: EulerianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
     """Build a camera that stands still."""
-    return StandingCamera(standing_view(settings))
+    return StandingCamera(standing_view(settings, fleet.location))

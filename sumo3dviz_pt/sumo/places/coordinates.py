@@ -23,7 +23,7 @@ from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.sumo.belonging import LogRows, first_rows
 from sumo3dviz_pt.sumo.places.projection import is_projected, net_from_geo
 from sumo3dviz_pt.sumo.stream import chunks
-from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers
+from sumo3dviz_pt.sumo.traces import RowsOfUsers, table_of
 
 _NEAR = 1000.0
 """Largest distance from the network's box of anything that is part of the scenario [m]."""
@@ -63,7 +63,7 @@ def coordinates_of(file: Path, location: Location | None) -> Mapping[str, Coordi
 
 
 def rows_in_net(rows: LogRows, file: Path, location: Location) -> LogRows:
-    """Return some rows of a log with net coordinates.
+    """Return some rows of a log with net coordinates as we count them.
 
     Args:
         rows: As they were read.
@@ -73,30 +73,28 @@ def rows_in_net(rows: LogRows, file: Path, location: Location) -> LogRows:
     known = coordinates_of(file, location)
     places = np.array(rows.places).reshape(-1, 2)
     kinds = np.array(rows.kinds)
-    for kind, coordinates in known.items():
-        places[kinds == kind] = _in_net(places[kinds == kind], coordinates, location)
-    return replace(rows, places=[(float(x), float(y)) for x, y in places]) if known else rows
+    for kind in dict.fromkeys(rows.kinds):
+        own = kinds == kind
+        places[own] = _in_net(places[own], known.get(kind, Coordinates.NET), location)
+    return replace(rows, places=[(float(x), float(y)) for x, y in places])
 
 
 def put_in_net(
     rows: RowsOfUsers, known: Mapping[str, Coordinates], location: Location | None
 ) -> None:
-    """Change packed rows to net coordinates.
+    """Change packed rows to net coordinates as we count them.
 
     Args:
         rows: Of the whole log or of a part of it; they change.
         known: As `coordinates_of` gives it.
         location: Of the network.
     """
-    for kind, coordinates in known.items():
-        tables = [
-            np.frombuffer(buffer, dtype=np.float64).reshape(-1, COLUMNS)
-            for key, buffer in rows.items()
-            if key[0] == kind
-        ]
-        if not tables or location is None:
-            continue
-        places = _in_net(np.concatenate([table[:, 1:3] for table in tables]), coordinates, location)
+    if location is None:
+        return
+    for kind in dict.fromkeys(key[0] for key in rows):
+        tables = [table_of(buffer) for key, buffer in rows.items() if key[0] == kind]
+        everywhere = np.concatenate([table[:, 1:3] for table in tables])
+        places = _in_net(everywhere, known.get(kind, Coordinates.NET), location)
         ends = np.cumsum([len(table) for table in tables])[:-1]
         for table, own in zip(tables, np.split(places, ends), strict=True):
             table[:, 1:3] = own
@@ -110,7 +108,7 @@ def _judged(places: Floats, location: Location, said: Coordinates | None) -> Coo
         location: Of the network.
         said: What the log's configuration says, if it says anything.
     """
-    here = _share_near(places, location)
+    here = _share_near(location.inside(places), location)
     shifted = places + np.array(location.net_offset)
     if said is Coordinates.UTM or here < _MOST:
         # Far vehicles are part of some logs, so most places decide.
@@ -132,7 +130,9 @@ def _judged(places: Floats, location: Location, said: Coordinates | None) -> Coo
 
 
 def _in_net(places: Floats, coordinates: Coordinates, location: Location) -> Floats:
-    """Return net coordinates, (n, 2) [m]."""
+    """Return net coordinates as we count them, (n, 2) [m]."""
+    if coordinates is Coordinates.NET:
+        return location.inside(places)
     if coordinates is Coordinates.GEO:
         return net_from_geo(places, location)
     return np.asarray(places + np.array(location.net_offset))

@@ -45,13 +45,19 @@ def poi_position(poi: Element, network: Network | None) -> tuple[float, float]:
     known = poi.attributes
     if network is None or {"x", "y"} <= known.keys():
         x, y = (poi.number(axis, within=bounds.COORDINATE) for axis in ("x", "y"))
-        return x, y
+        return (x, y) if network is None else placed(x, y, network)
     if "lane" in known:
         along = poi.number("pos", 0.0, within=bounds.COORDINATE)
         aside = poi.number("posLat", 0.0, within=bounds.COORDINATE)
         return _beside(network.lanes[known["lane"]], along, aside)
     degrees = np.array([[poi.number("lon", within=bounds.ANGLE), poi.number("lat")]])
     return _checked(poi, net_from_geo(degrees, network.location))
+
+
+def placed(x: float, y: float, network: Network) -> tuple[float, float]:
+    """Return our coordinates of SUMO's [m]."""
+    x, y = network.location.inside([x, y]).tolist()
+    return x, y
 
 
 def shape_in_net(polygon: Element, degrees: Floats, location: Location) -> Floats:

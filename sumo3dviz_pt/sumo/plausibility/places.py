@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.network import Lane, Location, Network
 from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.sumo.plausibility.sample import Finding, LogSample
 
@@ -269,7 +269,8 @@ def _explained(sample: LogSample, lane_map: LaneMap, shift: Floats, network: Net
     """Return the change after which the log lies on the lanes, as a clause, or nothing."""
     some = sample.where(np.unique(np.linspace(0, len(sample) - 1, _TRIED).astype(int)))
     places = some.places[:, :2]
-    for words, change in _changes(shift, network):
+    for words, undo in _changes(shift, network):
+        change = partial(_in_files, undo, network.location)
         moves = change(some.moves) - change(np.zeros((1, 2)))
         fits = lane_map.on_lanes(change(places), moves).mean() >= _FITS
         if fits and _as_fast(moves, some):
@@ -292,9 +293,15 @@ def _as_fast(moves: Floats, sample: LogSample) -> bool:
     return bool(_RATIOS[0] < ratio < _RATIOS[1])
 
 
+def _in_files(change: _Change, location: Location, places: Floats) -> Floats:
+    """Return our coordinates of places, (n, 2) [m], whose coordinates in files are changed."""
+    return location.inside(change(location.outside(places)))
+
+
 def _changes(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
-    """Return what may have happened to a log, and what undoes it."""
-    offset = np.array(network.location.net_offset)
+    """Return what may have happened to a log, and what undoes it in its file."""
+    location = network.location
+    offset = location.outside(location.net_offset)
     # A shift by the offset is likelier to be that than another one.
     changes: list[tuple[str, _Change]] = [
         ("the network's netOffset seems to be missing in it", lambda p: p + offset),
@@ -305,7 +312,7 @@ def _changes(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
     if shift.any():
         changes.append((f"the log lies {in_compass(shift)} of the network", lambda p: p - shift))
     shapes = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
-    low, high = shapes.min(axis=0), shapes.max(axis=0)
+    low, high = (location.outside(end) for end in (shapes.min(axis=0), shapes.max(axis=0)))
     changes += [
         ("x and y seem to be swapped", lambda p: p[:, ::-1]),
         ("y seems to count downwards, as in pictures", lambda p: p * [1, -1]),

@@ -86,7 +86,7 @@ def say_at_grade(network: Network, file: Path) -> None:
     if not found:
         return
     first = found[0]
-    x, y, _ = first.place.tolist()
+    x, y, _ = network.location.outside(first.place).tolist()
     more = f", and {len(found) - 1} more such pairs" if len(found) > 1 else ""
     logger.warning(
         "%s: `%s` and `%s` cross at (%.0f, %.0f) without a junction and with %.1f m of height"

@@ -34,6 +34,12 @@ _ROOM, _REACH = 3.0, 60.0
 """What stands no nearer than the one to an axis that is above heads does not hang before the lens;
 up to the other along it [m]."""
 
+_FILLS = 0.02
+"""Nothing that stands nearer than `_LENS` fills more than this share of a picture."""
+
+_FRAME = 4.0 * (9.0 / 16.0) / (1.0 + (9.0 / 16.0) ** 2)
+"""Area of a picture of 16:9, by the square of half its diagonal."""
+
 _STAYS = 60.0
 """A camera that moves less shows one place only [m]."""
 
@@ -102,6 +108,57 @@ class Clearance:
             seen &= way.half_angles < np.pi / 2.0  # others have no picture
             hides |= seen.any(axis=1)
         return hides
+
+    def filled(self, places: Floats, ground: Floats, *, height: float, radius: float) -> Bools:
+        """Return which upright things, low ones too, would fill much of a picture, (k,).
+
+        Args:
+            places: Of the things, (k, 2) [m].
+            ground: Height of the ground there, (k,) [m].
+            height: Of the things [m].
+            radius: Half of how wide they are [m].
+        """
+        fills = np.zeros(len(places), dtype=np.bool_)
+        for way in self.ways:
+            near = way.half_angles < np.pi / 2.0  # others have no picture
+            share = shares(way, places, ground, height=height, radius=radius)
+            fills |= (settled(share - _FILLS) > 0.0)[:, near].any(axis=1)
+        return fills
+
+
+def shares(
+    way: CameraPath,
+    places: Floats,
+    ground: Floats,
+    *,
+    height: float | Floats,
+    radius: float | Floats,
+) -> Floats:
+    """Return which shares of pictures upright things near the lens fill, (k, n).
+
+    Args:
+        way: Where a camera is and looks at n times.
+        places: Of the things, (k, 2) [m].
+        ground: Height of the ground there, (k,) [m].
+        height: Of the things, one or (k, 1) [m].
+        radius: Half of how wide they are, one or (k, 1) [m].
+    """
+    towards = places[:, None] - way.positions[None, :, :2]
+    away = np.maximum(np.hypot(towards[..., 0], towards[..., 1]), np.maximum(radius, 0.3))
+    flat = np.maximum(np.hypot(way.forwards[:, 0], way.forwards[:, 1]), 1e-6)
+    cosine = (towards * way.forwards[:, :2]).sum(axis=-1) / (away * flat)
+    aside = np.arccos(np.clip(cosine, -1.0, 1.0)) - np.arctan2(radius, away)
+    # What reaches over the lower or upper border of the picture fills no more of it.
+    half = np.tan(np.minimum(way.half_angles, 1.4))
+    upper = half * np.sin(np.arctan(9.0 / 16.0))
+    level = np.arctan2(way.forwards[:, 2], flat)
+    edges = []
+    for z in (ground[:, None], ground[:, None] + height):
+        rise = np.arctan2(z - way.positions[:, 2], away) - level
+        edges.append(np.clip(np.tan(np.clip(rise, -1.4, 1.4)), -upper, upper))
+    share = 2.0 * radius / away * (edges[1] - edges[0]) / (_FRAME * half**2)
+    pictured = (away < _LENS) & (aside < way.half_angles)
+    return np.asarray(np.where(pictured, share, 0.0))
 
 
 def _beside_axis(

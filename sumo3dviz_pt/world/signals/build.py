@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -46,6 +46,8 @@ to 400 cd for heads of performance level 1, class 1.
 TRAM_RADIANCE: Mapping[str, Colour] = dict.fromkeys((RED, YELLOW, GREEN), (0.7, 0.7, 0.66))
 """The same for the white bars of trams' signals."""
 
+_HEAD_HEIGHT, _HEAD_RADIUS = 1.1, 0.2  # about [m]
+_POLE_HEIGHT, _POLE_RADIUS = 3.2, 0.06
 _SAME_GROUND = 2.0
 """Ground that is higher than a signal's road by more belongs to another level [m]."""
 
@@ -183,6 +185,7 @@ def build_signals(
         style=style,
     )
     power = NIGHT_POWER if around is not None and around.dark else 1.0
+    left_out += _in_the_way(heads, around)
     return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)
 
 
@@ -252,6 +255,24 @@ def _signalled(
             )
         )
     return right, tuple(left_out)
+
+
+def _in_the_way(heads: Sequence[Head], around: Surroundings | None) -> tuple[LeftOut, ...]:
+    """Say which heads and poles fill much of a camera's picture: they stay, being signals."""
+    if around is None:
+        return ()
+    filled = around.clearance.filled
+    places, feet = (
+        np.array([getattr(head, name) for head in heads]) for name in ("position", "foot")
+    )
+    hides = filled(places[:, :2], places[:, 2], height=_HEAD_HEIGHT, radius=_HEAD_RADIUS)
+    hides |= filled(feet[:, :2], feet[:, 2], height=_POLE_HEIGHT, radius=_POLE_RADIUS)
+    if not hides.any():
+        return ()
+    what = f"a clear view past {int(hides.sum())} heads of traffic lights"
+    first = "({:.0f}, {:.0f})".format(*places[int(np.argmax(hides)), :2])
+    why = f"they stand right before a camera, the first at {first}; another eye sees past them"
+    return (LeftOut(what, why),)
 
 
 def _some(names: set[str]) -> str:

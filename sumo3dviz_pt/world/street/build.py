@@ -94,10 +94,12 @@ def build_street(
     """
     around, furnished = site.around, _StreetTiles(scenario, settings, site, style)
     # Collect what stands in tiles that a camera sees.
-    exits = [sign for tile in _tiles(around, GANTRY_REACH) for sign in furnished.exits(tile).exits]
+    gates = [furnished.exits(tile) for tile in _tiles(around, GANTRY_REACH)]
+    exits = [sign for gate in gates for sign in gate.exits]
     kerbs = [furnished.kerbs(tile) for tile in _tiles(around, REACH)]
     nearest = _tiles(around, 2 * FURNITURE_REACH)
-    pieces = [piece for tile in nearest for piece in furnished.walks(tile)]
+    walks = [furnished.walks(tile) for tile in nearest]
+    pieces = [piece for walk in walks for piece in walk.pieces]
     pieces += [piece for tile in nearest for piece in furnished.kerbs(tile).stops.shelters]
     signs = [sign for kerb in kerbs for sign in (*kerb.signs, *kerb.stops.signs)]
     lamps = [lamp for kerb in kerbs for lamp in kerb.lamps]
@@ -109,29 +111,47 @@ def build_street(
     }
     static = [part for family in FAMILIES for part in merged(family, parts[family])]
     cramped = sum(kerb.stops.cramped for kerb in kerbs)
+    yielded = any(kerb.yielded for kerb in kerbs) or any(walk.yielded for walk in walks)
+    yielded |= any(gate.yielded for gate in gates)
     return StreetParts(
         tuple(static),
         lamp_sets(lamps, around) if dark else (),
-        _absent(parts, settings, cramped, hidden_lamps(scenario.pois, around)),
+        _absent(parts, settings, cramped) + _out_of_sight(scenario, around, yielded=yielded),
     )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Exits:
-    """What announces the exits of motorways in one tile, and the posts of that, (n, 2) [m]."""
+    """What announces the exits of motorways in one tile, and the posts of that, (n, 2) [m].
+
+    `yielded` says whether some of it makes room for a camera.
+    """
 
     exits: tuple[Sign, ...]
     used: tuple[Floats, ...]
+    yielded: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Kerbs:
-    """What stands at the kerbs of one tile, and where anything stands, (n, 2) [m]."""
+    """What stands at the kerbs of one tile, and where anything stands, (n, 2) [m].
+
+    `yielded` says whether some of it makes room for a camera.
+    """
 
     stops: StopFurniture
     signs: tuple[Sign, ...]
     lamps: tuple[Lamp, ...]
     used: tuple[Floats, ...]
+    yielded: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Walks:
+    """What stands on footways and corners of one tile, and whether some makes room for a camera."""
+
+    pieces: tuple[FurnitureItem, ...]
+    yielded: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,7 +180,7 @@ class _StreetTiles:
         """Stops, signs and lamps in a tile."""
         return self._memory.of(("street kerbs", tile), partial(self._kerbs, tile))
 
-    def walks(self, tile: Tile) -> tuple[FurnitureItem, ...]:
+    def walks(self, tile: Tile) -> _Walks:
         """Furniture of footways and corners in a tile."""
         return self._memory.of(("street walks", tile), partial(self._walks, tile))
 
@@ -171,7 +191,7 @@ class _StreetTiles:
             return _Exits((), ())
         network = self.scenario.network
         found = place_exits(network, self._borders(tile), site, self._links)
-        return _Exits(tuple(found), tuple(site.used))
+        return _Exits(tuple(found), tuple(site.used), bool(site.yielded))
 
     def _kerbs(self, tile: Tile) -> _Kerbs:
         """What `kerbs` keeps."""
@@ -182,9 +202,10 @@ class _StreetTiles:
         signs = place_signs(network, borders, site, self._links, self.style) if auto else []
         auto = self.settings.lamps == "auto"
         lamps = place_lamps(borders if auto else [], self.scenario.pois, site)
-        return _Kerbs(stops, tuple(signs), tuple(lamps), tuple(site.used))
+        used, yielded = tuple(site.used), bool(site.yielded)
+        return _Kerbs(stops, tuple(signs), tuple(lamps), used, yielded)
 
-    def _walks(self, tile: Tile) -> tuple[FurnitureItem, ...]:
+    def _walks(self, tile: Tile) -> _Walks:
         """What `walks` keeps."""
         site, network = self._site(tile, self.kerbs(tile).used), self.scenario.network
         auto = self.settings.furniture == "auto"
@@ -192,7 +213,7 @@ class _StreetTiles:
         if auto:
             edges = edges_in(network, tile.box(), self._memory)
             pieces += place_corners(edges, network, site)
-        return tuple(pieces)
+        return _Walks(tuple(pieces), bool(site.yielded))
 
     @property
     def _memory(self) -> Memory:
@@ -210,7 +231,7 @@ class _StreetTiles:
 
     def _site(self, tile: Tile, used: Sequence[Floats]) -> Site:
         """The ground of a tile, on which something stands already."""
-        return replace(self.site, tile=tile, used=list(used))
+        return replace(self.site, tile=tile, used=list(used), yielded=[])
 
 
 def _tiles(around: Surroundings, reach: float) -> list[Tile]:
@@ -291,7 +312,7 @@ def standing_height(roads: RoadParts, ground: GroundParts) -> HeightAt:
 
 
 def _absent(
-    parts: dict[str, Sequence[Part]], settings: StreetSettings, cramped: int, hidden: int
+    parts: dict[str, Sequence[Part]], settings: StreetSettings, cramped: int
 ) -> tuple[LeftOut, ...]:
     """Say what is missing and why."""
     given = {"street lamps": "lamps", "signs": "signs", "furniture": "furniture"}
@@ -303,7 +324,18 @@ def _absent(
             left_out.append(LeftOut(family, why))
     if cramped:
         left_out.append(LeftOut(f"{cramped} bus shelters", "there is no room beside the stop"))
-    if hidden:
+    return tuple(left_out)
+
+
+def _out_of_sight(
+    scenario: Scenario, around: Surroundings, *, yielded: bool
+) -> tuple[LeftOut, ...]:
+    """Say what stands elsewhere or not at all as it would stand right before a camera."""
+    left_out = []
+    if hidden := hidden_lamps(scenario.pois, around):
         why = "they would stand right before a camera; `clear_view: false` keeps them"
         left_out.append(LeftOut(f"{hidden} street lamps of the scenario", why))
+    if yielded:
+        why = "it was moved or left out; `clear_view: false` keeps it"
+        left_out.append(LeftOut("street furniture right before a camera", why))
     return tuple(left_out)

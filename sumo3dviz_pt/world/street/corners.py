@@ -13,7 +13,7 @@ from sumo3dviz_pt.library.mesh.planar import areal
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
-from sumo3dviz_pt.world.street.furniture import FurnitureItem, off_lanes
+from sumo3dviz_pt.world.street.furniture import FurnitureItem, hides_nothing, off_lanes
 from sumo3dviz_pt.world.street.places import Site
 
 
@@ -102,7 +102,7 @@ def _on_corner(
             z = float(site.standing(places[k : k + 1])[0])
             yaw = float(np.arctan2(inward[k, 1], inward[k, 0]))
             piece = FurnitureItem(name, (float(places[k, 0]), float(places[k, 1]), z), yaw)
-            if off_lanes(piece, site):
+            if off_lanes(piece, site) and hides_nothing(name, places[k : k + 1], site)[0]:
                 site.use(places[k : k + 1])
                 pieces.append(piece)
                 break

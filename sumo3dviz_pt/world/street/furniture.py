@@ -11,7 +11,7 @@ import shapely
 
 from sumo3dviz_pt.library.street import signs
 from sumo3dviz_pt.library.street.furniture import FURNITURE, SHELTER
-from sumo3dviz_pt.model.geometry import Floats, Transform, belonging
+from sumo3dviz_pt.model.geometry import Bools, Floats, Transform, belonging
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part
@@ -80,11 +80,23 @@ def off_lanes(piece: FurnitureItem, site: Site) -> bool:
     return not site.around.index.meets(shapely.Polygon(foot[:, :2]))
 
 
+def hides_nothing(name: str, places: Floats, site: Site) -> Bools:
+    """Return where a piece would not fill much of a camera's picture, (n, 2) -> (n,)."""
+    low, high = _bounds(name)
+    radius = float(np.hypot(*(high - low)[:2])) / 2.0
+    return site.fills_nothing(places, height=float(high[2]), radius=radius)
+
+
 @cache
+def _bounds(name: str) -> tuple[Floats, Floats]:
+    """Lowest and highest corner of the box around a piece in its own frame, (3,) each [m]."""
+    bounds = np.stack([part.mesh.bounds for part in _body(name, 0)])
+    return bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+
+
 def _foot(name: str) -> Floats:
     """The rectangle around a piece in its own frame, (4, 3) [m]."""
-    bounds = np.stack([part.mesh.bounds for part in _body(name, 0)])
-    (x0, y0, _), (x1, y1, _) = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    (x0, y0, _), (x1, y1, _) = _bounds(name)
     return np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
 
 
@@ -233,7 +245,7 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
 
 
 def _at_pois(pois: Sequence[Poi], site: Site) -> list[FurnitureItem]:
-    """Furniture at the scenario's points of interest; none on a road."""
+    """Furniture at the scenario's points of interest; none on a road or before a camera."""
     wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
     places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
     index = site.around.index
@@ -248,7 +260,7 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[FurnitureItem]:
         x, y = map(float, places[i])
         name = WORDS[poi.type.lower().split(".")[0]]
         piece = FurnitureItem(name, (x, y, float(heights[i])), yaw)
-        if off_lanes(piece, site):
+        if off_lanes(piece, site) and hides_nothing(name, places[i : i + 1], site)[0]:
             pieces.append(piece)
             site.use(places[i : i + 1])
     return pieces
@@ -311,5 +323,5 @@ def _stood(
 
 def _room(name: str, places: Floats, road: Floats, site: Site) -> bool:
     """Whether a piece has room at a place, (1, 2) [m]."""
-    free = site.free(places, radius=RADII[name])
-    return bool(free[0]) and bool(site.level_with(places, road)[0])
+    free = site.free(places, radius=RADII[name]) & site.level_with(places, road)
+    return bool(free[0]) and bool(hides_nothing(name, places, site)[0])

@@ -113,6 +113,7 @@ class Site:
         tile: Where things may be put; None is everywhere. Neighbours do the same on their
             side, so nothing is put where it would touch the border.
         used: What was put here; it grows.
+        yielded: Where nothing was put as it would stand right before a camera; it grows.
     """
 
     around: Surroundings
@@ -122,6 +123,7 @@ class Site:
     lines: shapely.STRtree
     tile: Tile | None = None
     used: list[Floats] = field(default_factory=list)
+    yielded: list[Floats] = field(default_factory=list)
 
     def holds(self, places: Floats) -> Bools:
         """Return which places, (n, 2) [m], are this site's."""
@@ -158,11 +160,36 @@ class Site:
             clear &= self.tile.depth(places) > radius + _GAP / 2.0
         clear &= self.around.clearance.distances(places) > radius + _CAMERA
         if height and clear.any():
-            spots = places[clear]
-            ground = self.around.index.heights(spots)
-            hides = self.around.clearance.before_lens
-            clear[clear] = ~hides(spots, ground, height=height, reach=_OUT)
+            clear[clear] = self.in_nobodys_way(places[clear], height=height, reach=_OUT)
         return np.asarray(clear)
+
+    def in_nobodys_way(self, places: Floats, *, height: float, reach: float) -> Bools:
+        """Return where an upright thing would not stand right before a camera.
+
+        Args:
+            places: (n, 2) [m].
+            height: Of the thing [m].
+            reach: How far parts of it stand out [m].
+        """
+        ground = self.around.index.heights(places)
+        hides = self.around.clearance.before_lens(places, ground, height=height, reach=reach)
+        if hides.any():
+            self.yielded.append(places[hides])
+        return ~hides
+
+    def fills_nothing(self, places: Floats, *, height: float, radius: float) -> Bools:
+        """Return where a thing, low or high, would not fill much of a camera's picture.
+
+        Args:
+            places: (n, 2) [m].
+            height: Of the thing [m].
+            radius: Half of how wide it is [m].
+        """
+        ground = self.around.index.heights(places)
+        fills = self.around.clearance.filled(places, ground, height=height, radius=radius)
+        if fills.any():
+            self.yielded.append(places[fills])
+        return ~fills
 
     def level_with(self, places: Floats, road: Floats) -> Bools:
         """Return whether the ground at places is about as high as the road beside it, (n,) [m]."""

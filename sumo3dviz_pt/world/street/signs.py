@@ -36,6 +36,9 @@ _VERGE = 1.2  # the same without a sidewalk [m]
 _FAR = 150.0
 _TOP = 2.9  # about how high a sign on a post is [m]
 _GANTRY_FEET = (1.6, 2.2, 3.0, 4.0)  # how far out a gantry's post is tried [m]
+_GANTRY_TOP = 6.7  # about how high one is [m]
+_GANTRY_SHIFTS = np.array([0.0, 20.0, -20.0, 40.0, -40.0])  # other places of one [m]
+_NOSE_TOP = 3.0  # about how high the board at an exit is [m]
 _BEFORE_EXIT = 180.0
 _TOWNS = ("NORD", "ZENTRUM", "HAFEN", "WEST", "ALTSTADT", "MESSE")
 
@@ -239,7 +242,9 @@ def _leaves(target: Edge, edge: Edge) -> bool:
 def _gantry(border: Border, site: Site) -> list[Sign]:
     """A gantry over an edge, about 180 m before its end."""
     # Find room for the outer post.
-    at = max(border.length - _BEFORE_EXIT, min(20.0, border.length / 2))
+    at = _unseen(border, max(border.length - _BEFORE_EXIT, min(20.0, border.length / 2)), site)
+    if at is None:
+        return []
     span = border.road
     feet = np.array(_GANTRY_FEET)
     places, road, _ = border.at(np.full(len(feet), at), feet)
@@ -263,6 +268,17 @@ def _gantry(border: Border, site: Site) -> list[Sign]:
     ends = (side * reach, -side * out)
     made = shapes.gantry(*ends, boards, portal=portal)
     return [Sign(stand, lambda level: made, GANTRY_REACH, radius=20.0 + span)]
+
+
+def _unseen(border: Border, wanted: float, site: Site) -> float | None:
+    """Where a gantry hangs right before no camera, near a distance along an edge [m], or None."""
+    tries = wanted + _GANTRY_SHIFTS
+    across = np.arange(-border.road - 1.0, _GANTRY_FEET[0] + 0.5, 1.0)
+    for at in tries[(tries > 0.0) & (tries < border.length)].tolist():
+        spots = border.at(np.full(len(across), at), across).places
+        if site.in_nobodys_way(spots, height=_GANTRY_TOP, reach=0.5).all():
+            return float(at)
+    return None
 
 
 def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
@@ -289,7 +305,8 @@ def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     inner = -1.0 if network.left_hand else 1.0
     normal = inner * np.column_stack([-np.sin(yaw), np.cos(yaw)])
     places = points[:, :2] + normal * (lane.width / 2 + 1.9)
-    good = site.free(places, radius=1.3) & site.level_with(places, points[:, 2])
+    good = site.free(places, radius=1.3, height=_NOSE_TOP)
+    good &= site.level_with(places, points[:, 2])
     if not good.any():
         return []
     i = int(np.argmax(good))

@@ -7,6 +7,7 @@ import pytest
 
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
+from sumo3dviz_pt.cast.cockpits import open_cockpit
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.library.vehicles.interior.dials import NEEDLE, needle_angles, shown_speed
 from sumo3dviz_pt.model.geometry import Transform
@@ -16,6 +17,9 @@ from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
 
 CARS = {m.name: m for m in models_for({}) if "passenger" in m.vclasses}
+MODELS = {m.name: (m, vclass) for m in models_for({}) for vclass in sorted(m.vclasses)[:1]}
+UNSTEERED = {"ship", "aircraft", "drone", "container", "cable_car"}
+RAILS = {"rail", "rail_electric", "rail_fast", "rail_urban", "subway", "tram"}
 KEY = "vehicle:ego"
 SPEEDS = np.array([0.0, 0.0, 0.0, 2.0, 6.0, 12.0, 20.0, 30.0, 36.0, 36.0, 36.0])
 
@@ -73,3 +77,16 @@ def test_revolutions_rise_with_the_speed_and_never_jump() -> None:
     assert (steps > 0.0).all() and steps.max() < 2.0
     np.testing.assert_array_equal(needle_angles(-3.0), needle_angles(3.0))
     assert np.degrees(angles.max()) <= 130.0
+
+
+@pytest.mark.parametrize("name", sorted(MODELS))
+def test_mirrors_and_wheels_are_those_of_road_vehicles(name: str) -> None:
+    model, vclass = MODELS[name]
+    body = build_body(ModelChoice(model, vclass, model.size), {})
+    opened = open_cockpit(body, left_hand=False, wipers=True)
+    materials = {part.material for part in opened.body.parts}
+    whole = {part.material for part in body.prototype.parts}
+    steered = body.size[1] > 1.2 and vclass not in UNSTEERED | RAILS
+    assert ("mirror" in materials) == steered
+    assert ("dash_pad" in materials - whole) == (body.size[1] > 1.2 and vclass not in UNSTEERED)
+    assert len(opened.axes) in ((0, 2) if steered else (0,))

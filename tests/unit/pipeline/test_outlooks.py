@@ -6,9 +6,12 @@ from builders import write_scenario
 
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.news import heard_by
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.outlooks import Outing, outlooks
+from sumo3dviz_pt.pipeline.progress.build import WorkCourse
+from sumo3dviz_pt.pipeline.progress.expectations import building_steps
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.world.shared import seen_of
@@ -47,6 +50,24 @@ def test_a_shared_place_counts_about_as_much_as_a_shots_own(job):
         expected = own["shots"][0]["triangles"]["total"]
         assert said["triangles"]["total"] == pytest.approx(expected, rel=0.25)
         assert said["about"] and not own["shots"][0]["about"]
+
+
+def test_what_a_report_announces_are_the_steps_that_were_expected(job):
+    """Else the time left would stand still, or count what is over."""
+    shots = tuple(job.shots[0].model_copy(update={"camera": name}) for name in NAMES)
+    job = job.model_copy(update={"shots": shots})
+    steps = building_steps(job, shots=len(shots))
+    course, seconds = WorkCourse(steps, 0.0), []
+
+    def hear(news):
+        course.hear(news, 0.0)
+        seconds.append(course.seconds_left(0.0))
+
+    with heard_by(hear):
+        check_scene(job, presets=["draft"])
+    assert seconds[0] == pytest.approx(sum(step.seconds for step in steps))
+    assert sorted(seconds, reverse=True) == seconds
+    assert seconds[-1] <= steps[-1].seconds
 
 
 def test_a_camera_has_the_faces_in_squares_that_it_sees():

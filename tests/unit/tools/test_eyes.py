@@ -1,7 +1,7 @@
 """Every view of every kind of body shows the street: none is black."""
 
 import pytest
-from make_eyes import EYES, look, model_names, sheet, write_scene
+from make_eyes import DARK, EYES, look, model_names, sheet, write_scene
 
 from sumo3dviz_pt import catalog
 
@@ -22,7 +22,7 @@ def test_no_view_is_dark_by_day(tmp_path):
         look(scene, KINDS, template="city_day", views=views, size=(48, 27), quality="draft")
     )
     assert len(found) == len(KINDS) * len(views)
-    dark = {(seen.model, seen.view): seen.luminance for seen in found if seen.luminance <= 20.0}
+    dark = {(seen.model, seen.view): seen.luminance for seen in found if seen.luminance <= DARK}
     assert not dark
     picture = sheet([seen for seen in found if seen.view in EYES], models_in_row=2)
     assert picture.size == (2 * (4 * 48 + 6), 3 * (27 + 11))

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.viewer.messages_in import KeyFrameOrder
-from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, obeyed
+from sumo3dviz_pt.model.network import Location
+from sumo3dviz_pt.viewer.messages_in import KeyFrameOrder, StandAt
+from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, obeyed, said_of
 from sumo3dviz_pt.viewer.walk import Eye
 
 HERE = ViewerState(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
 
 
-def ordered(state, **words):
-    return obeyed(KeyFrameOrder(do="keyframe", **words), state, None)
+AT_ZERO, FAR = (SimpleNamespace(location=Location(origin=at)) for at in ((0, 0), (5e6, -1e7)))
+"""As much of a scene as key frames and stands need: from where its places are counted."""
+
+
+def ordered(state, *, scene=AT_ZERO, **words):
+    return obeyed(KeyFrameOrder(do="keyframe", **words), state, scene)
+
+
+def test_pages_say_and_hear_the_coordinates_of_sumo():
+    (frame,) = ordered(HERE, scene=FAR, act="add").frames
+    assert frame.position == (5_000_001.0, -9_999_998.0, 3.0)
+    order = StandAt(do="eye", position=frame.position, heading=90.0, pitch=0.0, roll=0.0, fov=50.0)
+    eye = obeyed(order, HERE, FAR).eye
+    assert eye.position.tolist() == HERE.eye.position.tolist()
+    assert said_of(eye.said(FAR.location))["position"] == list(frame.position)
 
 
 @pytest.mark.parametrize("time", [455.0, 455.1234567, 1 / 3])

@@ -61,6 +61,15 @@ def cockpit(
         yield from inner_mirror(eye)
 
 
+def desk(
+    width: float, *, front: float, belt: float, edge: float, eye: Floats
+) -> Iterator[MaterialMesh]:
+    """Build what also trains have, a dashboard between its pillars; arguments as in `cockpit`."""
+    half = width / 2.0 - 0.12
+    yield "dash_pad", _shelf(half, front=front, belt=belt, edge=edge)
+    yield from _pillars(half, front=front, belt=belt, eye=eye)
+
+
 def cockpit_lamps(*, belt: float, eye: Floats) -> tuple[VehicleLamp, ...]:
     """Return what glows at night in a cabin; arguments as in `cockpit`."""
     if eye[2] - belt >= DEEP:

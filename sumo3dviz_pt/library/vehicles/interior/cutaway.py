@@ -7,10 +7,12 @@ dashboard with the wheel, which hides the road under the cabin.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from enum import Enum
+from itertools import chain
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps
+from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps, desk
 from sumo3dviz_pt.library.vehicles.interior.mirrors import outer_mirrors
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
@@ -40,8 +42,22 @@ _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
 
+class Cabin(Enum):
+    """What stands before who steers: a dashboard with wheel and mirrors, a desk, or nothing."""
+
+    ROAD = "road"
+    RAIL = "rail"
+    NONE = "none"
+
+
 def cutaway(
-    prototype: Prototype, *, cowl: float, belt: float, eye: Floats, wipers: bool = True
+    prototype: Prototype,
+    *,
+    cowl: float,
+    belt: float,
+    eye: Floats,
+    wipers: bool = True,
+    cabin: Cabin = Cabin.ROAD,
 ) -> Prototype:
     """Keep what a driver sees of his own vehicle.
 
@@ -51,6 +67,7 @@ def cutaway(
         belt: Height of the dashboard, about where the side windows begin [m].
         eye: The driver's, (3,) [m].
         wipers: Whether wipers rest on the windscreen's foot.
+        cabin: What is built anew in it.
 
     Returns:
         A body called `<name>~cockpit`, with its lamps and those of the instruments.
@@ -62,22 +79,24 @@ def cutaway(
     parts = tuple(replace(part, mesh=_seen_from(part.mesh, eye)) for part in parts)
     lamps: tuple[VehicleLamp, ...] = ()
     flank = _flank(prototype.parts, below=low)
-    if has_dashboard(2.0 * flank):
+    if has_dashboard(2.0 * flank, cabin):
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
         front = min(cowl, -0.08)
         # The dashboard ends at the doors' own panels.
         across = 2.0 * flank + _DOORS
-        inside = cockpit(across, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
-        outside = outer_mirrors(flank, front=front, belt=belt, eye=eye)
-        parts = (*parts, *(Part(mesh, material) for material, mesh in (*inside, *outside)))
-        lamps = cockpit_lamps(belt=belt, eye=eye)
+        made = desk(across, front=front, belt=belt, edge=edge, eye=eye)
+        if cabin is Cabin.ROAD:
+            made = cockpit(across, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
+            made = chain(made, outer_mirrors(flank, front=front, belt=belt, eye=eye))
+            lamps = cockpit_lamps(belt=belt, eye=eye)
+        parts = (*parts, *(Part(mesh, material) for material, mesh in made))
     far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
     return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))
 
 
-def has_dashboard(width: float) -> bool:
-    """Return whether a body so wide [m] has a dashboard and mirrors; two-wheelers have none."""
-    return width > _NARROWEST_DASHBOARD
+def has_dashboard(width: float, cabin: Cabin) -> bool:
+    """Return whether a body so wide [m] has a dashboard; two-wheelers and ships have none."""
+    return width > _NARROWEST_DASHBOARD and cabin is not Cabin.NONE
 
 
 def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:

@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon, Trace, TrafficLog, VehicleT
 from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest, busiest
-from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of
+from sumo3dviz_pt.pipeline.proposals.eyes import Poses, Subjects, rated, subjects_of
 from sumo3dviz_pt.pipeline.proposals.meetings import (
     apart,
     meetings_of,
@@ -606,3 +606,17 @@ def test_a_template_that_was_asked_for_wins(tmp_path):
     again, _ = propose(tmp_path, output=tmp_path / "s.yaml")
     assert "template: overcast" not in again and "# Chosen because:" in again
     assert propose(tmp_path, output=tmp_path / "s.yaml")[0] == again, "the same each time"
+
+
+@pytest.mark.parametrize(("ahead", "good"), [(3.0, False), (13.0, True)])
+def test_no_eye_looks_at_the_back_of_a_signal_from_near_by(ahead, good):
+    """At the border of the picture, where no line of sight to the traffic passes."""
+    poses = Poses(np.array([[0.0, 0.0, 2.2]]), np.array([[30.0, 0.0, 1.0]]), 65.0)
+    head = np.array([[ahead, -0.5 * ahead, 0.35, 2.4, 3.5]])
+    nobody = Subjects(np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+    index = build_lane_index(Network({}, {}, (), Location(), False))
+    values = [
+        rated(poses, nobody, Outdoors(index, shapely.STRtree([]), np.zeros(0), posts), sun=None)[0]
+        for posts in (np.zeros((0, 5)), head)
+    ]
+    assert (values[1] > 0.3 * values[0]) == good

@@ -7,11 +7,13 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import SignalSettings
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.signals.build import RADIANCE, Signals, build_signals
 
 CAR, FOOT = frozenset({"passenger", "bus"}), frozenset({"pedestrian"})
@@ -323,10 +325,6 @@ def test_no_head_of_a_row_hangs_over_a_road_beside_it():
 
 
 def test_far_heads_are_plainer_and_signals_are_dimmed_by_night():
-    from dataclasses import replace
-
-    from sumo3dviz_pt.world.placement.surroundings import surroundings
-
     made = network([edge("in", 0.0), out()], [link(0)])
     counts = []
     for x in (100.0, 2000.0):
@@ -394,3 +392,15 @@ def test_lenses_shine_as_the_standard_lets_them_and_alike():
     assert len(candelas) == 3
     assert all(100.0 < axis < 400.0 for axis in candelas.values())
     assert max(candelas.values()) < 1.5 * min(candelas.values()), "one head, one brightness"
+
+
+@pytest.mark.parametrize(("ahead", "told"), [(4.0, True), (12.0, False)])
+def test_a_head_right_before_a_camera_stays_and_that_is_said(ahead, told):
+    made = network([edge("in", 0.0), edge("out", 0.0, x=(110.0, 200.0))], [link(0)])
+    head = build_signals(made, phases("G"), SignalSettings()).heads[0]
+    eye = head.position + np.array([-ahead, 0.0, 0.5])
+    way = CameraPath(eye[None], np.array([[1.0, 0.0, 0.0]]), np.array([0.6]))
+    around = surroundings(made, seed=1, camera_path=way)
+    signals = build_signals(made, phases("G"), SignalSettings(), around=around)
+    assert len(signals.heads) == 1
+    assert any("before a camera" in item.why for item in signals.left_out) == told

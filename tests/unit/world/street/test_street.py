@@ -7,6 +7,7 @@ import colour
 import numpy as np
 import pytest
 import shapely
+from any_network.proposed import Pose, furnished
 
 from sumo3dviz_pt.job.settings import StreetSettings
 from sumo3dviz_pt.library.street.lamp import LENS
@@ -144,6 +145,41 @@ def test_no_lamp_stands_right_before_a_camera_and_that_is_said():
         places, np.zeros(len(places)), height=LOW, reach=2.0
     ).any()
     assert any(abs(x - 250.0) < 0.1 for x, _ in places) and len(places) > 4
+
+
+def before(eye, forward, half=0.6):
+    """A site of which a camera sees a part."""
+    way = CameraPath(np.array([eye]), np.array([forward]), np.array([half]))
+    return lambda net: replace(
+        site_on(net), around=surroundings(net, seed=3, camera_path=way), tile=None
+    )
+
+
+def test_no_piece_of_furniture_fills_much_of_a_picture():
+    """Low ones too, ours and the scenario's, and that is said."""
+    site = before((136.0, 1.0, 1.6), (1.0, 0.0, 0.0))(TOWN)
+    pois = [poi("near", "vending_machine", 139.0, 1.5), poi("far", "bench", 190.0, 1.2)]
+    log = TrafficLog((), (), 0.0, 0.0, 0.0)
+    scenario = Scenario(TOWN, log, pois=tuple(pois))
+    parts = build_street(scenario, StreetSettings(), site=site, dark=False)
+    things = [name for p in parts.static for name, _ in p.part.mesh.things]
+    assert any(name.startswith("bench:190") for name in things)
+    assert not any(name.startswith("parking_meter:139") for name in things)
+    assert any("right before a camera" in item.what for item in parts.left_out)
+
+
+@pytest.mark.parametrize("ahead", [6.0, 60.0])
+def test_a_gantry_hangs_right_before_no_camera(ahead):
+    eye = (120.0 - ahead, 5.0, 5.0)
+    site = before(eye, (1.0, 0.0, 0.05))(motorway())
+    log = TrafficLog((), (), 0.0, 0.0, 0.0)
+    settings = StreetSettings(lamps="none", furniture="none")
+    parts = build_street(Scenario(motorway(), log), settings, site=site, dark=False)
+    spots = np.concatenate([p.part.mesh.vertices for p in parts.static if p.family == "signs"])
+    high = spots[spots[:, 2] > 5.5]
+    assert len(high), "it moves"
+    assert not ((high[:, 0] > eye[0]) & (high[:, 0] < eye[0] + 14.0)).any()
+    assert (abs(high[:, 0].mean() - 120.0) < 5.0) == (ahead == 60.0)
 
 
 def test_narrow_roads_have_lamps_on_both_sides_in_turn():
@@ -416,7 +452,7 @@ def stood(net, eye):
         kerbs = streets.kerbs(tile)
         found += [lamp.place for lamp in kerbs.lamps]
         found += [tuple(sign.stand.matrix[:3, 3]) for sign in kerbs.signs]
-        found += [piece.place for piece in streets.walks(tile)]
+        found += [piece.place for piece in streets.walks(tile).pieces]
     return np.array(found)
 
 
@@ -428,6 +464,51 @@ def test_what_stands_hangs_on_no_camera_and_nothing_touches_across_tiles():
     away = np.hypot(*(west[:, None, :2] - west[None, :, :2]).transpose(2, 0, 1))
     # Bollards stand in rows of their own.
     assert away[~np.eye(len(west), dtype=bool)].min() > 1.0
+
+
+GIVEN = [
+    *(poi(f"lamp{x}", "street_lamp", x, 1.8) for x in (40.0, 210.0)),
+    *(poi(f"meter{x}", "vending_machine", x, 0.6) for x in (75.0, 255.0)),
+    *(poi(f"shelter{x}", "bus_shelter", x, -0.4) for x in (120.0, 180.0)),
+]
+
+
+def street_before(poses, *, clear):
+    """What stands along a street that cameras look at, with or without a clear view."""
+    ways = []
+    for pose in poses:
+        half = np.arctan(np.tan(np.radians(pose.fov) / 2.0) * np.hypot(1.0, 9.0 / 16.0))
+        ways.append(CameraPath(pose.eye[None], pose.axes()[0][None], np.array([half])))
+    clearance = Clearance(tuple(ways) if clear else ())
+    around = surroundings(TOWN, seed=3, camera_path=CameraPath.joined(ways), clearance=clearance)
+    town = Scenario(TOWN, TrafficLog((), (), 0.0, 0.0, 0.0), pois=tuple(GIVEN))
+    site = replace(site_on(TOWN), around=around)
+    return build_street(town, StreetSettings(), site=site, dark=False).static
+
+
+def poses_at(names):
+    """Somebody who knows nothing of furniture puts cameras right before things of a street."""
+    rng = np.random.default_rng(33)
+    for name in names:
+        place = np.array([float(word) for word in name.split(":")[1].split(",")])
+        turn, away = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(2.0, 6.0)
+        eye = place + np.array([away * np.cos(turn), away * np.sin(turn), rng.uniform(1.6, 3.0)])
+        yield Pose(eye, place + np.array([0.0, 0.0, 1.3]), float(rng.choice([40.0, 60.0])))
+
+
+@pytest.mark.slow
+def test_whoever_chose_a_camera_nothing_along_streets_hides_much():
+    """What stands is looked at through pictures, not by the rule that placed it."""
+    far = Pose(np.array([150.0, 8.0, 60.0]), np.array([150.0, 9.0, 0.0]), 170.0)
+    parts = street_before([far], clear=False)
+    names = sorted({name for part in parts for name, _ in part.part.mesh.things})
+    assert len({name.split(":")[0] for name in names}) >= 5
+    hidden = 0
+    for pose in poses_at(names[:: max(1, len(names) // 16)]):
+        hidden += bool(list(furnished(pose, street_before([pose], clear=False))))
+        faults = list(furnished(pose, street_before([pose], clear=True)))
+        assert not faults, f"{pose}\n" + "\n".join(faults)
+    assert hidden > 5, "the law sees what stands in the way"
 
 
 def test_lamps_have_the_colour_of_a_black_body_of_4000_kelvin():
