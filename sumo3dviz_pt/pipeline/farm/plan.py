@@ -201,11 +201,9 @@ def _check(plan: FarmPlan) -> None:
     """
     if not (plan.films and plan.tasks and plan.tries > 0 and 0.0 < plan.lease < math.inf):
         raise ValueError("films, tasks, tries or lease")
-    if any(not 0 < film.frames <= _MOST_FRAMES for film in plan.films):
-        raise ValueError("a film's frames")
+    if not all(0 < each.frames <= _MOST_FRAMES and Path(each.path).name for each in plan.films):
+        raise ValueError("a film's frames or name")
     _check_names((plan.cwd, *(film.path for film in plan.films)))
-    if not all(Path(film.path).name for film in plan.films):
-        raise ValueError("a film without a name")
     for number, task in enumerate(plan.tasks):
         film = task.film
         known = film is None or (type(film) is int and 0 <= film < len(plan.films))

@@ -350,7 +350,7 @@ def test_kernels_of_others_are_not_run(plan, tmp_path, monkeypatch, how):
     assert not tries_in(plan.folder)
 
 
-@pytest.mark.parametrize("name", ["\ud800", "a\0b"])
+@pytest.mark.parametrize("name", ["\ud800", "a\0b", "", "."])
 def test_a_plan_names_files_that_can_be(plan, name):
     path = plan.folder / PLAN
     content = json.loads(path.read_bytes())
