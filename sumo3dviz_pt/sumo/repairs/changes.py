@@ -95,11 +95,12 @@ class TypeChanges:
             under.append(own)
         if last is not None:
             self.last[user] = last
-        for each in tables:
-            del rows[*user, each]
+        # Keys stay where they are: road users come in the order of the log.
         for each in dict.fromkeys(under):
             own_rows = table[np.array(under) == each]
             rows[*user, each] = array("d", own_rows.ravel())
+        for each in set(tables).difference(under):
+            del rows[*user, each]
 
     def _note(self, user: tuple[str, str], before: str, after: str, *, time: float) -> None:
         """Remember that a road user goes on as another type at a time [s]."""
