@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.cast.articulation import rigid_frames
-from sumo3dviz_pt.cast.cockpits import has_windscreen
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.errors import ConfigError
@@ -138,8 +137,9 @@ class Flying:
         cabin = self._cabin(view, present)
         if cabin is None:
             return falling
-        pane, body = None, self.fleet.body(str(view.rides_in))
-        if self.windscreen and has_windscreen(body):
+        pane = None
+        if self.windscreen:
+            body = self.fleet.body(str(view.rides_in))
             pane = windscreen_of(body, cabin, view, course=self.course, time=falling.time)
         return replace(falling, cabin=cabin, windscreen=pane)
 
