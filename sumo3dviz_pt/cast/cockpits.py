@@ -19,8 +19,11 @@ from sumo3dviz_pt.library.vehicles.interior.dials import (
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
 
-_UNSTEERED = frozenset({"ship", "aircraft", "drone", "container", "cable_car"})
+_UNSTEERED = frozenset({"ship", "aircraft", "drone"})
 """What has neither a dashboard nor mirrors like those of cars and lorries, nor a wiped pane."""
+
+_BOXES = frozenset({"container", "cable_car"})
+"""The same, without a deck or nose before the eye."""
 
 _BARS = frozenset({"rickshaw"})
 """What is steered with a handlebar of its own behind a windscreen."""
@@ -66,6 +69,8 @@ def cabin_of(body: Body) -> Cabin:
     """Return what stands before who steers a body."""
     if body.vclass in _UNSTEERED:
         return Cabin.NONE
+    if body.vclass in _BOXES:
+        return Cabin.BOX
     if body.vclass in _BARS:
         return Cabin.BARS
     return Cabin.RAIL if body.vclass in RAIL_CLASSES else Cabin.ROAD

@@ -50,13 +50,14 @@ _NARROWEST_DASHBOARD = 1.2
 class Cabin(Enum):
     """What stands before who steers: a dashboard with wheel and mirrors, a desk, or only the body.
 
-    That has a handlebar and a windscreen, or nothing.
+    That has a handlebar and a windscreen, or nothing, or is a closed box.
     """
 
     ROAD = "road"
     RAIL = "rail"
     BARS = "bars"
     NONE = "none"
+    BOX = "box"
 
     @property
     def is_built(self) -> bool:
@@ -90,7 +91,7 @@ def cutaway(
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
     high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * float(np.ptp(bounds[:, :, 1])))
     # No dashboard hides the cut: it lies higher, and no wall is seen from inside.
-    cut = low if cabin.is_built else max(low, float(eye[2]) - _UNDER_EYE)
+    cut = low if cabin.is_built or cabin is Cabin.BOX else max(low, float(eye[2]) - _UNDER_EYE)
     parts = tuple(_opened(prototype.parts, cowl=cowl, low=cut, high=high))
     if not cabin.is_built:
         parts = tuple(_without_backs(parts, eye, above=low))
