@@ -30,8 +30,8 @@ _AROUND = 0.5
 _FAR = 100.0
 """Longer than any vehicle on a road [m]."""
 
-_CLOSE = 0.2
-"""Steps that are turned, and those beside them, are no longer than this [m]."""
+_PARTS = 17
+"""Number of points of a step that is turned, or is beside one."""
 
 _POINT = 1e-6
 """Shorter steps lead nowhere [m]."""
@@ -67,8 +67,8 @@ class UnitPath:
             return None
         # Between two knots a quick move aside is bent, so look there more closely.
         turned = np.convolve(gained.any(axis=1), [1, 1, 1], mode="same") > 0
-        spans = zip(ways[:-1][turned], ways[1:][turned], strict=True)
-        ways = np.unique(np.concatenate([ways, *(np.arange(*span, _CLOSE) for span in spans)]))
+        parts = np.linspace(ways[:-1][turned], ways[1:][turned], _PARTS).ravel()
+        ways = np.union1d(ways, parts)
         gained = _gained(ways, driven, self.samples, self.length)
         return ways, np.concatenate([np.zeros((1, 2)), np.cumsum(gained, axis=0)])
 
