@@ -26,6 +26,7 @@ from sumo3dviz_pt.pipeline.farm.plan import (
     place_from,
 )
 from sumo3dviz_pt.pipeline.films.build import check_order, check_places
+from sumo3dviz_pt.pipeline.films.dry_run import frames_in_log
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder
 from sumo3dviz_pt.pipeline.preflight import check_choices
@@ -113,6 +114,7 @@ def plan_films(
 
     Raises:
         ConfigError: If something that was asked for is wrong, or anything would be overwritten.
+        InputError: If the simulation's files are wrong.
     """
     if request.wish:
         raise ConfigError(
@@ -126,7 +128,7 @@ def plan_films(
     applied = request.applied(job)
     films = []
     for shot, path in shots:
-        count = len(order.pace(job, shot).times(shot))
+        count = frames_in_log(job, order, shot)
         quality = quality_preset(applied.quality, spp=request.spp, together=count > 1)
         stages = film_stages(applied, quality, frames=count)
         which = ("--shot", str(_number(job, shot))) if len(shots) > 1 else ()

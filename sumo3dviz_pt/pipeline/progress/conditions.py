@@ -71,16 +71,11 @@ def conditions_factor(size: tuple[int, int], *, dark: bool, weather: WeatherCour
     return float(_row("night" if dark else "day", pixels)[_kind(weather)] / usual["dry"])
 
 
-def forecast_factor(job: Job, location: Location | None = None) -> float:
-    """Return the same for a scene of which nothing was built.
-
-    Args:
-        job: The scene file.
-        location: Of its network, for the sun; None reads it.
-    """
+def forecast_factor(job: Job) -> float:
+    """Return the same for a scene of which nothing was built."""
     from sumo3dviz_pt.world.weather.course import weather_course
 
-    dark = _is_dark(job.sky, job.lights, location or location_of(job))
+    dark = _is_dark(job.sky, job.lights, location_of(job))
     return conditions_factor(job.output.size, dark=dark, weather=weather_course(job.weather))
 
 
