@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import singledispatch
 from typing import Any
 
@@ -123,7 +123,9 @@ def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: BodySize
     meta = entry.meta
     if vclass not in CAR_CLASSES:
         seat = class_seat(vclass, np.array(size))
-        return seat if "eye" not in meta else replace(seat, eye=scale * np.array(meta["eye"]))
+        eye = scale * np.array(meta["eye"]) if "eye" in meta else seat.eye
+        foot = scale[0] * float(meta["cowl"]) if "cowl" in meta else seat.cowl[0]
+        return Seat(eye, np.array([foot, *seat.cowl[1:]]))
     _, dash = meta.get("recipe", {}).get("cowl", (0.0, 0.64 * float(meta["height"])))
     cowl = scale * np.array([float(meta["cowl"]), 0.0, float(dash)])
     return car_seat(scale * np.array(meta["eye"]), cowl=cowl)

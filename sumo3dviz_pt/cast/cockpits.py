@@ -9,7 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
 from sumo3dviz_pt.cast.choice import RAIL_CLASSES
-from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, cutaway
+from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, cutaway, has_dashboard
 from sumo3dviz_pt.library.vehicles.interior.dials import (
     NEEDLE,
     dial_middles,
@@ -20,7 +20,10 @@ from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
 
 _UNSTEERED = frozenset({"ship", "aircraft", "drone", "container", "cable_car"})
-"""What has neither a dashboard nor mirrors like those of cars and lorries."""
+"""What has neither a dashboard nor mirrors like those of cars and lorries, nor a wiped pane."""
+
+_BARS = frozenset({"rickshaw"})
+"""What is steered with a handlebar of its own behind a windscreen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +66,15 @@ def cabin_of(body: Body) -> Cabin:
     """Return what stands before who steers a body."""
     if body.vclass in _UNSTEERED:
         return Cabin.NONE
+    if body.vclass in _BARS:
+        return Cabin.BARS
     return Cabin.RAIL if body.vclass in RAIL_CLASSES else Cabin.ROAD
+
+
+def has_windscreen(body: Body) -> bool:
+    """Return whether who steers a body looks through a pane with wipers."""
+    cabin = cabin_of(body)
+    return cabin is Cabin.BARS or has_dashboard(float(body.size[1]), cabin)
 
 
 def open_cockpit(body: Body, *, left_hand: bool, wipers: bool) -> Cockpit:

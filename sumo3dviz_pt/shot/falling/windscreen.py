@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
+from sumo3dviz_pt.cast.cockpits import has_windscreen
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.falling import Cabin, Windscreen
 from sumo3dviz_pt.model.geometry import Floats, Transform
@@ -43,8 +44,10 @@ def has_pane(course: WeatherCourse | None, job: Job) -> bool:
 
 def windscreen_of(
     body: Body, cabin: Cabin, view: View, *, course: WeatherCourse, time: float
-) -> Windscreen:
+) -> Windscreen | None:
     """Return the pane before a camera that sits in a vehicle; it is dry while no rain falls.
+
+    Ships, aircraft, containers and such have none.
 
     Args:
         body: What the vehicle shows.
@@ -53,6 +56,8 @@ def windscreen_of(
         course: The weather over time.
         time: [s].
     """
+    if not has_windscreen(body):
+        return None
     weather = course.at(time)
     rate = 0.0 if weather.rain is None else weather.rain.rate
     pane = pane_of(body)

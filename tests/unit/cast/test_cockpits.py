@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
-from sumo3dviz_pt.cast.cockpits import open_cockpit
+from sumo3dviz_pt.cast.cockpits import has_windscreen, open_cockpit
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.library.vehicles.interior.dials import NEEDLE, needle_angles, shown_speed
 from sumo3dviz_pt.model.geometry import Transform
@@ -19,6 +20,7 @@ from sumo3dviz_pt.motion import smooth
 CARS = {m.name: m for m in models_for({}) if "passenger" in m.vclasses}
 MODELS = {m.name: (m, vclass) for m in models_for({}) for vclass in sorted(m.vclasses)[:1]}
 UNSTEERED = {"ship", "aircraft", "drone", "container", "cable_car"}
+BARS = {"rickshaw"}
 RAILS = {"rail", "rail_electric", "rail_fast", "rail_urban", "subway", "tram"}
 KEY = "vehicle:ego"
 SPEEDS = np.array([0.0, 0.0, 0.0, 2.0, 6.0, 12.0, 20.0, 30.0, 36.0, 36.0, 36.0])
@@ -86,7 +88,19 @@ def test_mirrors_and_wheels_are_those_of_road_vehicles(name: str) -> None:
     opened = open_cockpit(body, left_hand=False, wipers=True)
     materials = {part.material for part in opened.body.parts}
     whole = {part.material for part in body.prototype.parts}
-    steered = body.size[1] > 1.2 and vclass not in UNSTEERED | RAILS
+    wide = body.size[1] > 1.2
+    built = wide and vclass not in UNSTEERED | BARS
+    steered = built and vclass not in RAILS
+    assert has_windscreen(body) == (wide and vclass not in UNSTEERED), "else no pane is wet"
     assert ("mirror" in materials) == steered
-    assert ("dash_pad" in materials - whole) == (body.size[1] > 1.2 and vclass not in UNSTEERED)
+    assert ("dash_pad" in materials - whole) == built
+    assert ("leather_rim" in materials) == steered, "a rickshaw has its own handlebar"
     assert len(opened.axes) in ((0, 2) if steered else (0,))
+
+
+@pytest.mark.parametrize("name", sorted(MODELS))
+def test_the_windscreen_stands_where_the_model_has_it(name: str) -> None:
+    model, vclass = MODELS[name]
+    seat = build_body(ModelChoice(model, vclass, model.size), {}).seat
+    said = catalog.find("vehicles", name).meta.get("cowl")
+    assert said is None or seat.cowl[0] == pytest.approx(said, abs=0.01 + 0.02 * abs(said))

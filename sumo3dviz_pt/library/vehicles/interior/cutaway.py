@@ -1,11 +1,13 @@
 """Opens a vehicle for a camera inside it: no glass, no roof, no cabin.
 
 What remains is the bonnet, the low body (so that its shadow stays plausible) and a
-dashboard with the wheel, which hides the road under the cabin.
+dashboard with the wheel, which hides the road under the cabin. Ships, aircraft and such have no
+such cabin: of them remains what lies well below the eye and faces it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import chain
@@ -30,6 +32,9 @@ _TRIM_ABOVE_BELT = 0.012
 """Unpainted parts ahead of the windscreen are left out above this, since the cockpit brings its own
 wipers [m]."""
 
+_UNDER_EYE = 0.25
+"""Bodies without a cabin are kept below the eye less this [m]: decks and noses, no bridges."""
+
 _FLATTEST = 0.1
 """Least cosine between a shown face's normals and the direction to the eye."""
 
@@ -43,11 +48,20 @@ _NARROWEST_DASHBOARD = 1.2
 
 
 class Cabin(Enum):
-    """What stands before who steers: a dashboard with wheel and mirrors, a desk, or nothing."""
+    """What stands before who steers: a dashboard with wheel and mirrors, a desk, or only the body.
+
+    That has a handlebar and a windscreen, or nothing.
+    """
 
     ROAD = "road"
     RAIL = "rail"
+    BARS = "bars"
     NONE = "none"
+
+    @property
+    def is_built(self) -> bool:
+        """Whether anything is built anew in it."""
+        return self in (Cabin.ROAD, Cabin.RAIL)
 
 
 def cutaway(
@@ -75,7 +89,11 @@ def cutaway(
     bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
     high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * float(np.ptp(bounds[:, :, 1])))
-    parts = tuple(_opened(prototype.parts, cowl=cowl, low=low, high=high))
+    # No dashboard hides the cut: it lies higher, and no wall is seen from inside.
+    cut = low if cabin.is_built else max(low, float(eye[2]) - _UNDER_EYE)
+    parts = tuple(_opened(prototype.parts, cowl=cowl, low=cut, high=high))
+    if not cabin.is_built:
+        parts = tuple(_without_backs(parts, eye, above=low))
     parts = tuple(replace(part, mesh=_seen_from(part.mesh, eye)) for part in parts)
     lamps: tuple[VehicleLamp, ...] = ()
     flank = _flank(prototype.parts, below=low)
@@ -90,13 +108,13 @@ def cutaway(
             made = chain(made, outer_mirrors(flank, front=front, belt=belt, eye=eye))
             lamps = cockpit_lamps(belt=belt, eye=eye)
         parts = (*parts, *(Part(mesh, material) for material, mesh in made))
-    far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
+    far = tuple(_opened(prototype.far, cowl=cowl, low=cut, high=high))
     return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))
 
 
 def has_dashboard(width: float, cabin: Cabin) -> bool:
     """Return whether a body so wide [m] has a dashboard; two-wheelers and ships have none."""
-    return width > _NARROWEST_DASHBOARD and cabin is not Cabin.NONE
+    return width > _NARROWEST_DASHBOARD and cabin.is_built
 
 
 def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
@@ -168,6 +186,20 @@ def _opened(parts: tuple[Part, ...], *, cowl: float, low: float, high: _Limit) -
         ahead = _clipped(above, cowl - above.mesh.vertices[:, 0])
         opened += [rest for rest in (below, ahead) if len(rest.mesh.faces)]
     return opened
+
+
+def _without_backs(parts: tuple[Part, ...], eye: Floats, *, above: float) -> Iterator[Part]:
+    """Yield parts without the faces that reach higher and turn their backs to a front seat."""
+    for part in parts:
+        mesh = part.mesh
+        corners = mesh.vertices[mesh.faces]
+        kept = corners[:, :, 2].max(axis=1) <= above
+        seats = eye * np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])
+        facing = (seats[:, None] - corners[:, 0]) * area_vectors(mesh.vertices, mesh.faces)
+        kept |= (facing.sum(axis=2) > 0.0).all(axis=0)
+        if kept.any():
+            tint = None if part.tint is None else part.tint[kept]
+            yield replace(part, mesh=_compact(mesh, mesh.faces[kept]), tint=tint)
 
 
 def _clipped(part: Part, heights: Floats) -> Part:

@@ -15,14 +15,17 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.shot.cameras.riding import RidingCamera, build_ride
+from sumo3dviz_pt.shot.cameras.riding import RidingCamera, build_ride, read_view
 
 CHOICES: dict[str, Choice] = {
     model.name: ModelChoice(model, sorted(model.vclasses)[0], model.size)
     for model in models_for({})
 } | {name: FigureChoice(name, 1.7) for name in catalog.names("people")}
+PEOPLE = frozenset(catalog.names("people"))
 NEAREST = 0.15
-QUICK = frozenset({"sedan", "city_bus", "cargo_ship", "quadcopter", "man_shirt", "girl"})
+QUICK = frozenset(
+    {"sedan", "city_bus", "boat", "cargo_ship", "light_aircraft", "quadcopter", "man_shirt", "girl"}
+)
 """Those that are tried in every run of the tests."""
 
 
@@ -90,10 +93,59 @@ def hidden(camera: RidingCamera, triangles: Floats) -> int:
     return found
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in sorted(CHOICES)],
-)
+ALL = [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in sorted(CHOICES)]
+WIDE, TALL = 24, 14  # rays over a picture
+FEW_BACKS = 0.02  # share of a picture: seams and gaps between panels
+
+
+def first_hits(camera: RidingCamera, triangles: Floats, rays: Floats) -> tuple[Floats, Floats]:
+    """How far rays of the camera run to the own body, and how much they go with its normals."""
+    back = np.linalg.inv(camera.aim.placed(camera.eye).matrix)
+    corners = triangles @ back[:3, :3].T + back[:3, 3]
+    a, b, c = corners[corners[..., 0].max(axis=1) > 0.0].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    far, along = np.full(len(rays), np.inf), np.zeros(len(rays))
+    for k, ray in enumerate(rays):
+        sides = np.stack([np.cross(u, v) @ ray for u, v in ((a, b), (b, c), (c, a))])
+        met = np.flatnonzero((sides >= 0.0).all(axis=0) | (sides <= 0.0).all(axis=0))
+        slope = normals[met] @ ray
+        away = (normals[met] * a[met]).sum(axis=1) / np.where(slope == 0.0, np.inf, slope)
+        away[away <= 0.0] = np.inf
+        if len(away) and np.isfinite(away.min()):
+            nearest_one = int(np.argmin(away))
+            far[k], along[k] = away[nearest_one], slope[nearest_one]
+    return far, along
+
+
+def check_from_inside(fleet: Fleet, view: str) -> None:
+    """Fail where a view shows a back of the own body, or of one of its lamps."""
+    settings = LagrangianCamera(mode="lagrangian", vehicle="ego", view=view)
+    camera = build_ride(settings, fleet=fleet, left_hand=False)
+    reach = np.tan(np.radians(read_view(view).fov) / 2.0)
+    left, up = np.meshgrid(np.linspace(reach, -reach, WIDE), reach * np.linspace(0.56, -0.56, TALL))
+    rays = np.stack([np.ones(left.size), left.ravel(), up.ravel()], axis=1)
+    _, along = first_hits(camera, drawn(fleet, camera), rays)
+    assert (along > 0.0).mean() < FEW_BACKS, "the own body is open and black inside"
+    # The back of a lamp is black too: something of the body is before it, or it is out of view.
+    opened = fleet.cockpits["vehicle:ego"].body
+    for lamp in opened.lamps:
+        away = fleet.bodies[0].scale * lamp.at - camera.eye
+        ahead = np.linalg.inv(camera.aim.placed(np.zeros(3)).matrix)[:3, :3] @ away
+        shows_its_back = away @ [np.cos(lamp.yaw), np.sin(lamp.yaw), 0.0] > 0.0
+        in_view = (np.abs(ahead[1:]) < ahead[0] * reach * np.array([1.0, 0.56])).all()
+        if shows_its_back and in_view:
+            far, _ = first_hits(camera, drawn(fleet, camera), ahead[None])
+            assert far[0] < 1.0, f"{lamp.role} hangs in the air"
+
+
+@pytest.mark.parametrize("name", [each for each in ALL if each.values[0] not in PEOPLE])
+def test_no_own_wall_is_seen_from_inside(name: str) -> None:
+    fleet = fleet_of(build_body(CHOICES[name], {}))
+    for view in ("driver", "passenger"):
+        check_from_inside(fleet, view)
+
+
+@pytest.mark.parametrize("name", ALL)
 def test_every_view_stands_clear_of_its_own_body(name: str) -> None:
     body = build_body(CHOICES[name], {})
     fleet = fleet_of(body)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from builders import view_at
 
+from sumo3dviz_pt.cast.bodies import build_body
+from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
-from sumo3dviz_pt.model.falling import Glows
+from sumo3dviz_pt.model.falling import Cabin, Glows
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
@@ -20,8 +22,9 @@ from sumo3dviz_pt.motion import smooth
 from sumo3dviz_pt.shot.falling.build import EXPOSURE, _ends, carried_by_wind, exposure_of
 from sumo3dviz_pt.shot.falling.lamps import MOST_GLOWS, nearest
 from sumo3dviz_pt.shot.falling.spray import LIFE, spray
-from sumo3dviz_pt.shot.falling.windscreen import turned
+from sumo3dviz_pt.shot.falling.windscreen import turned, windscreen_of
 
+RAIN = Weather(rain=Rain(8.0))
 VIEW = view_at((0.0, -12.0, 2.0), heading=0.0, fov=60.0)
 KIND = VehicleType("car", "passenger", 4.6, 1.8, 1.5)
 
@@ -69,6 +72,17 @@ def test_wipers_turn_faster_in_heavier_rain_and_never_jump():
     rising = WeatherCourse((0.0, 30.0), (Weather(rain=Rain(1.0)), Weather(rain=Rain(40.0))))
     turns = [turned(rising, time) for time in np.arange(0.0, 40.0, 0.1)]
     assert np.diff(turns).min() > 0.0 and np.diff(turns).max() < 0.12
+
+
+@pytest.mark.parametrize(
+    ("name", "wet"),
+    [("sedan", True), ("rickshaw", True), ("boat", False), ("container", False), ("ferry", False)],
+)
+def test_only_what_has_a_windscreen_has_a_wet_one(name, wet):
+    model = next(model for model in models_for({}) if model.name == name)
+    body = build_body(ModelChoice(model, min(model.vclasses), model.size), {})
+    cabin, course = Cabin(np.eye(4), np.array(body.size)), WeatherCourse((0.0,), (RAIN,))
+    assert (windscreen_of(body, cabin, VIEW, course=course, time=1.0) is not None) == wet
 
 
 def lamps(count, away=10.0):
