@@ -263,7 +263,9 @@ def prepare(
     riders = motion.smooth(motion.named(getattr(camera, "vehicle", "")))
     check_rider(camera, name=name, times=times, trajectories=riders, logs=files.trajectories)
     announce(Doing.BUILD)
-    world = replace(world_of(scenario, job, files), outlook=survey and survey.outlook)
+    world = replace(
+        world_of(scenario, job, files), outlook=None if survey is None else survey.outlook
+    )
     seen = users_in_view(world, riders, camera=camera, times=times)
     followed = motion.named(getattr(camera, "vehicle", ""))
     followed |= motion.named(focus_target(camera) or "")
