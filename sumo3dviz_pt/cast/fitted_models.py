@@ -24,7 +24,7 @@ from sumo3dviz_pt.cast.choice import (
 )
 from sumo3dviz_pt.cast.coupling import CouplingRow, coupled, numbered, pitch_of, spare_units
 from sumo3dviz_pt.cast.drawing import Joint, Unit
-from sumo3dviz_pt.cast.figures import cyclist
+from sumo3dviz_pt.cast.figures import Posed, cyclist
 from sumo3dviz_pt.library.mesh.ply import read_ply
 from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 from sumo3dviz_pt.library.vehicles.bellows import Bellows, bellows
@@ -258,8 +258,15 @@ def made_once(prototypes: Prototypes, name: str, make: Callable[[], Prototype]) 
     return prototypes[name]
 
 
-def read_vehicle(entry: catalog.Entry) -> Prototype:
-    """Read the baked meshes and lamps of a vehicle."""
+def read_vehicle(
+    entry: catalog.Entry, *, ridden: Callable[[catalog.Entry], Posed] = cyclist
+) -> Prototype:
+    """Read the baked meshes and lamps of a vehicle.
+
+    Args:
+        entry: The vehicle.
+        ridden: Makes one whose rider pedals.
+    """
     near, far = (
         tuple(Part(_read_mesh(entry, row["mesh"]), row["material"]) for row in entry.meta[level])
         for level in ("parts", "far")
@@ -267,7 +274,7 @@ def read_vehicle(entry: catalog.Entry) -> Prototype:
     lamps = tuple(_lamp(row) for row in entry.meta["lamps"])
     if not pedals(entry.meta):
         return Prototype(entry.name, near, far, lamps)
-    parts, poses = cyclist(entry)
+    parts, poses = ridden(entry)
     return Prototype(entry.name, parts, far, lamps, poses=poses)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Literal
@@ -26,7 +26,6 @@ from sumo3dviz_pt.cast.cockpits import Cockpit, open_cockpit
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.finding import find_trajectory
-from sumo3dviz_pt.cast.fitted_models import Prototypes
 from sumo3dviz_pt.cast.full_counts import counted_bodies
 from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
@@ -34,6 +33,7 @@ from sumo3dviz_pt.cast.grounded import Rise, grounded
 from sumo3dviz_pt.cast.lettering import letters_on
 from sumo3dviz_pt.cast.lights import VehicleLights
 from sumo3dviz_pt.cast.own_looks import OwnLooks
+from sumo3dviz_pt.cast.people_counts import counted_people
 from sumo3dviz_pt.cast.pose_sampler import PoseSampler
 from sumo3dviz_pt.cast.presence import Presence, Present
 from sumo3dviz_pt.job.settings import VehicleSettings
@@ -294,7 +294,7 @@ def build_fleet(
     *,
     seed: int,
     lights: VehicleLights | None = None,
-    suspension: bool = True,
+    counted: Container[str] = (),
 ) -> Fleet:
     """Give every road user its body and colour.
 
@@ -304,7 +304,7 @@ def build_fleet(
         settings: Models, colours and user models.
         seed: The job's; a road user's choice depends on it and on its id only.
         lights: Which lamps they light; None leaves all off.
-        suspension: Whether bodies move on their springs and riders lean.
+        counted: Keys of those whose numbers of triangles are enough.
 
     Raises:
         ConfigError: If a model, colour or user's file is wrong.
@@ -313,7 +313,9 @@ def build_fleet(
     kinds = [vehicle_types.get(t.type_id, UNKNOWN_TYPES[t.kind]) for t in trajectories]
     members = list(zip(trajectories, kinds, strict=True))
     choices = [casting.choice(trajectory, kind) for trajectory, kind in members]
-    prototypes: Prototypes = {}
+    pairs = zip(trajectories, choices, strict=True)
+    shaped = {choice for each, choice in pairs if each.key not in counted}
+    prototypes = counted_people(set(choices) - shaped, shaped=shaped)
     made = {choice: build_body(choice, prototypes) for choice in dict.fromkeys(choices)}
     _announce(choices)
     return Fleet(
@@ -324,7 +326,6 @@ def build_fleet(
         {name: bsdf for body in made.values() for name, bsdf in body.materials.items()},
         lights=lights,
         seed=seed,
-        suspension=suspension,
     )
 
 

@@ -8,15 +8,19 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.files.whole import special
 
 
 def check_place(path: Path) -> None:
     """Refuse a file or folder that cannot be made; nothing stays of the trial.
 
     Raises:
-        ConfigError: If something in its path is no folder, or cannot be written to.
+        ConfigError: If something in its path is no folder, or cannot be written to, or if it is a
+            pipe, a device or a socket, which the output would replace.
     """
-    shown = cut(str(path))
+    shown, what = cut(str(path)), special(path)
+    if what:
+        raise ConfigError(f"{shown} is {what} and no plain file; give another name", key="output")
     try:
         there = next(each for each in (path, *path.absolute().parents) if each.exists())
         if there != path and not there.is_dir():

@@ -20,6 +20,18 @@ _SPECIAL = (
 )
 
 
+def special(path: Path) -> str:
+    """Return what a path is that is no plain file, such as a pipe; empty if it is nothing such.
+
+    Links are followed. What does not exist, or is a folder, is nothing such.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return ""
+    return next((what for is_one, what in _SPECIAL if is_one(mode)), "")
+
+
 def refuse_special(path: Path) -> None:
     """Refuse what no reader may open: a pipe can wait for ever, and a device need not end.
 
@@ -28,16 +40,10 @@ def refuse_special(path: Path) -> None:
     Raises:
         InputError: If it is a pipe, a device or a socket.
     """
-    try:
-        mode = path.stat().st_mode
-    except (OSError, ValueError):
-        return
-    for is_one, what in _SPECIAL:
-        if is_one(mode):
-            message = (
-                f"is {what} and no plain file; copy what comes out of it to one, and name that"
-            )
-            raise InputError(message, file=path)
+    what = special(path)
+    if what:
+        message = f"is {what} and no plain file; copy what comes out of it to one, and name that"
+        raise InputError(message, file=path)
 
 
 def open_plain(path: Path) -> BinaryIO:

@@ -9,7 +9,7 @@ Inside a piece, a smoother moves the front of the road user and the body follows
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -134,6 +134,7 @@ class LogMotion:
         settings: What smoothers need to know about the log.
         ids: Of all traces, unique: where an id comes back with another type, the later one
             ends in `#2` (and so on).
+        made: Trajectories by their traces' `id()`, with the traces, whose names may differ.
     """
 
     log: TrafficLog
@@ -141,6 +142,7 @@ class LogMotion:
     heading: Heading
     settings: LogSettings
     ids: tuple[str, ...]
+    made: dict[int, tuple[Trace, Trajectory]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -178,15 +180,33 @@ class LogMotion:
         chosen = range(len(self.ids)) if which is None else np.flatnonzero(which).tolist()
         return tuple(replace(self._smooth(k), id=self.ids[k]) for k in chosen)
 
+    def sharing(self, other: LogMotion) -> LogMotion:
+        """Return the same; it shares what another one makes, if that goes by the same rules."""
+        if self._rules != other._rules:
+            return self
+        return replace(self, settings=other.settings, made=other.made)
+
+    @property
+    def _rules(self) -> tuple[object, ...]:
+        """What a trajectory hangs on beside its trace; networks and types by identity."""
+        own = self.settings
+        network = None if own.tracks is None else id(own.tracks.graph.network)
+        rules = (self.smoother, self.heading, self.log.step, own.lane_names, own.euler)
+        return (*rules, network, id(own.types))
+
     def _smooth(self, number: int) -> Trajectory:
-        """The trajectory of one trace."""
-        return smooth(
-            self.log.traces[number],
-            smoother=self.smoother,
-            step=self.log.step,
-            settings=self.settings,
-            heading=self.heading,
-        )
+        """The trajectory of one trace; it is made once."""
+        trace = self.log.traces[number]
+        if id(trace) not in self.made:
+            made = smooth(
+                trace,
+                smoother=self.smoother,
+                step=self.log.step,
+                settings=self.settings,
+                heading=self.heading,
+            )
+            self.made[id(trace)] = (trace, made)
+        return self.made[id(trace)][1]
 
 
 def smooth_log(

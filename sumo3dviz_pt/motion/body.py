@@ -29,6 +29,7 @@ from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.smoothers.front import Front
 from sumo3dviz_pt.motion.smoothers.hermite import CurveFront
 from sumo3dviz_pt.motion.smoothers.registry import Smoother
+from sumo3dviz_pt.motion.unit_path import UnitPath
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,6 +42,7 @@ class Leg:
         follows: Whether the body follows its front.
         start: Distance travelled before it [m].
         sense: -1 where it backs up, else 1.
+        units: The path that its units follow; None where that is its front's.
     """
 
     driven: Driven
@@ -48,6 +50,7 @@ class Leg:
     follows: bool = True
     start: float = 0.0
     sense: float = 1.0
+    units: UnitPath | None = None
 
     @property
     def front(self) -> Front:
@@ -85,8 +88,9 @@ class Leg:
             ahead = np.stack([np.cos(yaws), np.sin(yaws), np.zeros(len(yaws))], axis=1)
             return np.asarray(places[:, None] - distances[None, :, None] * ahead[:, None])
         travelled = self.driven.travelled_at(times, places)
-        points = self.driven.points_at((travelled[:, None] - distances).ravel())
-        return points.reshape(len(times), len(distances), 3)
+        ways = travelled[:, None] - distances
+        points = self.driven.points_at(ways.ravel()).reshape(*ways.shape, 3)
+        return points if self.units is None else self.units.straightened(points, travelled, ways)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,7 +198,8 @@ def make_piece(
         front = smoother.make(samples, setting)
         yaw = float(samples.yaws[0])
         driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
-        return LegsPiece((Leg(driven, None),)), front.remarks
+        units = _units(driven, samples, setting)
+        return LegsPiece((Leg(driven, None, units=units),)), front.remarks
     # Every other motion is cut where its way of driving changes.
     legs: list[Leg] = []
     remarks: list[Remark] = []
@@ -238,7 +243,16 @@ def _leg(
         headings = tractrix(driven, ahead, setting.length, yaw=yaw)
     else:
         headings = chord(driven, ahead, samples, setting.length)
-    return Leg(driven, headings, start=start), _steep(driven, ahead)
+    units = _units(driven, samples, setting)
+    return Leg(driven, headings, start=start, units=units), _steep(driven, ahead)
+
+
+def _units(driven: Driven, samples: LoggedSamples, setting: Setting) -> UnitPath | None:
+    """Return the path that a vehicle's units follow, unless it is the driven one."""
+    # Wheels stay on the rails whatever the log's angle.
+    if setting.railed or setting.kind != "vehicle":
+        return None
+    return UnitPath(driven, samples, setting.length)
 
 
 def _aside(samples: LoggedSamples) -> Front:

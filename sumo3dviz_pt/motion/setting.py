@@ -27,6 +27,11 @@ _EXACT = 0.01
 _ENOUGH = 20
 """Steps that are needed for a verdict on a single vehicle."""
 
+_RAILS = frozenset(
+    ["tram", "rail_urban", "subway", "cable_car", "rail", "rail_electric", "rail_fast"]
+)
+"""vClasses that run on rails."""
+
 _SHORTEST = 0.6
 """Shortest length over which a body follows its front [m]: SUMO's people are 0.2 m long."""
 
@@ -42,6 +47,7 @@ class Setting:
         kind: `vehicle`, `person` or `container`.
         length: Length over which the body follows its front [m].
         rests: Whether the samples begin, and whether they end, at rest whatever the speeds say.
+        railed: Whether it runs on rails.
     """
 
     tracks: Tracks | None = None
@@ -50,6 +56,7 @@ class Setting:
     kind: str = "vehicle"
     length: float = 5.0
     rests: tuple[bool, bool] = (False, False)
+    railed: bool = False
 
     @property
     def graph(self) -> LaneGraph | None:
@@ -82,6 +89,7 @@ class LogSettings:
             self.euler if verdict is None else verdict,
             trace.kind,
             body_length(trace, self.types),
+            railed=is_railed(self.types.get(trace.type_id, UNKNOWN_TYPES[trace.kind])),
         )
 
 
@@ -96,6 +104,11 @@ def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
     except ValueError:
         first = found.length
     return max(min(first, found.length) if first > 0.0 else found.length, _SHORTEST)
+
+
+def is_railed(kind: VehicleType) -> bool:
+    """Return whether vehicles of a type run on rails, or are drawn as if they did."""
+    return kind.vclass in _RAILS or kind.gui_shape.startswith("rail")
 
 
 def is_euler(traces: Iterable[Trace], *, least: int = 1) -> bool | None:

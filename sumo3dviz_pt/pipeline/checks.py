@@ -33,6 +33,7 @@ from sumo3dviz_pt.pipeline.progress.costs import (
 )
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.smoothing import Survey
 from sumo3dviz_pt.pipeline.sun_report import sun_report
 from sumo3dviz_pt.pipeline.weather_report import weather_report
 from sumo3dviz_pt.world.shared import Outlook
@@ -114,8 +115,8 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
     outings = [Outing(w.camera, _sparse(w, t)) for w, t in zip(windows, frames, strict=True)]
     shared = outlooks(job, files, scenario, motion, outings)
     for window, times, outing, outlook in zip(windows, frames, outings, shared, strict=True):
-        request, seen = Request(camera=window.camera), outlook or Outlook()
-        production = prepare(job, request, outing.times, outlook=seen)
+        request, survey = Request(camera=window.camera), Survey(outlook or Outlook(), motion)
+        production = prepare(job, request, outing.times, survey=survey)
         names = presets or catalog.template_names("quality")
         qualities = {
             name: _traced(quality_preset(name, together=len(times) > 1), job.cameras[window.camera])

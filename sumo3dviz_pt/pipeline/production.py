@@ -41,6 +41,7 @@ from sumo3dviz_pt.pipeline.reading import read as read
 from sumo3dviz_pt.pipeline.reading import scenario_files as scenario_files
 from sumo3dviz_pt.pipeline.riders import check_rider
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
+from sumo3dviz_pt.pipeline.smoothing import Survey
 from sumo3dviz_pt.pipeline.stills.still import Still as Still
 from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
 from sumo3dviz_pt.pipeline.worlds import world_of
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
     from sumo3dviz_pt.shot.build import Shot
-    from sumo3dviz_pt.world.shared import Outlook
 
 log = logging.getLogger(__name__)
 
@@ -223,7 +223,7 @@ def prepare(
     *,
     film: bool = False,
     together: bool = False,
-    outlook: Outlook | None = None,
+    survey: Survey | None = None,
 ) -> Production:
     """Read and build everything for frames at some times.
 
@@ -233,7 +233,7 @@ def prepare(
         times: Of the whole shot, (n,) [s], n >= 1.
         film: Whether it ends where the log does, with a note, and cannot begin before it.
         together: Whether its frames may help each other, if its quality says so.
-        outlook: Of a report, which counts and does not render; default: all is built.
+        survey: Of a report, which counts and does not render; default: all is built.
 
     Raises:
         ConfigError: If a choice does not exist or the window holds nothing.
@@ -259,11 +259,13 @@ def prepare(
     if film:
         times = within_log(scenario, times)
     # Whom the camera rides with says where it is, and so who else is in view.
-    motion = motion_of(job, scenario)
+    motion = motion_of(job, scenario, survey)
     riders = motion.smooth(motion.named(getattr(camera, "vehicle", "")))
     check_rider(camera, name=name, times=times, trajectories=riders, logs=files.trajectories)
     announce(Doing.BUILD)
-    world = replace(world_of(scenario, job, files), outlook=outlook)
+    world = replace(
+        world_of(scenario, job, files), outlook=None if survey is None else survey.outlook
+    )
     seen = users_in_view(world, riders, camera=camera, times=times)
     followed = motion.named(getattr(camera, "vehicle", ""))
     followed |= motion.named(focus_target(camera) or "")

@@ -84,15 +84,15 @@ def sun_report(job: Job, *, location: Location | None = None) -> SunReport | Non
     if asked.azimuth is not None and asked.elevation is not None:
         return SunReport(asked.azimuth % 360.0, asked.elevation)
     if asked.place is None and location is None:
-        location = _location(job)
+        location = location_of(job)
     when, place = moment_of(asked, location), place_of(asked, location)
     latitude, longitude = np.radians(place).tolist()
     sun = sun_position(when, latitude=latitude, longitude=longitude)
     return SunReport(float(np.degrees(sun.azimuth)), float(np.degrees(sun.elevation)), when, place)
 
 
-def _location(job: Job) -> Location:
-    """Return where the network lies."""
+def location_of(job: Job) -> Location:
+    """Return where the network lies; no more of it is read than that."""
     from sumo3dviz_pt.sumo import read_location
 
     return read_location(scenario_files(job).network)

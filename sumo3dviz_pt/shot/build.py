@@ -9,10 +9,10 @@ from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
-from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
+from sumo3dviz_pt.cast.fleet import Fleet, Level
+from sumo3dviz_pt.cast.lights import in_fog, running_lights
 from sumo3dviz_pt.cast.presence import Present
-from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
+from sumo3dviz_pt.job.settings import CameraSettings, Lights, SkySettings
 from sumo3dviz_pt.library.vehicles.plates import LETTER
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
@@ -41,9 +41,9 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.falling.build import Flying
-from sumo3dviz_pt.shot.falling.windscreen import has_pane
 from sumo3dviz_pt.shot.in_wind import in_wind
 from sumo3dviz_pt.shot.listed import absent_users, used_materials
+from sumo3dviz_pt.shot.road_users import countable, everyone, with_seat
 from sumo3dviz_pt.shot.ruts import ruts
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
@@ -248,7 +248,8 @@ def build_shot(
         ConfigError: If a name in the scene file is unknown.
     """
     job, left_hand = world.job, world.left_hand
-    fleet = with_seat(replace(everyone(world, trajectories), times=times), camera, world=world)
+    users = everyone(world, trajectories, counted=countable(world, trajectories, camera))
+    fleet = with_seat(replace(users, times=times), camera, world=world)
     step = frame_step(times, fps=float(job.output.fps))
     exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
@@ -337,42 +338,6 @@ class ShotBuilder:
             road_owners=place.road_owners,
             flying=Flying.of(data, fleet, job=job),
         )
-
-
-def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
-    """Return everyone on the road.
-
-    Args:
-        world: Says which types there are, and whether they have lights on.
-        trajectories: Their smoothed motion.
-    """
-    scenario, job = world.scenario, world.job
-    fleet = build_fleet(
-        trajectories,
-        scenario.vehicle_types,
-        job.vehicles,
-        seed=job.seed,
-        lights=vehicle_lights(
-            scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
-        ),
-        suspension=job.motion.suspension,
-    )
-    fleet = replace(fleet, location=scenario.network.location)
-    return fleet if world.driven is None else replace(fleet, parked=world.driven.parked)
-
-
-def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:
-    """Return the same fleet; the vehicle that a camera rides in can be opened.
-
-    Args:
-        fleet: Everyone on the road.
-        camera: Its settings.
-        world: Tells on which side drivers sit, and whether wipers move.
-    """
-    if not isinstance(camera, LagrangianCamera):
-        return fleet
-    key, wet = find_rider(fleet, camera.vehicle).key, has_pane(world.weather, world.job)
-    return fleet.with_cockpit(key, left_hand=world.left_hand, wipers=not wet)
 
 
 def _crowd(

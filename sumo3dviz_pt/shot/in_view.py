@@ -18,8 +18,8 @@ from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.build import everyone, with_seat
 from sumo3dviz_pt.shot.exposing import exposed_camera, moments_of
+from sumo3dviz_pt.shot.road_users import everyone, with_seat
 from sumo3dviz_pt.world.build import World
 
 _SLACK, _SWERVE = 20.0, 20.0

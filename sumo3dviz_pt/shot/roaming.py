@@ -22,10 +22,11 @@ from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.build import Shot, ShotBuilder, everyone, with_seat
+from sumo3dviz_pt.shot.build import Shot, ShotBuilder
 from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
 from sumo3dviz_pt.shot.cameras.standing import StandingCamera
 from sumo3dviz_pt.shot.crowd import CrowdFrames, CrowdPlan, plan_crowd
+from sumo3dviz_pt.shot.road_users import everyone, with_seat
 from sumo3dviz_pt.world.build import World
 
 _STEP = 1.0

@@ -189,6 +189,7 @@ def test_the_api_gives_the_commands_pixels(place, still):
     np.testing.assert_array_equal(picture.radiance.astype(np.float16), still.astype(np.float16))
     assert picture.develop().dtype == np.uint8 and picture.develop().shape == (36, 64, 3)
     picture.save(place.parent / "api.exr")
+    assert place.parent / "fcd.xml" in picture.reads, "what saving must not replace"
     run("still", place, *STILL, "-o", place.parent / "cli.exr")
     one, other = (account_in(place.parent / name) for name in ("api.exr", "cli.exr"))
     assert {**one, "command": other["command"]} == other

@@ -26,11 +26,13 @@ from sumo3dviz_pt.pipeline.farm.plan import (
     place_from,
 )
 from sumo3dviz_pt.pipeline.films.build import check_order, check_places
+from sumo3dviz_pt.pipeline.films.dry_run import frames_in_log
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder
 from sumo3dviz_pt.pipeline.preflight import check_choices
 from sumo3dviz_pt.pipeline.production import Request
-from sumo3dviz_pt.pipeline.progress.costs import Stages, stages_of
+from sumo3dviz_pt.pipeline.progress.conditions import film_stages
+from sumo3dviz_pt.pipeline.progress.costs import Stages
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.studies.forecast import forecast, frames_of
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
@@ -112,6 +114,7 @@ def plan_films(
 
     Raises:
         ConfigError: If something that was asked for is wrong, or anything would be overwritten.
+        InputError: If the simulation's files are wrong.
     """
     if request.wish:
         raise ConfigError(
@@ -125,9 +128,9 @@ def plan_films(
     applied = request.applied(job)
     films = []
     for shot, path in shots:
-        count = len(order.pace(job, shot).times(shot))
+        count = frames_in_log(job, order, shot)
         quality = quality_preset(applied.quality, spp=request.spp, together=count > 1)
-        stages = stages_of(quality, size=applied.output.size, frames=count)
+        stages = film_stages(applied, quality, frames=count)
         which = ("--shot", str(_number(job, shot))) if len(shots) > 1 else ()
         films.append(_Film(path, count, stages, (*words, *which)))
     folder = farm_folder(order.path)
@@ -164,7 +167,7 @@ def plan_study_films(
     for stimulus in plan.stimuli:
         job, count = stimulus.job, frames_of(stimulus)
         quality = quality_preset(job.quality, together=count > 1)
-        stages = stages_of(quality, size=job.output.size, frames=count)
+        stages = film_stages(job, quality, frames=count)
         path = film_path(order.folder, plan, stimulus)
         films.append(_Film(path, count, stages, (*words, "--film", stimulus.name)))
     output = ("-o", str(order.folder))

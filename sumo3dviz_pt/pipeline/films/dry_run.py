@@ -93,12 +93,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
     shots = check_order(job, request, order)
     check_rides(job, order, shots)
     for shot, path in shots:
-        pace = order.pace(job, shot)
-        times = pace.times(shot)
-        # A film ends where the log does.
-        _, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]))
-        check_window(scenario, times)
-        count = len(within_log(scenario, times))
+        pace, count = order.pace(job, shot), frames_in_log(job, order, shot)
         wanted = wanted_frames(order.frames, count)
         folder = frames_folder(path)
         film = numbered(path, wanted.start) if is_sequence(path) else path
@@ -107,7 +102,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
             applied.output,
             triangles=TYPICAL_TRIANGLES,
             frames=len(wanted),
-            factor=forecast_factor(applied, scenario.network.location),
+            factor=forecast_factor(applied),
         )
         found.append(
             Plan(
@@ -124,3 +119,21 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
             )
         )
     return found
+
+
+def frames_in_log(job: Job, order: FilmOrder, shot: ShotSettings) -> int:
+    """Return how many frames a film has: it ends where the log does, with a note.
+
+    Args:
+        job: The scene file.
+        order: Which shots, and when.
+        shot: One of them.
+
+    Raises:
+        ConfigError: If it begins before the log, or all of it lies after that.
+        InputError: If a file of the simulation is wrong.
+    """
+    times = order.pace(job, shot).times(shot)
+    _, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]))
+    check_window(scenario, times)
+    return len(within_log(scenario, times))

@@ -1,7 +1,8 @@
 """Shows how far long work is and how long it will still take, from its first second on.
 
 Work is a sequence of steps with expected durations. What they really took corrects the
-expectation of those to come; a step that counts is judged by its own pace.
+expectation of those to come, and so does a step that is late; a step that counts is judged by
+its own pace. Where other programs keep the processor, our share of it tells before a step is late.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -23,6 +24,12 @@ if TYPE_CHECKING:
 
 _TRUST = 10.0
 """Weight of the expectation against what was measured, as seconds of work that took as expected."""
+
+_BRIEF = 1.0
+"""Time within which our share of the processor says little [s]."""
+
+_OWN = frozenset({Doing.READ, Doing.SCOUT, Doing.BUILD})
+"""What a thread of our own does, which never waits but for the processor."""
 
 _UNUSUAL = 3
 """Number of frames at the beginning that take longer than others."""
@@ -67,18 +74,22 @@ class WorkCourse:
     Attributes:
         steps: All that it consists of, in order.
         began: When it began, by any clock [s].
+        busy: Tells the processor's time that our process took until now [s]; None if unknown.
     """
 
     steps: Sequence[WorkStep]
     began: float
+    busy: Callable[[], float] | None = None
     _at: int = 0
     _step_began: float = field(default=0.0)
+    _busy_before: float = field(default=0.0)
     _counts: list[_Count] = field(default_factory=list)
     _news: News | None = None
 
     def __post_init__(self) -> None:
         """Begin the first step with the work."""
         self._step_began = self.began
+        self._busy_before = 0.0 if self.busy is None else self.busy()
 
     def hear(self, news: News, now: float) -> None:
         """Take in news of the work at a time [s]."""
@@ -95,7 +106,7 @@ class WorkCourse:
     def seconds_left(self, now: float) -> float:
         """Return the estimate of the time left [s]."""
         later = sum(step.seconds for step in self.steps[self._at + 1 :])
-        return self._step_left(now) + self._slowness() * later
+        return self._step_left(now) + self._slowness(now) * later
 
     def share(self, now: float) -> float:
         """Return the share of the whole time that is over, in [0, 1]."""
@@ -107,14 +118,27 @@ class WorkCourse:
         doing, news = self.steps[self._at].doing, self._news
         return str(doing if news is None else news)
 
-    def _slowness(self) -> float:
+    def _slowness(self, now: float) -> float:
         """Return how much longer than expected work takes."""
         expected = sum(step.seconds for step in self.steps[: self._at])
-        return (self._step_began - self.began + _TRUST) / (expected + _TRUST)
+        before = (self._step_began - self.began + _TRUST) / (expected + _TRUST)
+        if self._counts:
+            return before
+        # A step that is late will have been slow, too, however long it still takes.
+        expected += self.steps[self._at].seconds
+        late = (now - self.began + _TRUST) / (expected + _TRUST)
+        return max(before, late, self._crowding(now))
+
+    def _crowding(self, now: float) -> float:
+        """Return how much longer work takes since others want the processor; 0 if unknown."""
+        if self.busy is None or self.steps[self._at].doing not in _OWN:
+            return 0.0
+        busy = self.busy() - self._busy_before
+        return (now - self.began + _BRIEF) / (busy + _BRIEF)
 
     def _step_left(self, now: float) -> float:
         """Return the estimate for what is being done [s]."""
-        expected = self.steps[self._at].seconds * self._slowness()
+        expected = self.steps[self._at].seconds * self._slowness(now)
         if not self._counts or self._news is None:
             over = now - self._step_began
             # A late step is expected to need a quarter more of its time, not to be done at once.
@@ -148,7 +172,9 @@ def followed(
         steps: What has to be done, with expected durations.
         stream: Where it is shown; default standard error.
     """
-    shown = _Redrawing(name, WorkCourse(steps, time.monotonic()), stream or sys.stderr)
+    shown = _Redrawing(
+        name, WorkCourse(steps, time.monotonic(), time.process_time), stream or sys.stderr
+    )
     shown.start()
     try:
         with heard_by(shown.hear):

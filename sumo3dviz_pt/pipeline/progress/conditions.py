@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.job.settings import Job, OutputSettings, Quality
+from sumo3dviz_pt.job.settings import Job, Lights, OutputSettings, Quality, SkySettings
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.weather import WeatherCourse
-from sumo3dviz_pt.pipeline.progress.costs import Cost, cost_of
+from sumo3dviz_pt.pipeline.progress.costs import Cost, Stages, cost_of, stages_of
+from sumo3dviz_pt.pipeline.sun_report import location_of
 
 MEASURED = Path(__file__).with_name("weathers.json")
 """What the bench measured: rows of a picture's size, the hour, and CPU-seconds by weather."""
@@ -45,6 +46,18 @@ def film_cost(
     )
 
 
+def film_stages(job: Job, quality: Quality, *, frames: int) -> Stages:
+    """Forecast what the stages of a film cost, by day or night and in its weather.
+
+    Args:
+        job: The scene file, with the command's choices.
+        quality: Samples and denoiser.
+        frames: Of the film.
+    """
+    dry, factor = stages_of(quality, size=job.output.size, frames=frames), forecast_factor(job)
+    return Stages(dry.start, factor * dry.trace, factor * dry.develop, factor * dry.encode)
+
+
 def conditions_factor(size: tuple[int, int], *, dark: bool, weather: WeatherCourse | None) -> float:
     """Return how many times as much a frame costs as a dry one by day.
 
@@ -58,19 +71,21 @@ def conditions_factor(size: tuple[int, int], *, dark: bool, weather: WeatherCour
     return float(_row("night" if dark else "day", pixels)[_kind(weather)] / usual["dry"])
 
 
-def forecast_factor(job: Job, location: Location) -> float:
-    """Return the same for a scene of which nothing was built.
-
-    Args:
-        job: The scene file.
-        location: Of its network, for the sun.
-    """
-    from sumo3dviz_pt.world.sky.build import build_sky
-    from sumo3dviz_pt.world.sky.darkness import is_dark
+def forecast_factor(job: Job) -> float:
+    """Return the same for a scene of which nothing was built."""
     from sumo3dviz_pt.world.weather.course import weather_course
 
-    dark = is_dark(build_sky(job.sky, location=location), job.lights)
+    dark = _is_dark(job.sky, job.lights, location_of(job))
     return conditions_factor(job.output.size, dark=dark, weather=weather_course(job.weather))
+
+
+@lru_cache(maxsize=64)
+def _is_dark(sky: SkySettings, lights: Lights, location: Location) -> bool:
+    """Whether lamps are lit; many films of a study share that."""
+    from sumo3dviz_pt.world.sky.build import build_sky
+    from sumo3dviz_pt.world.sky.darkness import is_dark
+
+    return is_dark(build_sky(sky, location=location), lights)
 
 
 def _kind(weather: WeatherCourse | None) -> str:

@@ -165,6 +165,7 @@ class OpenShot:
             account,
             replace(rendered, layers=layers),
             made.optics,
+            tuple(made.inputs.names),
         )
 
     def frames(self) -> Iterator[Still]:

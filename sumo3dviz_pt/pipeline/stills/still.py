@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.outputs import check_place
+from sumo3dviz_pt.files.outputs import check_place, check_spared
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.random import frame_seed
 
@@ -32,6 +32,7 @@ class Still:
         provenance: What it was made from.
         rendered: The renderer's own account.
         optics: What happens to light in the camera; None is nothing.
+        reads: The files that it was made from.
     """
 
     radiance: Image
@@ -42,6 +43,7 @@ class Still:
     provenance: dict[str, Any]
     rendered: Rendered
     optics: Optics | None = None
+    reads: tuple[Path, ...] = ()
 
     @property
     def time(self) -> float:
@@ -67,16 +69,24 @@ class Still:
             radiance = self.optics.on(radiance, exposure=self.exposure, seed=seed)
         return develop(radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
 
-    def save(self, path: str | Path) -> None:
-        """Write a .png (developed) or an .exr (radiance); one that exists is overwritten.
+    def save(self, path: str | Path, *, overwrite: bool = True) -> None:
+        """Write a .png (developed) or an .exr (radiance).
+
+        Args:
+            path: Where to.
+            overwrite: Whether a picture that exists there may go, as everywhere in Python.
 
         Raises:
-            ConfigError: If the suffix is another one, or the folder is missing.
+            ConfigError: As `still -o` refuses a place: the suffix is another one, the folder is
+                missing, something that may not go has that name, or the scene reads that file.
         """
         from sumo3dviz_pt.job.plain import as_path
 
         path = as_path(path, key="path")
         check_target(path, suffixes=(".png", ".exr"), overwrite=True)
+        if not overwrite:
+            check_free(path, option="overwrite=True")
+        check_spared(path, self.reads)
         if path.suffix.lower() == ".exr":
             from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 

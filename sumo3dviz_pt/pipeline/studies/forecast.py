@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.progress.conditions import film_cost, forecast_factor
 from sumo3dviz_pt.pipeline.progress.costs import (
     TYPICAL_TRIANGLES,
     Cost,
-    cost_of,
     layers_cost,
     space_in_words,
     time_in_words,
@@ -83,12 +83,12 @@ def frames_of(stimulus: Stimulus) -> int:
 def cost_of_film(stimulus: Stimulus) -> Cost:
     """Forecast what one film costs with its layers, as if none of its frames were there."""
     frames, output = frames_of(stimulus), stimulus.job.output
-    cost = cost_of(
+    cost = film_cost(
         quality_preset(stimulus.job.quality, together=frames > 1),
-        size=output.size,
+        output,
         triangles=TYPICAL_TRIANGLES,
         frames=frames,
-        half=output.half,
+        factor=forecast_factor(stimulus.job),
     )
     # Layers are found and written by one thread.
     seconds = layers_cost(output.layers, size=output.size).cpu_seconds

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from analytic_motion import PathPiece
@@ -30,7 +32,7 @@ BEND = PathPiece(speed=6.0, curvature=1 / 15.0, start=100.0)
 def fleet_of(type_id, piece, *, suspension=True):
     kind = "person" if type_id == "ped" else "vehicle"
     users = [Trajectory("a", kind, type_id, (piece,))]
-    return build_fleet(users, TYPES, VehicleSettings(), seed=0, suspension=suspension)
+    return replace(build_fleet(users, TYPES, VehicleSettings(), seed=0), suspension=suspension)
 
 
 def stance_of(fleet, *, full=True, ridden=False):

@@ -13,9 +13,10 @@ from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.build import everyone, moments_of, with_seat
+from sumo3dviz_pt.shot.build import moments_of
 from sumo3dviz_pt.shot.cameras.build import build_camera
 from sumo3dviz_pt.shot.in_view import users_in_view
+from sumo3dviz_pt.shot.road_users import everyone, with_seat
 
 
 @pytest.fixture(scope="module", params=["crossing", "ronda"])

@@ -17,7 +17,7 @@ from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frame
 from sumo3dviz_pt.pipeline.production import Request, frame_times, life_of, prepare, read
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.pipeline.worlds import world_of
-from sumo3dviz_pt.shot.build import everyone
+from sumo3dviz_pt.shot.road_users import everyone
 from sumo3dviz_pt.shot.visibility import FAR_END
 
 

@@ -134,6 +134,17 @@ def test_a_dry_run_ends_where_the_log_ends(tmp_path, capsys):
     assert "the log ends at 5 s, and the film with it: 11 frames instead of 560" in said.err
 
 
+def test_a_farm_plans_no_frames_after_the_log(tmp_path, capsys):
+    """Its tasks would be refused, one after the other."""
+    scene = write_scenario(tmp_path, end=5.0)
+    farm = ["farm", str(scene), "--dry-run", "-o", str(tmp_path / "a.mp4"), "--from", "4"]
+    assert main([*farm, "--to", "60", "--task-frames", "8"]) == 0
+    said = capsys.readouterr()
+    assert "--frames 0:6 " in said.out and "--frames 6:11 " in said.out
+    assert said.out.count("--frames") == 2
+    assert "the log ends at 5 s, and the film with it: 11 frames instead of 560" in said.err
+
+
 def test_pictures_beyond_all_memory_are_refused_in_one_sentence(tmp_path, capsys):
     scene = write_scenario(tmp_path)
     huge = ["--size", "16384x16384"]

@@ -1,6 +1,7 @@
 """How far work is and how long it will take."""
 
 import io
+import re
 import sys
 import threading
 import time
@@ -84,6 +85,36 @@ def test_a_step_that_is_late_is_never_said_to_be_done():
     assert course.seconds_left(100.0) == pytest.approx(25.0)
 
 
+def left_under_load(share):
+    """Estimates and truths of reading and four shots, given a share of the processor."""
+    steps = 4 * (WorkStep(Doing.READ, 3.0), WorkStep(Doing.BUILD, 14.0))
+    clock_ = [0.0]
+    course = WorkCourse(steps, 0.0, lambda: share * clock_[0])
+    ends = [sum(step.seconds for step in steps[: k + 1]) / share for k in range(len(steps))]
+    at = 0
+    while clock_[0] < ends[-1]:
+        if clock_[0] >= ends[at]:
+            at += 1
+            course.hear(News(steps[at].doing), clock_[0])
+        yield clock_[0], course.seconds_left(clock_[0]), ends[-1] - clock_[0]
+        clock_[0] += 0.5
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 1.0])
+def test_a_share_of_the_processor_is_seen_before_any_step_is_late(share):
+    for now, estimate, truth in left_under_load(share):
+        if now > 20 and truth > 10 / share:
+            assert 0.6 < estimate / truth < 1.4, now
+
+
+def test_a_step_that_is_late_slows_down_those_to_come():
+    steps = (WorkStep(Doing.BUILD, 10.0), WorkStep(Doing.OPEN, 20.0))
+    course = WorkCourse(steps, 0.0)
+    assert course.seconds_left(0.0) == pytest.approx(30.0)
+    # It took 40 s in place of 10: the next one is not said to take its 20 s after all.
+    assert course.seconds_left(40.0) == pytest.approx(10.0 + 20.0 * 50.0 / 20.0)
+
+
 def test_several_films_are_one_course():
     course = WorkCourse((*FILM, *FILM), 0.0)
     course.hear(News(Doing.ENCODE), 115.0)
@@ -118,7 +149,8 @@ def test_logs_get_a_line_within_the_first_second():
     with followed("drive.mp4", FILM, stream=log):
         time.sleep(1.2)
         announce(Doing.BUILD)
-    assert log.getvalue().startswith("drive.mp4: reading the simulation, about 1:59 left\n")
+    # Who sleeps seems to wait for the processor, so how long is left hangs on the machine.
+    assert re.match(r"drive.mp4: reading the simulation, about \d+:\d\d left\n", log.getvalue())
 
 
 def test_nothing_is_said_of_what_is_over_at_once():
