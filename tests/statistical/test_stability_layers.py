@@ -195,11 +195,11 @@ WHERE = [
 
 @cache
 def small_layers(step):
-    """The straight road of the builders, its middle moved by a step [m]."""
+    """The straight road of the builders, its middle moved by a step [m], and its location."""
     with TemporaryDirectory() as folder:
         place = write_scenario(folder, offset=step, vehicles=1)
-        data = prepare(load_job(place), Request(), frame_times(4, 4.1, 10)).shot.data
-    return layered(on_the_ground(data))
+        shot = prepare(load_job(place), Request(), frame_times(4, 4.1, 10)).shot
+    return layered(on_the_ground(shot.data)), shot.fleet.location
 
 
 def check(layers, target):
@@ -232,8 +232,10 @@ def test_the_place_in_the_renderers_grid_does_not_matter(corner):
     target = np.array([-60.0, -3.2, 0.0])
     eye = view_of(target, **WHERE[0]).position
     step = ORIGIN_GRID * (np.array(corner) + 4) - eye[:2]
-    layers = small_layers(tuple(step))
-    sight = check(layers, np.add(target, (*step, 0.0)))
+    layers, location = small_layers(tuple(step))
+    # Cells are whole parts of the kilometres from which places are counted.
+    assert np.remainder(location.origin, ORIGIN_GRID).tolist() == [0.0, 0.0]
+    sight = check(layers, location.inside(np.add(target, (*step, 0.0))))
     assert {"road/asphalt", "ground"} <= sight
 
 
