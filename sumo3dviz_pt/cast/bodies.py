@@ -17,7 +17,6 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.choice import (
     CAR_CLASSES,
-    RAIL_CLASSES,
     BodySize,
     Choice,
     FigureChoice,
@@ -37,6 +36,7 @@ from sumo3dviz_pt.library.vehicles.plain_lamps import plain_lamps
 from sumo3dviz_pt.library.vehicles.user_mesh import UserVehicle, read_user_vehicle
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES
 
 _LARGEST_STRETCH = 1.25
 """Width and height of a model are scaled by no more than this factor."""

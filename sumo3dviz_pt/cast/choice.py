@@ -15,7 +15,7 @@ from sumo3dviz_pt.cast.coupling import Carriages, pitch_of, spare_units
 from sumo3dviz_pt.cast.seats import PLAIN_CLASSES
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.random import pick, share_of
-from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES, VehicleType
 
 BodySize = tuple[float, float, float]
 """Length, width, height [m]."""
@@ -78,11 +78,6 @@ _HEIGHT_SPREAD = 0.1
 _CAR_LENGTHS = (2.2, 6.6)
 _CAR_WIDTHS = (1.2, 2.5)
 TALLEST_CAR = 2.3
-
-RAIL_CLASSES = frozenset(
-    ["tram", "rail_urban", "subway", "cable_car", "rail", "rail_electric", "rail_fast"]
-)
-"""vClasses that run on rails: they bend bogie by bogie and show no way that they choose."""
 
 _COARSE_SHAPES = frozenset(
     ["coach", "trailer", "emergency", "tram", "rail_urban", "subway", "wheelchair"]

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
-from sumo3dviz_pt.cast.choice import RAIL_CLASSES
 from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, cutaway, has_dashboard
 from sumo3dviz_pt.library.vehicles.interior.dials import (
     NEEDLE,
@@ -18,6 +17,7 @@ from sumo3dviz_pt.library.vehicles.interior.dials import (
 )
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES
 
 _UNSTEERED = frozenset({"ship", "aircraft", "drone"})
 """What has neither a dashboard nor mirrors like those of cars and lorries, nor a wiped pane."""

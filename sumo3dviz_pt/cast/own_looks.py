@@ -9,7 +9,6 @@ from fnmatch import fnmatchcase
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.choice import (
     CAR_CLASSES,
-    RAIL_CLASSES,
     Choice,
     FigureChoice,
     Model,
@@ -22,7 +21,7 @@ from sumo3dviz_pt.cast.coupling import Carriages
 from sumo3dviz_pt.job.values import OwnLook
 from sumo3dviz_pt.library.materials.by_key import colour_of
 from sumo3dviz_pt.model.geometry import Colour
-from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES, VehicleType
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """People and riders as reports need them: how much there is of each material, without shape.
 
 Building one in all poses takes a tenth of a second to a few; `people_counts.json` beside this
-module has the numbers, written by `tools/count_full_bodies.py`. Whose recipe was changed since
-then, or who is not listed, is built.
+module has the numbers, written by `tools/count_full_bodies.py`. Those whose recipe
+was changed since then, or that are not listed, are built.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def counted_people(choices: Iterable[Choice], *, shaped: Collection[Choice] = ()
     """Return people and riders without shape, by the names of their prototypes.
 
     Args:
-        choices: Of bodies; all others, and who is not counted, are left out.
+        choices: Of bodies; those that are no people, or are not counted, are left out.
         shaped: Bodies whose shape is needed, and so that of all who look the same.
     """
     wanted = sorted({*_people(choices)} - {*_people(shaped)})

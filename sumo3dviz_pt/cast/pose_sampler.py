@@ -13,13 +13,13 @@ import numpy as np
 
 from sumo3dviz_pt.cast.articulation import UnitLinks, rigid_frames, unit_frames
 from sumo3dviz_pt.cast.bodies import Body
-from sumo3dviz_pt.cast.choice import RAIL_CLASSES
 from sumo3dviz_pt.cast.derived_lamps import DerivedLamps, derived_lamps
 from sumo3dviz_pt.cast.drawing import AT_REST, Stance
 from sumo3dviz_pt.cast.presence import Presence
 from sumo3dviz_pt.cast.rolling import Hub, Rolling
 from sumo3dviz_pt.cast.sway import SPRINGS, Springs, Sway, lean_at, sway_at
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 
 _ON_WATER = frozenset(["ship"])

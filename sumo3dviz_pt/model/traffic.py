@@ -19,6 +19,11 @@ GAP_FACTOR = 1.5
 FASTEST = 100.0
 """Speed that no road or rail vehicle exceeds; used where no speed is logged [m/s]."""
 
+RAIL_CLASSES = frozenset(
+    ["tram", "rail_urban", "subway", "cable_car", "rail", "rail_electric", "rail_fast"]
+)
+"""vClasses that run on rails: they bend bogie by bogie and show no way that they choose."""
+
 
 @dataclass(frozen=True, slots=True)
 class VehicleType:

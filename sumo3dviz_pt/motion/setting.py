@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace, VehicleType
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES, UNKNOWN_TYPES, Trace, VehicleType
 from sumo3dviz_pt.motion.lanes.graph import LaneGraph
 from sumo3dviz_pt.motion.lanes.track import Tracks
 
@@ -26,11 +26,6 @@ _EXACT = 0.01
 
 _ENOUGH = 20
 """Steps that are needed for a verdict on a single vehicle."""
-
-_RAILS = frozenset(
-    ["tram", "rail_urban", "subway", "cable_car", "rail", "rail_electric", "rail_fast"]
-)
-"""vClasses that run on rails."""
 
 _SHORTEST = 0.6
 """Shortest length over which a body follows its front [m]: SUMO's people are 0.2 m long."""
@@ -108,7 +103,7 @@ def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
 
 def is_railed(kind: VehicleType) -> bool:
     """Return whether vehicles of a type run on rails, or are drawn as if they did."""
-    return kind.vclass in _RAILS or kind.gui_shape.startswith("rail")
+    return kind.vclass in RAIL_CLASSES or kind.gui_shape.startswith("rail")
 
 
 def is_euler(traces: Iterable[Trace], *, least: int = 1) -> bool | None:

@@ -32,7 +32,7 @@ def motion_of(job: Job, scenario: Scenario, survey: Survey | None = None) -> Log
     Args:
         job: The scene file.
         scenario: As read, all or a window of it.
-        survey: Has the motion of the whole; who is the same there is not smoothed again.
+        survey: Has the motion of the whole log; what it has smoothed is taken from it.
     """
     from sumo3dviz_pt.motion import LogMotion
 

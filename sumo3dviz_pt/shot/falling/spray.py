@@ -19,6 +19,7 @@ from sumo3dviz_pt.model.falling import Puffs
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.traffic import RAIL_CLASSES
 
 STEP = 0.08
 """Between the births of puffs [s]."""
@@ -34,9 +35,6 @@ _DENSE = 0.15  # optical depth of a young puff then
 _BORN = 0.12  # time in which a puff comes into being [s]
 _DRAG = 0.5  # time in which air stops what a wheel throws after it [s]
 _TAKEN = 0.45  # share of the vehicle's speed that spray has at first
-_ON_RAILS = frozenset(
-    {"tram", "rail", "rail_urban", "rail_electric", "rail_fast", "subway", "cable_car"}
-)
 _LIGHT = frozenset({"bicycle", "pedestrian", "scooter", "wheelchair", "ship", "aircraft", "drone"})
 
 
@@ -56,7 +54,7 @@ def spray(
     each = []
     for row in np.flatnonzero((away < NEAR) & (present.speeds > 0.5 * _SLOWEST)).tolist():
         body = fleet.bodies[int(present.users[row])]
-        if body.vclass not in _ON_RAILS | _LIGHT:
+        if body.vclass not in RAIL_CLASSES | _LIGHT:
             faded = float(np.clip(4.0 * (1.0 - away[row] / NEAR), 0.0, 1.0))
             each.append(_plume(fleet, present, row, wind=wind, dense=wetness * faded))
     if not each:
