@@ -141,7 +141,7 @@ def _compared(
     unlike = _unlike_views(accounts, numbers, acts)
     for number in numbers:
         one, other = (
-            read_evidence(film, number, account)
+            read_evidence(film, number, account, unexposed=acts.picture)
             for film, account in zip(films, accounts, strict=True)
         )
         check_same_size(one, other, films[1])
