@@ -75,7 +75,7 @@ class Certificate:
         claims = Counter(pair.claim for pair in self.pairs)
         more = f", {claims['not judged']} not judged" if claims["not judged"] else ""
         return (
-            f"certificate: {claims['proven']} of {len(self.pairs)} pairs differ in their factors"
+            f"certificate: {claims['proven']} of {len(self.pairs)} pairs differ in their factor"
             f" alone{more}"
         )
 
