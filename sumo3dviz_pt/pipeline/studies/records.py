@@ -12,6 +12,7 @@ from typing import Any
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.films.frames import account_file, write_json
+from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
@@ -31,6 +32,7 @@ class FilmRecord:
         digest: Of all that it was made from.
         variant: The renderer's.
         sha256: Of the film's file.
+        account: Digest of its account.
         frames: How many it has.
         rate: Frames per second, such as 25 or 30000/1001.
         duration: Of the film [s].
@@ -41,6 +43,7 @@ class FilmRecord:
     digest: str
     variant: str
     sha256: str
+    account: str
     frames: int
     rate: str
     duration: float
@@ -93,6 +96,7 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
         digest=stimulus.digest,
         variant=variant,
         sha256=file_hash(path),
+        account=str(account[DIGEST]),
         frames=frames,
         rate=str(account["frame_rate"]),
         duration=round(frames / fps, 6),
@@ -149,7 +153,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "versions": versions(),
     }
     path = folder / RECORD
-    write_json(path, json.loads(json.dumps(content, default=str)), indent=1)
+    write_json(path, sealed(content), indent=1)
     _drop_parts(folder, films)
     return path
 
