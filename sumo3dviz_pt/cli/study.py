@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,6 +49,51 @@ def add(commands: Any) -> None:
     add_variant(sub)
     add_overrides(sub)
     sub.set_defaults(run=run)
+    add_verify(sub)
+
+
+def add_verify(study: Any) -> None:
+    """Say what `study verify` takes."""
+    sub = study.add_word("verify", "follow the proof of a study's folder, without rendering")
+    sub.add_argument("folder", type=Path, help="the study's, as `study` wrote it")
+    sub.add_argument(
+        "--replay", type=int, default=0, metavar="N", help="draw N frames by lot, render them anew"
+    )
+    sub.add_argument("--seed", type=int, default=0, metavar="S", help="draws others [0]")
+    sub.add_argument(
+        "--study",
+        type=Path,
+        metavar="FILE",
+        help="study file of a replay [the folder's study.yaml]",
+    )
+    sub.add_argument(
+        "--published", default="", metavar="DIGEST", help="what the certificate's digest should be"
+    )
+    sub.add_argument("--json", action="store_true", help="print it as JSON")
+    sub.set_defaults(run=verify)
+
+
+def verify(options: argparse.Namespace) -> int:
+    """Say what is wrong with a study's folder; 1 if anything is."""
+    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.pipeline.certificate.verify import VerifyOrder, verify_study
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+
+    if options.replay < 0:
+        raise ConfigError("a number of frames is 0 or more", key="replay")
+    names = ("folder", "replay", "seed", "study", "published")
+    order = VerifyOrder(**{name: getattr(options, name) for name in names})
+    with progress(f"verify {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
+        found = verify_study(order)
+    if options.json:
+        print(json.dumps(found.as_plain(), indent=1))
+        return 1 if found.faults else 0
+    for fault in found.faults:
+        print(fault)
+    for note in found.notes:
+        print(f"note: {note}")
+    print(found)
+    return 1 if found.faults else 0
 
 
 def run(options: argparse.Namespace) -> int:
@@ -130,6 +176,8 @@ def say(certificate: Certificate) -> int:
     for pair in certificate.failed:
         more = f" (and {len(pair.faults) - 1} more)" if len(pair.faults) > 1 else ""
         print(f"failed: {pair}: {pair.faults[0]}{more}")
+    for fault in certificate.faults:
+        print(f"failed: {fault}")
     print(f"{certificate}; see certificate.html")
     return 0 if certificate.passed else 1
 

@@ -18,7 +18,7 @@ from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
 from sumo3dviz_pt.pipeline.films.frames import frame_numbers, frames_folder, masters_folder
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, pictures_of
 from sumo3dviz_pt.pipeline.layers import places
-from sumo3dviz_pt.pipeline.overlays.files import captions_file
+from sumo3dviz_pt.pipeline.overlays.files import FACTS, captions_file
 from sumo3dviz_pt.pipeline.sound import sound_folder
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
     layers, final = places.beside(frames_folder(path)), masters_folder(path)
     numbers = {int(file.stem) for file in files}
     found = [file for number in sorted(numbers) for file in places.files_of(layers, number)]
-    found += [layers / name for name in places.WHOLE]
+    found += [layers / name for name in places.WHOLE] + [frames_folder(path) / FACTS]
     found += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
     found += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
     if is_sequence(path):

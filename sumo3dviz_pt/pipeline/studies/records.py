@@ -135,7 +135,11 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "design": settings.design if isinstance(settings.design, str) else settings.design.form,
         "seed": settings.seed,
         "factors": {
-            name: {"about": factor.about, "levels": dict(factor.levels)}
+            name: {
+                "about": factor.about,
+                "levels": dict(factor.levels),
+                **({} if factor.acts_on is None else {"acts_on": factor.acts_on.model_dump()}),
+            }
             for name, factor in settings.factors.items()
         },
         "films": {

@@ -1,0 +1,269 @@
+"""Verifies a study's folder: follows every link of its proof, and renders some frames anew.
+
+A frame is a function of its scene. So whoever has the scene can draw frames by lot, render them and
+compare them with what is stored, bit by bit; digests in accounts stand for frames that are gone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, package_hashes, versions
+from sumo3dviz_pt.pipeline.certificate.links import (
+    CERTIFICATE,
+    STUDY,
+    Fault,
+    StudyFolder,
+    Tested,
+    all_film_faults,
+    frame_faults,
+    listed_faults,
+    scene_faults,
+    seal_faults,
+)
+from sumo3dviz_pt.pipeline.films.build import render_film
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder
+from sumo3dviz_pt.pipeline.films.proof import DIGEST
+from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan, plan_study
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """What was found in a study's folder.
+
+    Attributes:
+        study: The folder.
+        faults: What is wrong.
+        tested: How much was there to be tested.
+        notes: What was not tested or not judged, and what was rendered anew; sentences.
+    """
+
+    study: StudyFolder
+    faults: tuple[Fault, ...]
+    tested: Tested
+    notes: tuple[str, ...]
+
+    @property
+    def digest(self) -> str:
+        """Of the certificate; of the record where there is none."""
+        return str((self.study.certificate or self.study.record).get(DIGEST, ""))
+
+    def __str__(self) -> str:
+        tested = self.tested
+        there, known = tested.frames
+        films = len(self.study.accounts)
+        if self.faults:
+            return f"not proven: {len(self.faults)} things are wrong; see above"
+        return (
+            f"proven: {films} films with {tested.pictures} pictures, {there} of {known} frames and"
+            f" layers, {tested.developed} pictures developed again; certificate {self.digest}"
+        )
+
+    def as_plain(self) -> dict[str, Any]:
+        """Return it as JSON holds it."""
+        return {
+            "verified": not self.faults,
+            "digest": self.digest,
+            "faults": [
+                {"link": each.link, "file": each.file, "frame": each.frame, "what": each.what}
+                for each in self.faults
+            ],
+            "frames": {"there": self.tested.frames[0], "of": self.tested.frames[1]},
+            "pictures": {"decoded": self.tested.pictures, "developed": self.tested.developed},
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyOrder:
+    """How a folder is verified.
+
+    Attributes:
+        folder: The study's.
+        replay: How many frames are rendered anew.
+        seed: Draws others of them.
+        study: The study file that they are rendered from; None is the folder's own.
+        published: What the certificate's digest should be, where that was published; or empty.
+    """
+
+    folder: Path
+    replay: int = 0
+    seed: int = 0
+    study: Path | None = None
+    published: str = ""
+
+
+def verify_study(order: VerifyOrder) -> Verified:
+    """Follow all links of a study's proof.
+
+    Raises:
+        InputError: If the folder is no study's, or what a replay needs is missing.
+        ConfigError: If the study file that a replay needs is wrong.
+    """
+    study = StudyFolder.read(order.folder)
+    plan = _plan(study, order) if order.replay else None
+    faults = [*_published(study, order), *seal_faults(study), *scene_faults(study)]
+    frames, there = frame_faults(study)
+    films, tested = all_film_faults(study, frames, develop=True)
+    faults += [*frames, *films, *_pictures(study)]
+    faults += listed_faults(study, faults)
+    notes = list(_untested(study, replace(tested, frames=there)))
+    if plan is not None:
+        again, said = _replayed(study, plan, order)
+        faults += again
+        notes += said
+    return Verified(study, tuple(faults), replace(tested, frames=there), tuple(notes))
+
+
+def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
+    """Yield that a certificate is not the one whose digest was published."""
+    if order.published and (study.certificate or {}).get(DIGEST) != order.published.lower():
+        yield Fault("inputs", CERTIFICATE, "is not the one whose digest was published")
+
+
+def _pictures(study: StudyFolder) -> Iterator[Fault]:
+    """Yield what a certificate says itself that is wrong."""
+    for pair in (study.certificate or {}).get("pairs", []):
+        for what in pair.get("faults", []):
+            yield Fault("pictures", CERTIFICATE, f"{pair['one']} and {pair['other']}: {what}")
+
+
+def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
+    """Yield what was not tested or judged, in sentences."""
+    if study.certificate is None:
+        yield "not tested: there is no certificate, so pairs were compared by their accounts only"
+    for pair in (study.certificate or {}).get("pairs", []):
+        if pair.get("claim") == "not judged":
+            yield f"not judged: {pair['factor']}: {pair['one']} and {pair['other']}"
+    there, known = tested.frames
+    if there < known:
+        yield f"not tested: {known - there} of {known} frames and layers, which are not there"
+    if tested.developed < tested.pictures:
+        yield (
+            f"{tested.pictures - tested.developed} of {tested.pictures} pictures were held against"
+            " the prints of their frames only, which cannot be developed again here"
+        )
+
+
+# Replay ------------------------------------------------------------------------------------
+
+
+def _plan(study: StudyFolder, order: VerifyOrder) -> StudyPlan:
+    """Return the study that frames are rendered from.
+
+    Raises:
+        InputError: If the folder does not hold its inputs.
+        ConfigError: If they are wrong.
+    """
+    source = order.study or study.path / STUDY
+    if not source.is_file():
+        raise InputError("is not there, so no frame can be rendered anew", file=source)
+    try:
+        return plan_study(load_study(source))
+    except (ConfigError, InputError) as error:
+        raise InputError(
+            f"a replay needs the study's inputs: {error}; give the study file by --study, or verify"
+            " without --replay",
+            file=order.folder,
+        ) from error
+
+
+def _replayed(
+    study: StudyFolder, plan: StudyPlan, order: VerifyOrder
+) -> tuple[list[Fault], list[str]]:
+    """Render some frames anew; return those that are not the stored ones, and what was done."""
+    drawn = _drawn(study, order)
+    faults, said = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, number in drawn:
+            said += [note for note in _unlike(study, plan, name) if note not in said]
+            found = _rendered(study, plan, name, number, Path(folder))
+            faults += list(_replay_faults(study, name, number, found))
+    frames = ", ".join(f"{name} {number}" for name, number in drawn)
+    return faults, [*said, f"rendered anew: {frames}"]
+
+
+def _drawn(study: StudyFolder, order: VerifyOrder) -> list[tuple[str, int]]:
+    """Return frames that are drawn by lot: by digests, so that nobody chooses them."""
+    salt = f"{(study.certificate or study.record).get(DIGEST)}:{order.seed}"
+    frames = [(name, n) for name, own in study.accounts.items() for n in range(len(own["frames"]))]
+
+    def lot(frame: tuple[str, int]) -> str:
+        return hashlib.sha256(f"{salt}:{frame[0]}:{frame[1]}".encode()).hexdigest()
+
+    return sorted(sorted(frames, key=lot)[: order.replay])
+
+
+def _unlike(study: StudyFolder, plan: StudyPlan, name: str) -> Iterator[str]:
+    """Yield why a frame that is rendered here need not be the same to the bit."""
+    account = study.accounts[name]
+    own = {**versions(), **{f"own {key}": value for key, value in package_hashes().items()}}
+    theirs = {
+        **account.get("versions", {}),
+        **{f"own {key}": value for key, value in account.get("package", {}).items()},
+    }
+    others = [key for key in sorted(own.keys() | theirs.keys()) if own.get(key) != theirs.get(key)]
+    if others:
+        yield (
+            f"other versions made the films ({', '.join(others)}), so frames need not be equal to"
+            " the bit"
+        )
+    made = next((each for each in plan.stimuli if each.name == name), None)
+    if made is not None and not others and made.digest != study.films[name].get("digest"):
+        yield f"the study file does not make {name} as it was made: a value or a file is another"
+
+
+def _rendered(study: StudyFolder, plan: StudyPlan, name: str, number: int, folder: Path) -> Path:
+    """Render a frame anew; return its file."""
+    account = study.accounts[name]
+    (stimulus,) = plan.only(name).stimuli
+    path = folder / f"{name}{Path(str(study.films[name]['file'])).suffix}"
+    request = Request(
+        variant=str(account["variant"]),
+        command=str(account["command"]),
+        metered=account.get("metering", {}).get("metered"),
+    )
+    order = FilmOrder(path, frames=(number, number + 1), overwrite=True)
+    render_film(stimulus.job, request, order)
+    return frame_file(frames_folder(path), number)
+
+
+def _replay_faults(study: StudyFolder, name: str, number: int, found: Path) -> Iterator[Fault]:
+    """Yield that a frame that was rendered anew is not the stored one."""
+    film = study.film(name)
+    stored = frame_file(frames_folder(film), number)
+    file = stored.relative_to(study.path).as_posix()
+    if file_hash(found) == study.frame_files(name).get(file):
+        return
+    what = "rendered anew, it is another frame"
+    if stored.is_file():
+        what = _apart(stored, found)
+    if what:
+        yield Fault("replay", file, what, number)
+
+
+def _apart(stored: Path, found: Path) -> str:
+    """Return by how much two frames differ, in words; nothing if all of their pixels are equal."""
+    from sumo3dviz_pt.image.exr import read_layers
+
+    one, other = read_layers(stored)[0], read_layers(found)[0]
+    if one.keys() != other.keys() or any(one[k].shape != other[k].shape for k in one):
+        return "rendered anew, it has other layers"
+    unlike = np.zeros(next(iter(one.values())).shape[:2], dtype=bool)
+    for name, layer in one.items():
+        apart = ~((layer == other[name]) | (np.isnan(layer) & np.isnan(other[name])))
+        unlike |= apart.reshape(*unlike.shape, -1).any(axis=-1)
+    if not unlike.any():
+        return ""
+    return f"rendered anew, {int(unlike.sum())} of {unlike.size} pixels are others"

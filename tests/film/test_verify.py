@@ -1,0 +1,205 @@
+"""`study verify`: whatever is done to a study's folder is found, and named by file and frame."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from builders import write_scenario
+from needed import skip_if
+from viewer.browser import chromium
+
+from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.image.exr import read_layers, write_exr
+from sumo3dviz_pt.pipeline.films.proof import sealed
+from sumo3dviz_pt.video import encode
+from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
+from sumo3dviz_pt.video.picture import film_pictures
+
+pytestmark = pytest.mark.slow
+
+SIZE = (96, 54)
+STUDY = """scene: scene.yaml
+clip: {camera: driver, from: 2, to: 2.6}
+common: {quality: draft, output.size: [96, 54], output.fps: 10}
+factors:
+  light:
+    about: the sky, clear or closed
+    levels:
+      clear: {sky: {preset: sky_blue}}
+      grey: {sky: {preset: sky_overcast}}
+certificate: {frames: 2}
+report: {write: false}
+calibration: null
+tools: {write: [psychds]}
+about: {title: Two skies, authors: [Ada Example], date: 2026-11-27}
+"""
+CLEAR, GREY = "materials/clear.mp4", "materials/grey.mp4"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("verified")
+    write_scenario(folder, vehicles=2)
+    (folder / "study.yaml").write_text(STUDY, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(place):
+    """A whole study, by the command."""
+    assert main(["study", str(place / "study.yaml"), "-o", str(place / "out"), "-q"]) == 0
+    return place / "out"
+
+
+def verify(folder, capsys, *more) -> tuple[int, dict[str, Any]]:
+    """The exit code, and what was found."""
+    capsys.readouterr()
+    code = main(["study", "verify", str(folder), "--json", "-q", *more])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_an_untouched_folder_is_proven(made, capsys):
+    code, found = verify(made, capsys)
+    assert (code, found["faults"]) == (0, [])
+    assert found["pictures"] == {"decoded": 12, "developed": 12}
+    there = found["frames"]
+    assert there["there"] == there["of"] == 2 * (3 * 6 + 2)
+    assert found["digest"] == json.loads((made / "certificate.json").read_bytes())["digest"]
+    assert verify(made, capsys, "--published", found["digest"])[0] == 0
+    code, found = verify(made, capsys, "--published", "0" * 64)
+    assert code == 1 and "published" in found["faults"][0]["what"]
+
+
+# Twelve manipulations -----------------------------------------------------------------------
+
+
+def recoded(folder: Path, change: Callable[[list[Any]], Any]) -> None:
+    """Decode a film, change its pictures, encode it as before."""
+    film = folder / GREY
+    pictures = [each.astype(np.float32) / 255 for each in film_pictures(film, size=SIZE)]
+    change(pictures)
+    encode(pictures, film, size=SIZE, fps=10)
+
+
+def edited(path: Path, change: Callable[[dict[str, Any]], Any], *, seal: bool = False) -> None:
+    """Change a file of JSON, with its digest or without."""
+    content = json.loads(path.read_bytes())
+    change(content)
+    path.write_text(json.dumps(sealed(content) if seal else content), encoding="utf-8")
+
+
+def swap(folder):
+    shutil.copy(folder / CLEAR, folder / GREY)
+
+
+def recode(folder):
+    film, again = folder / GREY, folder / "again.mp4"
+    command = [ffmpeg_path(), "-loglevel", "error", "-i", str(film), "-crf", "45", str(again)]
+    subprocess.run(command, check=True)
+    again.replace(film)
+
+
+def cast(folder):
+    def warmer(pictures):
+        for picture in pictures:
+            picture[..., 0] = (picture[..., 0] + 3 / 255).clip(0, 1)
+
+    recoded(folder, warmer)
+
+
+def person(folder):
+    def painted(pictures):
+        for picture in pictures:
+            picture[20:28, 60:66] = (0.35, 0.3, 0.3)  # 48 of 5184 pixels
+
+    recoded(folder, painted)
+
+
+def frames_swapped(folder):
+    def swapped(pictures):
+        pictures[2], pictures[3] = pictures[3], pictures[2]
+
+    recoded(folder, swapped)
+
+
+def black(folder):
+    def darkened(pictures):
+        pictures[4] = np.zeros_like(pictures[4])
+
+    recoded(folder, darkened)
+
+
+def truncated(folder):
+    recoded(folder, lambda pictures: pictures.pop())
+
+
+def other_frame(folder):
+    frames = folder / "materials"
+    shutil.copy(frames / "clear.frames" / "000003.exr", frames / "grey.frames" / "000003.exr")
+
+
+def one_pixel(folder):
+    path = folder / "materials" / "grey.frames" / "000002.exr"
+    layers, strings = read_layers(path)
+    changed = {name: np.array(layer) for name, layer in layers.items()}
+    changed["radiance"][7, 11, 1] += 0.25
+    write_exr(path, changed, half=True, attributes=dict(strings))
+
+
+def account(folder):
+    edited(folder / "materials" / "grey.json", lambda said: said.update(exposure=1.5))
+
+
+def sealed_account(folder):
+    edited(folder / "materials" / "grey.json", lambda said: said.update(exposure=1.5), seal=True)
+
+
+def record(folder):
+    edited(folder / "study.json", lambda said: said["films"]["grey"].update(rate="11"))
+
+
+def certificate(folder):
+    edited(folder / "certificate.json", lambda said: said.update(passed=True, pairs=[]))
+
+
+def input_file(folder):
+    path = folder / "study.yaml"
+    path.write_text(STUDY.replace("closed", "grey"), encoding="utf-8")
+
+
+MANIPULATIONS = {
+    swap: ("films", GREY, range(6)),
+    recode: ("films", GREY, range(6)),
+    cast: ("films", GREY, range(6)),
+    person: ("films", GREY, range(6)),
+    frames_swapped: ("films", GREY, (2, 3)),
+    black: ("films", GREY, (4,)),
+    truncated: ("films", GREY, (5,)),
+    other_frame: ("frames", "materials/grey.frames/000003.exr", (3,)),
+    one_pixel: ("frames", "materials/grey.frames/000002.exr", (2,)),
+    account: ("inputs", "materials/grey.json", (None,)),
+    sealed_account: ("inputs", "materials/grey.json", (None,)),
+    record: ("inputs", "study.json", (None,)),
+    certificate: ("inputs", "certificate.json", (None,)),
+    input_file: ("inputs", "study.yaml", (None,)),
+}
+
+
+@pytest.mark.parametrize("manipulate", MANIPULATIONS, ids=lambda each: each.__name__)
+def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    manipulate(folder)
+    code, found = verify(folder, capsys)
+    link, file, frames = MANIPULATIONS[manipulate]
+    told = [(each["link"], each["file"]) for each in found["faults"]]
+    assert code == 1 and set(told) == {(link, file)}
+    assert any(each["frame"] in frames for each in found["faults"]), found["faults"]
