@@ -18,6 +18,7 @@ from viewer.browser import chromium
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_layers, write_exr
+from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
 from sumo3dviz_pt.pipeline.films.proof import sealed
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
@@ -203,3 +204,66 @@ def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path,
     told = [(each["link"], each["file"]) for each in found["faults"]]
     assert code == 1 and set(told) == {(link, file)}
     assert any(each["frame"] in frames for each in found["faults"]), found["faults"]
+
+
+# Replay -------------------------------------------------------------------------------------
+
+
+def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, place, tmp_path, capsys):
+    source = ("--study", str(place / "study.yaml"))
+    code, found = verify(made, capsys, "--replay", "1", *source)
+    assert (code, found["faults"]) == (0, [])
+    (said,) = [note for note in found["notes"] if note.startswith("rendered anew: ")]
+    name, number = said.removeprefix("rendered anew: ").split()
+    # Whoever forges a frame, and all that is said of it, is found when it is drawn.
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    frame = f"materials/{name}.frames/{int(number):06d}.exr"
+    forge(folder, name, frame)
+    code, found = verify(folder, capsys, "--replay", "12", *source)
+    replayed = [each for each in found["faults"] if each["link"] == "replay"]
+    assert code == 1
+    assert [(each["file"], each["frame"]) for each in replayed] == [(frame, int(number))]
+    assert "1 of 5184 pixels are others" in replayed[0]["what"]
+
+
+def forge(folder: Path, name: str, frame: str) -> None:
+    """Change a pixel of a frame, and write the digest of it into all that holds it."""
+    path = folder / frame
+    layers, strings = read_layers(path)
+    changed = {layer: np.array(values) for layer, values in layers.items()}
+    changed["radiance"][7, 11, 1] += 0.25
+    write_exr(path, changed, half=True, attributes=dict(strings))
+    file = folder / "materials" / f"{name}.json"
+    edited(file, lambda said: said["files"].update({frame[10:]: file_hash(path)}), seal=True)
+    digest = json.loads(file.read_bytes())["digest"]
+    record, certificate = folder / "study.json", folder / "certificate.json"
+    edited(record, lambda said: said["films"][name].update(account=digest), seal=True)
+    own = json.loads(record.read_bytes())["digest"]
+    edited(certificate, lambda said: said["digests"].update({"study.json": own}), seal=True)
+
+
+def test_a_replay_without_inputs_is_refused_in_one_sentence(made, capsys):
+    assert main(["study", "verify", str(made), "--replay", "1", "-q"]) == 2
+    said = capsys.readouterr().err
+    assert "a replay needs the study's inputs" in said and said.count("\n") == 1
+
+
+def test_what_is_no_study_is_refused(tmp_path, capsys):
+    assert main(["study", "verify", str(tmp_path), "-q"]) == 2
+    assert "holds no study.json" in capsys.readouterr().err
+
+
+# The page -----------------------------------------------------------------------------------
+
+
+@skip_if(chromium() is None, "there is no Chromium on the PATH")
+def test_the_page_is_printed_on_two_sheets_of_a4(made, tmp_path):
+    command = [str(chromium()), "--headless", "--no-sandbox", "--disable-gpu"]
+    command += [f"--user-data-dir={tmp_path / 'profile'}", "--no-pdf-header-footer"]
+    command += [f"--print-to-pdf={tmp_path / 'a.pdf'}", (made / "certificate.html").as_uri()]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    pdf = (tmp_path / "a.pdf").read_bytes()
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2
+    boxes = re.findall(rb"/MediaBox\s*\[\s*0\s+0\s+([\d.]+)\s+([\d.]+)", pdf)
+    assert {(round(float(a)), round(float(b))) for a, b in boxes} == {(595, 842)}

@@ -17,7 +17,7 @@ from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
-from sumo3dviz_pt.pipeline.certificate.delivered import CODEC_MOST
+from sumo3dviz_pt.pipeline.certificate.delivered import codec_most
 from sumo3dviz_pt.pipeline.certificate.evidence import (
     Evidence,
     check_same_size,
@@ -267,7 +267,7 @@ def _content(
         },
         "limits": {
             **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES},
-            "codec": dict(zip(_APART, CODEC_MOST, strict=True)),
+            "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
         },
         "codec": _codec(study),
         "digests": {
@@ -292,6 +292,11 @@ def _links(verdicts: Sequence[PairVerdict], faults: Sequence[Fault]) -> dict[str
         link: {"claim": claims[link], "what": what, "faults": wrong[link]}
         for link, what in CLAIMS.items()
     }
+
+
+def _size(study: StudyFolder) -> tuple[int, int]:
+    """Return the size of the smallest film [px], in which single pixels count most."""
+    return min((tuple(own["size"]) for own in study.accounts.values()), default=(1, 1))
 
 
 def _codec(study: StudyFolder) -> dict[str, Any]:

@@ -8,6 +8,7 @@ those of the account.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -26,16 +27,29 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.video.codecs import Codec
     from sumo3dviz_pt.video.prints import Apart, FilmPrints, Print
 
-CODEC_MOST = (1.0, 8.0, 12.0, 48.0)
+_CODEC_MOST = (1.0, 4.0, 12.0, 48.0)
 """The farthest that a codec may bring a picture from its frame, as in `Apart` [codes]: a GIF, which
-has 256 colours, comes to 0.1, 2.1, 9.7 and 33 on textured pictures, ProRes to 0.3, 1.6, 3.3 and 11,
-H.264 to 0.1, 1.5, 1.7 and 4.7."""
+has 256 colours, comes to 0.1, 2.1, 9.7 and 33 on textured pictures of 160x90, ProRes to 0.3, 1.6,
+3.3 and 11, H.264 to 0.1, 1.5, 1.7 and 4.7."""
+
+_SMALL = 40.0
+"""What a block of one pixel may be farther [codes]; of more pixels, over the root of their number:
+errors of single pixels cancel in means."""
 
 AGAIN_MOST = (0.05, 0.25, 0.25, 1.0)
 """The farthest that a frame developed on another machine may be from what it was [codes]; on the
 same one it is the same to the bit."""
 
 Account = Mapping[str, Any]
+
+
+def codec_most(size: tuple[int, int]) -> tuple[float, float, float, float]:
+    """Return the farthest that a codec may bring pictures of a size from their frames [codes]."""
+    from sumo3dviz_pt.video.prints import COLUMNS, ROWS
+
+    pixels = max(size[0] * size[1] / (COLUMNS * ROWS), 1.0)
+    shade, block, pixel, worst = _CODEC_MOST
+    return shade, round(block + _SMALL / math.sqrt(pixels), 1), pixel, worst
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +165,7 @@ def _said(path: Path, account: Account) -> _Delivered:
 
 def _pictures(said: _Delivered) -> tuple[list[FilmFault], int]:
     """Return which pictures of a film are not those that were developed; and how many it has."""
-    from sumo3dviz_pt.video.prints import film_prints
+    from sumo3dviz_pt.video.prints import Apart, film_prints
 
     try:
         found = film_prints(said.path, codec=said.codec, size=said.size)
@@ -160,7 +174,9 @@ def _pictures(said: _Delivered) -> tuple[list[FilmFault], int]:
     faults = list(_form(found, said))
     beyond = {}
     for number, (own, wanted) in enumerate(zip(found.prints, said.prints, strict=False)):
-        over = _over(own, wanted, said.bounds[number])
+        apart = Apart.between(own, wanted)
+        most = max(a - b for a, b in zip(apart.values, codec_most(said.size), strict=True))
+        over = max(apart.beyond(said.bounds[number]), most)
         if over > 0.0:
             beyond[number] = over
     if beyond:
@@ -182,15 +198,6 @@ def _form(found: FilmPrints, said: _Delivered) -> Iterator[FilmFault]:
             what = f"is shown at {time:g} s, not at {float(number / said.rate):g} s"
             yield FilmFault(said.path, what, number - said.before)
             return
-
-
-def _over(own: Print, wanted: Print, bound: Apart) -> float:
-    """Return by how many codes a picture is farther from its frame than a codec brings it."""
-    from sumo3dviz_pt.video.prints import Apart
-
-    apart = Apart.between(own, wanted)
-    most = max(0.0, *(a - b for a, b in zip(apart.values, CODEC_MOST, strict=True)))
-    return max(apart.beyond(bound), most)
 
 
 def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], said: _Delivered) -> FilmFault:
