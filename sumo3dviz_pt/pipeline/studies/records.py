@@ -11,7 +11,8 @@ from typing import Any
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
-from sumo3dviz_pt.pipeline.films.frames import account_file, write_json
+from sumo3dviz_pt.pipeline.films.frames import account_file, frames_folder, write_json
+from sumo3dviz_pt.pipeline.layers.places import beside
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
@@ -36,6 +37,7 @@ class FilmRecord:
         duration: Of the film [s].
         size: Width, height [px].
         fov: Horizontal opening angle of its lens [deg]; None if it zooms.
+        layers: What was traced beside it.
     """
 
     digest: str
@@ -46,6 +48,7 @@ class FilmRecord:
     duration: float
     size: tuple[int, int]
     fov: float | None = None
+    layers: tuple[str, ...] = ()
 
 
 def film_path(folder: Path, plan: StudyPlan, stimulus: Stimulus) -> Path:
@@ -57,6 +60,8 @@ def finished_films(
     folder: Path, plan: StudyPlan, *, variant: str, hashed: bool = True
 ) -> dict[str, FilmRecord]:
     """Return the films that need not be rendered: whole, and made from what they would be now.
+
+    A film that lacks a layer that is asked for now has to be rendered; one that has more has not.
 
     Args:
         folder: The study's; it need not exist.
@@ -72,8 +77,35 @@ def finished_films(
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
             continue
         path = film_path(folder, plan, stimulus)
+        if _lacking(path, record, stimulus):
+            continue
         if path.is_file() and (not hashed or file_hash(path) == record.sha256):
             found[stimulus.name] = record
+    return found
+
+
+def _lacking(path: Path, record: FilmRecord, stimulus: Stimulus) -> tuple[str, ...]:
+    """Return the layers that are asked for now and do not lie beside a film."""
+    wanted = stimulus.job.output.layers
+    there = record.layers if beside(frames_folder(path)).is_dir() else ()
+    return tuple(name for name in wanted if name not in there)
+
+
+def lacking_layers(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, tuple[str, ...]]:
+    """Return what films lack that would have to be rendered for nothing but their layers.
+
+    Args:
+        folder: The study's.
+        plan: What is wanted.
+        variant: The renderer's.
+    """
+    known, found = _films(folder), {}
+    for stimulus in plan.stimuli:
+        record = known.get(stimulus.name)
+        if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
+            continue
+        lacking = _lacking(film_path(folder, plan, stimulus), record, stimulus)
+        found |= {stimulus.name: lacking} if lacking else {}
     return found
 
 
@@ -98,6 +130,7 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
         duration=round(frames / fps, 6),
         size=stimulus.job.output.size,
         fov=_fov(account),
+        layers=tuple(stimulus.job.output.layers),
     )
 
 
@@ -191,5 +224,6 @@ def _films(folder: Path) -> dict[str, FilmRecord]:
 def _film(values: Mapping[str, Any]) -> FilmRecord:
     """Return a film as a record names it."""
     width, height = values["size"]
-    own = {name: values[name] for name in FilmRecord.__slots__ if name != "size"}
-    return FilmRecord(**own, size=(int(width), int(height)))
+    own = {name: values[name] for name in FilmRecord.__slots__ if name not in ("size", "layers")}
+    layers = tuple(map(str, values["layers"]))
+    return FilmRecord(**own, size=(int(width), int(height)), layers=layers)

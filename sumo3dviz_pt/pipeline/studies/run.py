@@ -7,7 +7,7 @@ writes the files of tools and the digests of all that lies in the folder.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -35,6 +35,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     FilmRecord,
     film_path,
     finished_films,
+    lacking_layers,
     read_film_account,
     record_of,
     write_part,
@@ -126,6 +127,8 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
     done = finished_films(order.folder, plan, variant=order.variant) if order.resume else {}
     if all(stimulus.name in done for stimulus in plan.stimuli):
         return []
+    if order.resume:
+        _tell_lacking(lacking_layers(order.folder, plan, variant=order.variant))
     request = Request(variant=order.variant, command=order.command)
     request = replace(request, metered=_shared_exposure(plan, request))
     return [
@@ -143,6 +146,19 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
         for stimulus in plan.stimuli
         if stimulus.name not in done
     ]
+
+
+def _tell_lacking(films: Mapping[str, Sequence[str]]) -> None:
+    """Say that films are rendered again for nothing but their layers."""
+    if films:
+        names, layers = sorted(films), dict.fromkeys(one for some in films.values() for one in some)
+        log.warning(
+            "%s (the first is %s): rendered again for %s, which the study asks for now and which"
+            " do not lie beside them; the films stay as they are",
+            f"{len(names)} films" if len(names) > 1 else "1 film",
+            names[0],
+            " and ".join(filter(None, [", ".join([*layers][:-1]), [*layers][-1]])),
+        )
 
 
 def _shared_exposure(plan: StudyPlan, request: Request) -> float | None:
