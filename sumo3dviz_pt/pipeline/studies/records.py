@@ -164,7 +164,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "design": settings.design if isinstance(settings.design, str) else settings.design.form,
         "seed": settings.seed,
         "factors": {
-            name: {"about": factor.about, "levels": dict(factor.levels)}
+            name: {"about": factor.about, "levels": _without_places(factor.levels)}
             for name, factor in settings.factors.items()
         },
         "films": {
@@ -185,6 +185,15 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
     write_json(path, json.loads(json.dumps(content, default=str)), indent=1)
     _drop_parts(folder, films)
     return path
+
+
+def _without_places(value: Any) -> Any:
+    """Return settings in which files that are named by whole paths stand by their names."""
+    if isinstance(value, Mapping):
+        return {key: _without_places(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_places(item) for item in value]
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
 
 
 def write_part(folder: Path, name: str, film: FilmRecord) -> None:
