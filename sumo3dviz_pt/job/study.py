@@ -359,6 +359,10 @@ class StudySettings(Settings):
         default_factory=dict,
         description="values of the scene file for all stimuli, such as quality and output",
     )
+    overrides: Patch = Field(
+        default_factory=dict,
+        description="values of the scene file that win over levels, as --set does",
+    )
     film: Literal[".mp4", ".webm", ".mov"] = Field(".mp4", description="ending of the films")
     names: Literal["levels", "codes"] = Field(
         "levels", description="what films are called; codes tell participants nothing"

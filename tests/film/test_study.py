@@ -219,7 +219,7 @@ def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, plac
     assert {name for name in found | again if found.get(name) != again.get(name)} == set()
 
 
-def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_again(place):
+def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_again(whole, place):
     """No layer was traced for it, and the shares were missing without a word."""
     text = MEASURED + "certificate: {write: false}\n"
     (place / "reported.yaml").write_text(text, encoding="utf-8")
@@ -234,6 +234,9 @@ def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_aga
     kept = sorted(path.name for path in (folder / "materials" / "clear.frames").glob("*.exr"))
     assert kept == [f"{number:06d}.exr" for number in (0, 4, 7, 10, 14)]
     once = digests(folder)
+    # Which layers lie beside a film is no part of it.
+    films = [f"materials/{name}.mp4" for name in ("clear", "grey")]
+    assert [once[film] for film in films] == [digests(whole)[film] for film in films]
     study(place, "reported", "--resume", "--discard-frames", name="reported.yaml")
     again = digests(folder)
     assert {name for name in once | again if once.get(name) != again.get(name)} == set()

@@ -172,8 +172,8 @@ def certificate(folder):
 
 
 def input_file(folder):
-    path = folder / "study.yaml"
-    path.write_text(STUDY.replace("closed", "grey"), encoding="utf-8")
+    path = folder / "inputs" / "fcd.xml"
+    path.write_bytes(path.read_bytes().replace(b'speed="', b'speed="1', 1))
 
 
 MANIPULATIONS = {
@@ -190,7 +190,7 @@ MANIPULATIONS = {
     sealed_account: ("inputs", "materials/grey.json", (None,)),
     record: ("inputs", "study.json", (None,)),
     certificate: ("inputs", "certificate.json", (None,)),
-    input_file: ("inputs", "study.yaml", (None,)),
+    input_file: ("inputs", "inputs/fcd.xml", (None,)),
 }
 
 
@@ -209,9 +209,8 @@ def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path,
 # Replay -------------------------------------------------------------------------------------
 
 
-def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, place, tmp_path, capsys):
-    source = ("--study", str(place / "study.yaml"))
-    code, found = verify(made, capsys, "--replay", "1", *source)
+def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, tmp_path, capsys):
+    code, found = verify(made, capsys, "--replay", "1")
     assert (code, found["faults"]) == (0, [])
     (said,) = [note for note in found["notes"] if note.startswith("rendered anew: ")]
     name, number = said.removeprefix("rendered anew: ").split()
@@ -220,7 +219,7 @@ def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, place, 
     shutil.copytree(made, folder)
     frame = f"materials/{name}.frames/{int(number):06d}.exr"
     forge(folder, name, frame)
-    code, found = verify(folder, capsys, "--replay", "12", *source)
+    code, found = verify(folder, capsys, "--replay", "12")
     replayed = [each for each in found["faults"] if each["link"] == "replay"]
     assert code == 1
     assert [(each["file"], each["frame"]) for each in replayed] == [(frame, int(number))]
@@ -243,8 +242,11 @@ def forge(folder: Path, name: str, frame: str) -> None:
     edited(certificate, lambda said: said["digests"].update({"study.json": own}), seal=True)
 
 
-def test_a_replay_without_inputs_is_refused_in_one_sentence(made, capsys):
-    assert main(["study", "verify", str(made), "--replay", "1", "-q"]) == 2
+def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    (folder / "inputs" / "fcd.xml").unlink()
+    assert main(["study", "verify", str(folder), "--replay", "1", "-q"]) == 2
     said = capsys.readouterr().err
     assert "a replay needs the study's inputs" in said and said.count("\n") == 1
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
+from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
@@ -27,11 +27,11 @@ from sumo3dviz_pt.pipeline.certificate.evidence import (
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
     CLAIMS,
-    STUDY,
     Fault,
     StudyFolder,
     all_film_faults,
     frame_faults,
+    input_files,
     rider_in,
     seal_faults,
 )
@@ -272,10 +272,9 @@ def _content(
         "codec": _codec(study),
         "digests": {
             RECORD: study.record[DIGEST],
-            STUDY: file_hash(study.path / STUDY),
             "accounts": {name: film["account"] for name, film in study.films.items()},
             "films": {film["file"]: film["sha256"] for film in study.films.values()},
-            "inputs": {k: v for own in study.accounts.values() for k, v in own["inputs"].items()},
+            "inputs": input_files(study.path),
         },
         "pairs": [_plain(each) for each in verdicts],
     }

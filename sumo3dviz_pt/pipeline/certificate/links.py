@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.experiments.tools.papers import CHECKSUMS
+from sumo3dviz_pt.experiments.tools.papers import CHECKSUMS, read_digests
 from sumo3dviz_pt.job.study import ActSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
@@ -22,9 +22,10 @@ from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
 from sumo3dviz_pt.pipeline.certificate.delivered import FilmFault, film_faults
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in
+from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
 from sumo3dviz_pt.pipeline.studies.records import MATERIALS, RECORD
 
-CERTIFICATE, STUDY = "certificate.json", "study.yaml"
+CERTIFICATE = "certificate.json"
 
 Link = Literal["inputs", "frames", "films", "pictures", "replay", "folder"]
 
@@ -159,20 +160,21 @@ def _seals(study: StudyFolder) -> Iterator[Fault]:
 
 
 def _named_inputs(study: StudyFolder) -> Iterator[Fault]:
-    """Yield input files that lie in the folder and hold something else than the films' did."""
-    told: dict[tuple[str, str], None] = {}
-    for account in study.accounts.values():
-        told |= dict.fromkeys(
-            (str(name), str(digest)) for name, digest in account["inputs"].items()
-        )
-    digests: dict[str, set[str]] = {}
-    for name, digest in told:
-        digests.setdefault(name, set()).add(digest)
-    for name, known in digests.items():
-        for file in (Path("inputs", name), Path(name)):
-            own = file_hash(study.path / file)
-            if own and own not in known:
-                yield Fault("inputs", file.as_posix(), "is not the file that films were made from")
+    """Yield input files of films of which the folder holds one of the name, with other content."""
+    own: dict[str, set[str]] = {}
+    for file, digest in input_files(study.path).items():
+        own.setdefault(Path(file).name, set()).add(digest)
+    told = {(str(n), str(d)) for each in study.accounts.values() for n, d in each["inputs"].items()}
+    for name, digest in sorted(told):
+        there = own.get(Path(name).name)
+        if there is not None and digest not in there:
+            yield Fault("inputs", f"{INPUTS}/{name}", "is not the file that films were made from")
+
+
+def input_files(folder: Path) -> dict[str, str]:
+    """Return the digests of a study's inputs, by name in its folder."""
+    files = sorted(path for path in (folder / INPUTS).rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): file_hash(path) for path in files}
 
 
 def scene_faults(study: StudyFolder) -> Iterator[Fault]:
@@ -222,8 +224,9 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     said = certificate.get("digests", {})
     if said.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
-    if file_hash(study.path / STUDY) != said.get(STUDY):
-        yield Fault("inputs", STUDY, f"is not the file that {CERTIFICATE} was written for")
+    for file, digest in said.get("inputs", {}).items():
+        if file_hash(study.path / file) != digest:
+            yield Fault("inputs", file, f"is not the file that {CERTIFICATE} was written for")
 
 
 def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:
@@ -233,17 +236,14 @@ def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:
         study: The folder.
         judged: What other links found; what they named is not named again.
     """
-    try:
-        lines = (study.path / CHECKSUMS).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
+    known = read_digests(study.path / CHECKSUMS)
+    if not known:
         return [Fault("folder", CHECKSUMS, "is missing or damaged")]
     named = {fault.file for fault in judged}
     found = []
-    for digest, sign, name in (line.partition("  ") for line in lines):
+    for name, digest in known.items():
         inside = (study.path / name).resolve().is_relative_to(study.path.resolve())
-        if not sign or name in named or not inside:
-            continue
-        own = file_hash(study.path / name)
+        own = file_hash(study.path / name) if inside and name not in named else digest
         if own != digest:
             what = "is not the file that was written" if own else "is not there"
             found.append(Fault("folder", name, what))

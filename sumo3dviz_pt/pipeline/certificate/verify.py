@@ -19,7 +19,6 @@ from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, package_hashes, versions
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
-    STUDY,
     Fault,
     StudyFolder,
     Tested,
@@ -35,6 +34,8 @@ from sumo3dviz_pt.pipeline.films.orders import FilmOrder
 from sumo3dviz_pt.pipeline.films.proof import DIGEST
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
+from sumo3dviz_pt.pipeline.studies.inputs import STUDY
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan, plan_study
 
 
@@ -93,14 +94,12 @@ class VerifyOrder:
         folder: The study's.
         replay: How many frames are rendered anew.
         seed: Draws others of them.
-        study: The study file that they are rendered from; None is the folder's own.
         published: What the certificate's digest should be, where that was published; or empty.
     """
 
     folder: Path
     replay: int = 0
     seed: int = 0
-    study: Path | None = None
     published: str = ""
 
 
@@ -112,7 +111,7 @@ def verify_study(order: VerifyOrder) -> Verified:
         ConfigError: If the study file that a replay needs is wrong.
     """
     study = StudyFolder.read(order.folder)
-    plan = _plan(study, order) if order.replay else None
+    plan = _plan(study) if order.replay else None
     faults = [*_published(study, order), *seal_faults(study), *scene_faults(study)]
     frames, there = frame_faults(study)
     films, tested = all_film_faults(study, frames, develop=True)
@@ -159,23 +158,22 @@ def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
 # Replay ------------------------------------------------------------------------------------
 
 
-def _plan(study: StudyFolder, order: VerifyOrder) -> StudyPlan:
+def _plan(study: StudyFolder) -> StudyPlan:
     """Return the study that frames are rendered from.
 
     Raises:
         InputError: If the folder does not hold its inputs.
         ConfigError: If they are wrong.
     """
-    source = order.study or study.path / STUDY
+    source = study.path / INPUTS / STUDY
     if not source.is_file():
-        raise InputError("is not there, so no frame can be rendered anew", file=source)
+        raise InputError("is not there, and a replay renders frames from it", file=source)
     try:
         return plan_study(load_study(source))
     except (ConfigError, InputError) as error:
         raise InputError(
-            f"a replay needs the study's inputs: {error}; give the study file by --study, or verify"
-            " without --replay",
-            file=order.folder,
+            f"a replay needs the study's inputs ({error}); verify without --replay",
+            file=study.path / INPUTS,
         ) from error
 
 

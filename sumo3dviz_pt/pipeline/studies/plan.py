@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from sumo3dviz_pt.catalog import did_you_mean
@@ -31,6 +31,7 @@ class StudyPlan:
         stimuli: The films, each once.
         playlists: Who sees what in which order.
         notes: What there is to know of the design, in sentences.
+        overrides: Values of the scene file that won over all others, beside the study file's own.
     """
 
     file: StudyFile
@@ -38,6 +39,7 @@ class StudyPlan:
     stimuli: tuple[Stimulus, ...]
     playlists: tuple[Playlist, ...]
     notes: tuple[str, ...]
+    overrides: Patch = field(default_factory=dict)
 
     @property
     def factors(self) -> tuple[str, ...]:
@@ -100,7 +102,8 @@ def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:
             repeat=asked.repeat,
             seed=study.settings.seed,
         )
-    return StudyPlan(study, trials, stimuli, playlists, (*notes, *_hidden(study, stimuli)))
+    notes = (*notes, *_hidden(study, stimuli))
+    return StudyPlan(study, trials, stimuli, playlists, notes, dict(overrides or {}))
 
 
 def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
