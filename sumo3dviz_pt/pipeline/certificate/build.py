@@ -15,7 +15,7 @@ from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
-from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
 from sumo3dviz_pt.pipeline.certificate.delivered import codec_most
 from sumo3dviz_pt.pipeline.certificate.evidence import (
@@ -44,6 +44,7 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
 )
 from sumo3dviz_pt.pipeline.films.frames import write_json
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
+from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import RECORD, film_path, read_film_account
@@ -124,32 +125,24 @@ def _folder_faults(study: StudyFolder) -> tuple[Fault, ...]:
     return (*seal_faults(study), *frames, *films)
 
 
-def where(plan: StudyPlan, pair: StimulusPair, *, rider: str = "") -> Acts:
-    """Return where the factor of a pair acts.
-
-    Args:
-        plan: The study.
-        pair: Two of its films.
-        rider: Id of the vehicle that the camera of the first rides in, if it does.
-    """
-    asked = plan.file.settings.factors[pair.factor].acts_on
-    return acts_of(pair.changed, rider=rider) if asked is None else Acts.asked(asked)
-
-
 def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
     """Return what there is to say of a pair, and write its picture."""
     stimuli = {each.name: each for each in plan.stimuli}
     films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
     accounts = [read_film_account(film) for film in films]
-    acts = where(plan, pair, rider=rider_in(accounts[0]))
+    subject = subject_of_pair(plan.file, pair, rider=rider_in(accounts[0]))
+    acts, confounds = subject.acts, tuple(subject.confounds)
+    found = account_faults(accounts[0], accounts[1], acts, pair.changed)
     verdict = PairVerdict(
         pair.factor,
         pair.levels,
         pair.one,
         pair.other,
         str(acts),
-        tuple(account_faults(accounts[0], accounts[1], acts, pair.changed)),
+        (*(f"levels also set {each}" for each in confounds), *found),
         tuple(named_differences(accounts[0], accounts[1], acts)),
+        confounds=confounds,
+        told=len(confounds) + len(found),
     )
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
@@ -191,7 +184,8 @@ def _compared(
     return replace(
         verdict,
         faults=(*verdict.faults, *(() if unlike else said.faults)),
-        named=(*verdict.named, *said.named, *unlike),
+        named=(*verdict.named, *said.named),
+        not_judged=(*verdict.not_judged, *unlike),
         frames=tuple(numbers),
         differing=said.differing,
         wrong=0.0 if unlike else said.wrong,
@@ -283,9 +277,12 @@ def _content(
 def _links(verdicts: Sequence[PairVerdict], faults: Sequence[Fault]) -> dict[str, Any]:
     """Return what is claimed of each link of the proof."""
     wrong = {link: [str(each) for each in faults if each.link == link] for link in CLAIMS}
-    wrong["pictures"] = [f"{pair}: {what}" for pair in verdicts for what in pair.faults]
+    for pair in verdicts:
+        wrong["inputs"] += [f"{pair}: {what}" for what in pair.faults[: pair.told]]
+        wrong["pictures"] += [f"{pair}: {what}" for what in pair.faults[pair.told :]]
     claims = {link: "failed" if wrong[link] else "proven" for link in CLAIMS}
-    if not verdicts:
+    judged = verdicts and all(each.claim != "not judged" for each in verdicts)
+    if not (judged or wrong["pictures"]):
         claims["pictures"] = "not judged"
     return {
         link: {"claim": claims[link], "what": what, "faults": wrong[link]}
@@ -315,5 +312,5 @@ def _codec(study: StudyFolder) -> dict[str, Any]:
 
 def _plain(verdict: PairVerdict) -> dict[str, Any]:
     """Return a verdict as JSON holds it; unknown numbers are null."""
-    values = {"passed": verdict.passed, **asdict(verdict)}
+    values = {"claim": verdict.claim, "passed": verdict.passed, **asdict(verdict)}
     return {key: None if value != value else value for key, value in values.items()}

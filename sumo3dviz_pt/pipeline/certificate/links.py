@@ -14,16 +14,16 @@ from typing import Any, Literal
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.experiments.tools.papers import CHECKSUMS, read_digests
-from sumo3dviz_pt.job.study import ActSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults
-from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
 from sumo3dviz_pt.pipeline.certificate.delivered import FilmFault, film_faults
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in
+from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
-from sumo3dviz_pt.pipeline.studies.records import MATERIALS, RECORD
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+from sumo3dviz_pt.pipeline.studies.records import RECORD
 
 CERTIFICATE = "certificate.json"
 
@@ -177,38 +177,29 @@ def input_files(folder: Path) -> dict[str, str]:
     return {path.relative_to(folder).as_posix(): file_hash(path) for path in files}
 
 
-def scene_faults(study: StudyFolder) -> Iterator[Fault]:
-    """Yield pairs whose accounts differ where they should not, though a certificate passes them."""
-    passed = {_names(pair) for pair in _pairs(study.certificate or {}) if pair.get("passed")}
-    for pair in _pairs(study.record):
-        one, other = (study.accounts.get(str(pair.get(key))) for key in ("one", "other"))
-        if one is None or other is None:
-            continue
-        if study.certificate is not None and _names(pair) not in passed:
-            continue
-        acts = _acts(study, pair, one)
-        for what in account_faults(one, other, acts, pair.get("changed", ())):
-            file = account_file(Path(MATERIALS, f"{pair['other']}.mp4")).as_posix()
-            yield Fault("inputs", file, f"beside {pair['one']}: {what}")
+def scene_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
+    """Yield pairs that differ where they should not, by what their accounts tell.
 
-
-def _pairs(content: Content) -> list[Content]:
-    """Return the pairs of a record or a certificate."""
-    pairs = content.get("pairs", [])
-    return [each for each in pairs if isinstance(each, dict)] if isinstance(pairs, list) else []
+    Args:
+        study: The folder; what its certificate calls failed is not named again.
+        plan: What its inputs show.
+    """
+    certificate = study.certificate or {"pairs": []}
+    failed = {_names(each) for each in certificate["pairs"] if not each.get("passed")}
+    for pair in plan.pairs:
+        one, other = study.accounts.get(pair.one), study.accounts.get(pair.other)
+        if one is None or other is None or (pair.factor, pair.one, pair.other) in failed:
+            continue
+        subject = subject_of_pair(plan.file, pair, rider=rider_in(one))
+        found = [f"levels also set {each}" for each in subject.confounds]
+        file = account_file(Path(str(study.films[pair.other]["file"]))).as_posix()
+        for what in (*found, *account_faults(one, other, subject.acts, pair.changed)):
+            yield Fault("inputs", file, f"beside {pair.one}: {what}")
 
 
 def _names(pair: Content) -> tuple[str, str, str]:
     """Return what tells a pair from others."""
     return str(pair.get("factor")), str(pair.get("one")), str(pair.get("other"))
-
-
-def _acts(study: StudyFolder, pair: Content, account: Content) -> Acts:
-    """Return where the factor of a pair acts, as the study's record says it."""
-    asked = study.record.get("factors", {}).get(pair.get("factor"), {}).get("acts_on")
-    if asked is not None:
-        return Acts.asked(ActSettings.model_validate(asked))
-    return acts_of(pair.get("changed", ()), rider=rider_in(account))
 
 
 def rider_in(account: Content) -> str:

@@ -111,18 +111,36 @@ def verify_study(order: VerifyOrder) -> Verified:
         ConfigError: If the study file that a replay needs is wrong.
     """
     study = StudyFolder.read(order.folder)
-    plan = _plan(study) if order.replay else None
-    faults = [*_published(study, order), *seal_faults(study), *scene_faults(study)]
+    plan, why = _plan(study)
+    if order.replay and plan is None:
+        raise InputError(f"a replay needs the study's inputs: {why}", file=order.folder)
+    faults = [*_published(study, order), *seal_faults(study)]
+    faults += [] if plan is None else scene_faults(study, plan)
     frames, there = frame_faults(study)
     films, tested = all_film_faults(study, frames, develop=True)
+    tested = replace(tested, frames=there)
     faults += [*frames, *films, *_pictures(study)]
     faults += listed_faults(study, faults)
-    notes = list(_untested(study, replace(tested, frames=there)))
-    if plan is not None:
+    notes = [] if plan else [f"not tested: accounts of pairs were not compared again ({why})"]
+    notes += _untested(study, tested)
+    if plan is not None and order.replay:
         again, said = _replayed(study, plan, order)
         faults += again
         notes += said
-    return Verified(study, tuple(faults), replace(tested, frames=there), tuple(notes))
+    return Verified(study, tuple(faults), tested, tuple(notes))
+
+
+def _plan(study: StudyFolder) -> tuple[StudyPlan | None, str]:
+    """Return what the folder's inputs show; or nothing, and why."""
+    source = study.path / INPUTS / STUDY
+    if not source.is_file():
+        return None, f"there is no {INPUTS}/{STUDY}"
+    try:
+        plan = plan_study(load_study(source))
+    except (ConfigError, InputError) as error:
+        return None, str(error)
+    lost = sorted(study.films.keys() - {each.name for each in plan.stimuli})
+    return (None, f"{INPUTS}/{STUDY} makes no film {lost[0]}") if lost else (plan, "")
 
 
 def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
@@ -141,7 +159,7 @@ def _pictures(study: StudyFolder) -> Iterator[Fault]:
 def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
     """Yield what was not tested or judged, in sentences."""
     if study.certificate is None:
-        yield "not tested: there is no certificate, so pairs were compared by their accounts only"
+        yield "not tested: pictures of pairs, because there is no certificate"
     for pair in (study.certificate or {}).get("pairs", []):
         if pair.get("claim") == "not judged":
             yield f"not judged: {pair['factor']}: {pair['one']} and {pair['other']}"
@@ -156,25 +174,6 @@ def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
 
 
 # Replay ------------------------------------------------------------------------------------
-
-
-def _plan(study: StudyFolder) -> StudyPlan:
-    """Return the study that frames are rendered from.
-
-    Raises:
-        InputError: If the folder does not hold its inputs.
-        ConfigError: If they are wrong.
-    """
-    source = study.path / INPUTS / STUDY
-    if not source.is_file():
-        raise InputError("is not there, and a replay renders frames from it", file=source)
-    try:
-        return plan_study(load_study(source))
-    except (ConfigError, InputError) as error:
-        raise InputError(
-            f"a replay needs the study's inputs ({error}); verify without --replay",
-            file=study.path / INPUTS,
-        ) from error
 
 
 def _replayed(

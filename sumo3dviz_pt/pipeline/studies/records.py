@@ -177,11 +177,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "design": settings.design if isinstance(settings.design, str) else settings.design.form,
         "seed": settings.seed,
         "factors": {
-            name: {
-                "about": factor.about,
-                "levels": _without_places(factor.levels),
-                **({} if factor.acts_on is None else {"acts_on": factor.acts_on.model_dump()}),
-            }
+            name: {"about": factor.about, "levels": _without_places(factor.levels)}
             for name, factor in settings.factors.items()
         },
         "films": {
