@@ -69,7 +69,7 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
         *('<section class="sheet">', *_proof(content), "</section>"),
         '<section class="pairs"><h2>Pairs</h2>',
     ]
-    claims = [claim_of(pair) for pair in content["pairs"]]
+    claims = [pair["claim"] for pair in content["pairs"]]
     lines += _table(verdicts, claims)
     for number, (verdict, claim) in enumerate(zip(verdicts, claims, strict=True), start=1):
         lines += _section(path.parent, number, verdict, claim)
@@ -98,7 +98,7 @@ def _claims(content: Content) -> Iterator[str]:
 
 def _headline(content: Content) -> str:
     """Return what was found, in a sentence."""
-    found = Counter(map(claim_of, content["pairs"]))
+    found = Counter(each["claim"] for each in content["pairs"])
     broken = [link for link, said in content["links"].items() if said["claim"] == "failed"]
     count = sum(found.values())
     if broken:
@@ -111,11 +111,6 @@ def _headline(content: Content) -> str:
     return f'<p class="{"not" if rest else "proven"}">Proven: {said}.</p>'
 
 
-def claim_of(pair: Content) -> str:
-    """Return what is claimed of a pair, in one of the three words or `failed`."""
-    return str(pair.get("claim") or ("proven" if pair["passed"] else "failed"))
-
-
 def _factors(content: Content) -> Iterator[str]:
     """Yield a table of what varies, and how many pairs say what of it."""
     yield "<h2>What varies, and what was found</h2><table><thead><tr>"
@@ -126,7 +121,7 @@ def _factors(content: Content) -> Iterator[str]:
     yield '<th scope="col">worst pair</th></tr></thead><tbody>'
     for name, factor in content["factors"].items():
         pairs = [each for each in content["pairs"] if name in _factors_of(each)]
-        found = Counter(map(claim_of, pairs))
+        found = Counter(each["claim"] for each in pairs)
         counts = (
             f'<td class="n">{found[word]}</td>' for word in ("proven", "failed", "not judged")
         )
@@ -140,18 +135,18 @@ def _factors(content: Content) -> Iterator[str]:
 
 def _factors_of(pair: Content) -> Sequence[str]:
     """Return the factors in which two films should differ."""
-    return pair.get("factors") or (pair["factor"],)
+    return str(pair["factor"]).split(" and ")
 
 
 def _worst_pair(pairs: Sequence[Content]) -> str:
     """Return what is most wrong with pairs of a factor, or that nothing was compared."""
     if not pairs:
         return '<span class="not">not tested: no pair of films shows it</span>'
-    failed = next((each for each in pairs if claim_of(each) != "proven"), None)
+    failed = next((each for each in pairs if each["claim"] != "proven"), None)
     if failed is None:
         return "nothing is wrong"
-    why = [*failed["faults"], *failed.get("confounds", ())]
-    said = f"{failed['one']} and {failed['other']}: {why[0] if why else claim_of(failed)}"
+    why = [*failed["faults"], *failed["not_judged"]]
+    said = f"{failed['one']} and {failed['other']}: {why[0] if why else failed['claim']}"
     return _text(said)
 
 
@@ -334,9 +329,13 @@ def _section(folder: Path, number: int, verdict: PairVerdict, claim: str) -> Ite
     if verdict.faults:
         items = "".join(f"<li>{html.escape(_sentence(fault))}</li>" for fault in verdict.faults)
         yield f'<ul class="faults">{items}</ul>'
-    if verdict.named:
-        items = "".join(f"<li>{html.escape(_sentence(each))}</li>" for each in verdict.named)
-        yield f"<p>Part of the levels, or worth knowing:</p><ul>{items}</ul>"
+    for words, some in (
+        ("Not judged", verdict.not_judged),
+        ("Not tested", verdict.not_tested),
+        ("Part of the levels, or worth knowing", verdict.named),
+    ):
+        items = "".join(f"<li>{html.escape(_sentence(each))}</li>" for each in some)
+        yield f"<p>{words}:</p><ul>{items}</ul>" if items else ""
     if verdict.picture:
         yield from _figure(folder, verdict)
     yield from _things(verdict.things)

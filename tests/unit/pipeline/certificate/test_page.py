@@ -43,7 +43,7 @@ def page_of(folder, *verdicts, broken=()):
             **{key: {"median": 0.4, "most": 1.25} for key in ("shade", "block", "pixel")},
         },
         "digests": {"films": {"materials/a.mp4": "f" * 64}},
-        "pairs": [{"passed": each.passed, **asdict(each)} for each in verdicts],
+        "pairs": [{"claim": each.claim, **asdict(each)} for each in verdicts],
         "digest": "d" * 64,
     }  # fmt: skip
     return write_page(folder / "certificate.html", content, verdicts).read_text("utf-8")
