@@ -113,21 +113,22 @@ def verify_study(order: VerifyOrder) -> Verified:
     study = StudyFolder.read(order.folder)
     plan, why = _plan(study)
     if order.replay and plan is None:
-        raise InputError(f"a replay needs the study's inputs: {why}", file=order.folder)
+        raise _lacking(study, why)
+    again = _replayed(study, plan, order) if plan is not None and order.replay else _NOTHING
     faults = [*_published(study, order), *seal_faults(study)]
     faults += [] if plan is None else scene_faults(study, plan)
     frames, there = frame_faults(study)
     films, tested = all_film_faults(study, frames, develop=True)
     tested = replace(tested, frames=there)
     faults += [*frames, *films, *_pictures(study)]
-    faults += listed_faults(study, faults)
+    faults += [*listed_faults(study, faults), *again.faults]
     notes = [] if plan else [f"not tested: accounts of pairs were not compared again ({why})"]
-    notes += _untested(study, tested)
-    if plan is not None and order.replay:
-        again, said = _replayed(study, plan, order)
-        faults += again
-        notes += said
-    return Verified(study, tuple(faults), tested, tuple(notes))
+    return Verified(study, tuple(faults), tested, (*notes, *_untested(study, tested), *again.notes))
+
+
+def _lacking(study: StudyFolder, why: object) -> InputError:
+    """Return what is said of a folder that lacks what a replay needs."""
+    return InputError(f"a replay needs the study's inputs ({why})", file=study.path)
 
 
 def _plan(study: StudyFolder) -> tuple[StudyPlan | None, str]:
@@ -176,24 +177,38 @@ def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
 # Replay ------------------------------------------------------------------------------------
 
 
-def _replayed(
-    study: StudyFolder, plan: StudyPlan, order: VerifyOrder
-) -> tuple[list[Fault], list[str]]:
-    """Render some frames anew; return those that are not the stored ones, and what was done."""
+@dataclass(frozen=True, slots=True)
+class _Replay:
+    """What was found of frames that were rendered anew."""
+
+    faults: tuple[Fault, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+_NOTHING = _Replay()
+
+
+def _replayed(study: StudyFolder, plan: StudyPlan, order: VerifyOrder) -> _Replay:
+    """Render some frames anew, and compare them with those that are stored.
+
+    Raises:
+        InputError: If an input is missing or wrong.
+    """
     drawn = _drawn(study, order)
-    faults, said = [], []
+    faults: list[Fault] = []
+    notes: dict[str, None] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name, number in drawn:
-            said += [note for note in _unlike(study, plan, name) if note not in said]
-            found = _rendered(study, plan, name, number, Path(folder))
-            faults += list(_replay_faults(study, name, number, found))
-    frames = ", ".join(f"{name} {number}" for name, number in drawn)
-    said.append(f"rendered anew: {frames}")
+            notes |= dict.fromkeys(_unlike(study, plan, name))
+            try:
+                found = _rendered(study, plan, name, number, Path(folder))
+            except (ConfigError, InputError) as error:
+                raise _lacking(study, error) from error
+            faults += _replay_faults(study, name, number, found)
+    notes["rendered anew: " + ", ".join(f"{name} {number}" for name, number in drawn)] = None
     if faults:
-        said.append(
-            "frames are equal to the bit on the same kind of processor; others agree to noise"
-        )
-    return faults, said
+        notes["frames are equal to the bit on one kind of processor; others agree to noise"] = None
+    return _Replay(tuple(faults), tuple(notes))
 
 
 def _drawn(study: StudyFolder, order: VerifyOrder) -> list[tuple[str, int]]:
