@@ -32,6 +32,7 @@ _FACTOR = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LONGEST_LEVEL = 60
 _ADDRESS = re.compile(r"https?://[^\s\"'<>]+")
 _PLACE = re.compile(r"[^\s\"'<>]+")
+_DATE = re.compile(r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01]))?)?")
 _LANGUAGE = re.compile(r"[a-z]{2,3}(-[A-Za-z]+)?")
 
 
@@ -98,6 +99,13 @@ def _language(text: str) -> str:
     """Refuse what is no language's code."""
     if not _LANGUAGE.fullmatch(text):
         raise ValueError(f"a language is written like en or pt-BR, not {text!r}")
+    return text
+
+
+def _date(text: str) -> str:
+    """Refuse what is no date."""
+    if text and not _DATE.fullmatch(text):
+        raise ValueError(f"a date is written like 2026-11-27, 2026-11 or 2026, not {text!r}")
     return text
 
 
@@ -315,6 +323,9 @@ class AboutSettings(Settings):
         description="what it holds",
     )
     authors: tuple[str, ...] = Field((), max_length=1000, description="given name, family name")
+    date: Annotated[str, AfterValidator(_date)] = Field(
+        "", description="of the study, such as 2026-11-27; films and certificates ask no clock"
+    )
     licence: str = Field("", description="of the films, such as CC-BY-4.0")
     keywords: tuple[str, ...] = Field((), max_length=100, description="for catalogues")
 
@@ -347,6 +358,10 @@ class StudySettings(Settings):
     common: Patch = Field(
         default_factory=dict,
         description="values of the scene file for all stimuli, such as quality and output",
+    )
+    overrides: Patch = Field(
+        default_factory=dict,
+        description="values of the scene file that win over levels, as --set does",
     )
     film: Literal[".mp4", ".webm", ".mov"] = Field(".mp4", description="ending of the films")
     names: Literal["levels", "codes"] = Field(
