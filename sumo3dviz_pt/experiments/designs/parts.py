@@ -4,8 +4,8 @@ Who sees one part never sees the others. So a level that stands more often in on
 with whoever saw that part. Where parts and levels are powers of one prime, parts are the classes of
 linear forms (confounding with the highest interactions: two parts of 2 x 2 x 2 are those with an
 even and an odd number of high levels). Elsewhere trials are exchanged between parts as long as that
-makes the counts of levels, and then those of pairs of levels, more even. All numbers are whole, so that
-every processor finds the same parts.
+makes the counts of levels, and then those of pairs of levels, more even. All numbers are whole, so
+that every processor finds the same parts.
 
 References:
     R. A. Fisher (1942): The theory of confounding in factorial experiments in relation to the
@@ -179,7 +179,7 @@ def _classes(profiles: Sequence[tuple[str, ...]], parts: int) -> Iterator[Whole]
 
 
 def _digits(profiles: Sequence[tuple[str, ...]], prime: int) -> tuple[Whole, list[int]]:
-    """Return levels as digits, of factors that have a power of a prime of them; and their owners."""
+    """Return levels as digits, of factors that have a power of a prime of them; and whose."""
     found, owners = [np.zeros((len(profiles), 0), dtype=np.int64)], []
     for factor, column in enumerate(zip(*profiles, strict=True)):
         names = list(dict.fromkeys(column))

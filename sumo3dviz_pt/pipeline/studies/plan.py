@@ -114,9 +114,16 @@ def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:
         if even:
             playlists = with_even_places(playlists, count=asked.count, seed=study.settings.seed)
     notes = (*notes, *_hidden(study, stimuli), *_playlist_notes(study, playlists))
-    shown = dict.fromkeys(trial for playlist in playlists for trial in playlist.trials)
-    trials = (*trials, *(trial for trial in shown if trial not in {*trials}))
-    return StudyPlan(study, trials, stimuli, playlists, notes, dict(overrides or {}))
+    # Tasks whose films changed places are trials of their own.
+    shown = (trial for playlist in playlists for trial in playlist.trials)
+    return StudyPlan(
+        study,
+        tuple(dict.fromkeys((*trials, *shown))),
+        stimuli,
+        playlists,
+        notes,
+        dict(overrides or {}),
+    )
 
 
 def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
