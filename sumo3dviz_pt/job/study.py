@@ -236,6 +236,11 @@ class PlaylistSettings(Settings):
         1, ge=1, le=1000, description="sessions or groups that share out the trials of a design"
     )
     repeat: Whole = Field(1, ge=1, le=100, description="how often each trial is shown")
+    places: Literal["as_written", "balanced"] = Field(
+        "as_written",
+        description="of films within a choice task; balanced: every film at every place equally"
+        " often, in as many playlists more",
+    )
 
 
 class ScreenSettings(Settings):
