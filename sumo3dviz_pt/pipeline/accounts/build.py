@@ -96,7 +96,7 @@ def account_of(production: Production) -> dict[str, Any]:
     """Return what all pictures of a production were made from, as plain values.
 
     There is no clock in it, so that the same command gives the same bytes; and no path of this
-    machine but in the command: a file stands by the name under which `inputs` has its hash.
+    machine: a file stands by the name under which `inputs` has its hash.
     """
     job, inputs, data = production.job, production.inputs, production.shot.data
     return {
