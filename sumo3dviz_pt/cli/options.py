@@ -45,14 +45,14 @@ class Parser(argparse.ArgumentParser):
         self.settings: dict[str, str] = {}
         self.words: dict[str, Parser] = {}
 
-    def add_word(self, word: str, help: str) -> Parser:
+    def add_word(self, word: str, about: str) -> Parser:
         """Let a word as the first argument have options of its own, as in `study pack FOLDER`.
 
         Args:
             word: The word; a file of that name is reached as ./WORD.
-            help: What it does.
+            about: What it does.
         """
-        self.words[word] = Parser(prog=f"{self.prog} {word}", description=help)
+        self.words[word] = Parser(prog=f"{self.prog} {word}", description=about)
         add_verbosity(self.words[word], argparse.SUPPRESS)
         return self.words[word]
 
