@@ -68,8 +68,7 @@ def _follow(options: argparse.Namespace) -> int:
     """Say whom a road user follows, how far and how fast."""
     import json
 
-    from sumo3dviz_pt.experiments.tools.rows import write_table
-    from sumo3dviz_pt.pipeline.measured.follow import follow, follow_lines
+    from sumo3dviz_pt.pipeline.measured.follow import follow, follow_lines, write_follow
     from sumo3dviz_pt.pipeline.production import check_target
     from sumo3dviz_pt.pipeline.progress.expectations import building_steps
     from sumo3dviz_pt.pipeline.reading import spare_inputs
@@ -86,7 +85,8 @@ def _follow(options: argparse.Namespace) -> int:
     with progress(options.scene.name, building_steps(job)[:1]):
         rows = follow(job, options.follow, begin=options.start, end=options.end)
     if options.output is not None:
-        print(f"wrote {write_table(options.output, rows)}")
+        write_follow(options.output, rows)
+        print(f"wrote {options.output}")
     elif options.json:
         plain = [{name: None if x == "" else x for name, x in row.items()} for row in rows]
         print(json.dumps(plain, indent=1))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from sumo3dviz_pt.cast.finding import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.experiments.tools.rows import write_table
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import ScenarioFiles
@@ -71,6 +73,11 @@ def _steps(own: Trajectory, step: float, begin: float | None, end: float | None)
     if last < first:
         return np.empty(0)
     return np.asarray(first + step * np.arange(int((last - first) / step + 1e-6) + 1), dtype=float)
+
+
+def write_follow(path: Path, rows: Sequence[Row]) -> None:
+    """Write whom a road user follows as a table."""
+    write_table(path, rows)
 
 
 def follow_lines(rows: Sequence[Row]) -> list[str]:

@@ -8,8 +8,8 @@ motion.
   that will be drawn, so who turns off before has none;
 * distance to arrival: along the way that the front will take; of who rides, straight to its line;
 * time to arrival: that distance / present speed, which is what an onlooker could reckon;
-* gap before: from when the last one's rear left the way across until the next front comes, of both
-  directions together: what somebody who waits is offered.
+* gap before: from when the last one's rear left the way across until the next front comes, of all
+  vehicles and both directions together: what somebody who waits there is offered.
 
 References:
     Raff and Hart, "A volume warrant for urban stop signs", Eno Foundation, 1950 (gaps and lags as
@@ -212,7 +212,7 @@ class Arrival:
 
 
 def arrivals(observer: Observer, around: Traffic) -> list[Arrival]:
-    """Return who comes to an observer's way across, in order.
+    """Return which vehicles come to an observer's way across, in order.
 
     Args:
         observer: At the film's times.
@@ -227,7 +227,7 @@ def arrivals(observer: Observer, around: Traffic) -> list[Arrival]:
     sides = ("left", "right") if observer.stands else ("behind", "ahead")
     found = []
     for k, key in enumerate(around.keys):
-        if key == observer.key:
+        if key == observer.key or not key.startswith("vehicle:"):
             continue
         yaws = around.yaws[k]
         forward = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
@@ -289,6 +289,6 @@ def arrival_rows(
                 "arrives_in_film": known(each.time - span[0]),
                 "leaves": known(each.left),
                 "speed": known(each.speed),
-                "gap_before": known(max(each.time - left, 0.0)),
+                "gap_before": known(max(each.time - left, 0.0)) if observer.stands else "",
             }
         left = max(left, each.left)

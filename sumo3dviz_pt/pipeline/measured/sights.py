@@ -87,7 +87,7 @@ def sight_of(observer: Observer, traffic: Traffic, k: int) -> Sight:
     away = told[0, there] > 0.0
     beside = _turned(_azimuth(corners) - _azimuth(middles)[:, None])
     told[3, there[away]] = np.ptp(beside, axis=1)[away]
-    far = np.linalg.norm(corners[..., :2], axis=-1).max(axis=1)
+    far = np.hypot(corners[..., 0], corners[..., 1]).max(axis=1)
     told[4, there[away]] = _rise(eyes[:, 2], size[2], told[0, there], far)[away]
     return Sight(told[0], told[1], told[2], told[3], told[4], _rate(told[3], traffic.times))
 

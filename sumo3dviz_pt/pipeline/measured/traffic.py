@@ -226,7 +226,7 @@ AHEAD = (
 
 def known(value: float) -> float | str:
     """Return a number to a thousandth, or an empty cell where there is none."""
-    return round(float(value), 3) if np.isfinite(value) else ""
+    return round(float(value), 3) + 0.0 if np.isfinite(value) else ""
 
 
 # Who is ahead ------------------------------------------------------------------------------

@@ -160,12 +160,12 @@ def test_other_options_stay():
 @pytest.mark.parametrize(
     ("word", "told"),
     [
-        ("/home/ann/my study/scene.yaml", "scene.yaml"),
+        ("/srv/ann/my study/scene.yaml", "scene.yaml"),
         ("../../ann/scene.yaml", "scene.yaml"),
-        (r"C:\Users\ann\scene.yaml", "scene.yaml"),
-        ("sky.file=/home/ann/a sky.exr", "sky.file=a sky.exr"),
-        ("sky={file: /home/ann/a.exr, rotation: 3}", "sky={file: a.exr, rotation: 3}"),
-        ("scenario.additional=[/home/ann/a.xml, ~/b.xml]", "scenario.additional=[a.xml, b.xml]"),
+        (r"D:\ann\scene.yaml", "scene.yaml"),
+        ("sky.file=/srv/ann/a sky.exr", "sky.file=a sky.exr"),
+        ("sky={file: /srv/ann/a.exr, rotation: 3}", "sky={file: a.exr, rotation: 3}"),
+        ("scenario.additional=[/srv/ann/a.xml, ~/b.xml]", "scenario.additional=[a.xml, b.xml]"),
         ("examples/crossing/scene.yaml", "examples/crossing/scene.yaml"),
         ("output.fps=30000/1001", "output.fps=30000/1001"),
         ("tools.url=https://example.org/s/", "tools.url=https://example.org/s/"),
