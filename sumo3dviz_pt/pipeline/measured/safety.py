@@ -60,6 +60,7 @@ VISIONS: Mapping[str, str] = {"protanopia": "Protanomaly", "deuteranopia": "Deut
 _ACROSS = 96
 _BLACK = 1e-3  # linear light below which a colour has no chromaticity
 _LINEAR = np.array([linear_from_srgb(code / 255.0) for code in range(256)])
+_LIGHT = _LINEAR.astype(np.float32)
 _WHITE = np.array([0.1978, 0.4683])  # u', v' of D65
 _XYZ = np.array(  # of linear sRGB, IEC 61966-2-1
     [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
@@ -103,7 +104,7 @@ class FlashMeter:
 
     def add(self, picture: Pixels) -> None:
         """Take the next picture, (h, w, 3), sRGB codes."""
-        light = _blocks(_LINEAR[picture], self._side)
+        light = _blocks(picture, self._side)
         for name, turns in (("flash", self._turns(light)), ("red_flash", self._reddens(light))):
             recent = self._recent[name]
             recent.append(turns)
@@ -135,7 +136,7 @@ class FlashMeter:
             self._rises = np.zeros(shown.shape, dtype=np.int8)
         self._low, self._high = np.minimum(self._low, shown), np.maximum(self._high, shown)
         # Sums of floats must not decide whether a tenth is a tenth.
-        step = CHANGE - 1e-9
+        step = CHANGE - 1e-6
         up = (self._rises <= 0) & (shown - self._low >= step) & (self._low < DARKER)
         down = (self._rises >= 0) & (self._high - shown >= step) & (shown < DARKER) & ~up
         self._rises[up], self._rises[down] = 1, -1
@@ -169,13 +170,12 @@ def chromaticity(light: Floats) -> Floats:
         return np.stack([4.0 * x / whole, 9.0 * y / whole], axis=-1)
 
 
-def _blocks(values: Floats, side: int) -> Floats:
-    """Return means over square blocks of a picture, (h / side, w / side, ...)."""
-    if side == 1:
-        return values
-    height, width = (length // side for length in values.shape[:2])
-    cut = values[: height * side, : width * side]
-    return np.asarray(cut.reshape(height, side, width, side, -1).mean(axis=(1, 3)))
+def _blocks(picture: Pixels, side: int) -> Floats:
+    """Return linear light over square blocks of a picture, (h / side, w / side, 3)."""
+    height, width = (length // side for length in picture.shape[:2])
+    light = _LIGHT[picture[: height * side, : width * side]]
+    rows = light.reshape(height, side, -1).sum(axis=1)
+    return np.asarray(rows.reshape(height, width, side, 3).sum(axis=2) / side**2, dtype=float)
 
 
 def _largest_share(marked: Bools, reach: float) -> float:
@@ -195,7 +195,7 @@ def _largest_share(marked: Bools, reach: float) -> float:
 _HUES = {"red": (-40.0, 50.0), "yellow": (50.0, 110.0), "green": (110.0, 230.0)}
 """Of lights in CIE Lab [deg]."""
 
-_CHROMA, _LIGHT = 35.0, 30.0  # least chroma and lightness of a light that shines, CIE Lab
+_CHROMA, _BRIGHT = 35.0, 30.0  # least chroma and lightness of a light that shines, CIE Lab
 
 
 @dataclass(slots=True)
@@ -211,7 +211,7 @@ class SignalColours:
             return
         lab = _lab(linear)
         chroma, hue = np.hypot(lab[:, 1], lab[:, 2]), np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
-        shines = (chroma > _CHROMA) & (lab[:, 0] > _LIGHT)
+        shines = (chroma > _CHROMA) & (lab[:, 0] > _BRIGHT)
         for name, (low, high) in _HUES.items():
             own = linear[shines & ((hue - low) % 360.0 < high - low)]
             total = np.append(own.sum(axis=0), len(own))
