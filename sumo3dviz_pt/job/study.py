@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sumo3dviz_pt.job.ranges import MOST_ENTRIES, File, Positive, Seed, Whole
+from sumo3dviz_pt.job.report import ReportSettings
 from sumo3dviz_pt.job.settings import ShotSettings
 from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
 
@@ -296,25 +297,6 @@ class CertificateSettings(Settings):
         le=MOST_ENTRIES,
         description="how many frames are compared pixel by pixel, evenly over the film; accounts"
         " of all frames are compared",
-    )
-
-
-class ReportSettings(Settings):
-    """What films show, in numbers: light, motion, clutter, traffic."""
-
-    write: bool = Field(
-        True, description="whether there is one; it needs the layer `instance` beside the films"
-    )
-    white: Positive = Field(
-        100.0,
-        le=100_000,
-        description="luminance of the display's white [cd/m2], for what is shown; its curve is"
-        " taken as sRGB",
-    )
-    things: Patterns = Field(
-        ("vehicle:*", "person:*"),
-        description="names of things whose visible share is told, such as sign:*: of the"
-        " picture's pixels, those that show it",
     )
 
 
