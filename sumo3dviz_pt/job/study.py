@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import keyword
 import re
-from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sumo3dviz_pt.job.ranges import MOST_ENTRIES, File, Positive, Seed, Whole
+from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Positive, Seed, Whole
+from sumo3dviz_pt.job.sessions import (
+    DuringSettings,
+    EndpointSettings,
+    Language,
+    NamedFile,
+    SessionSettings,
+)
 from sumo3dviz_pt.job.settings import ShotSettings
 from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
 
@@ -24,6 +30,15 @@ OWN_COLUMNS = frozenset(
     {
         *("stimulus", "film", "duration", "video", "stim_file", "stim_id", "answer", "rt"),
         *("playlist", "block", "position", "trial", "task", "alternative", "none", "response"),
+        *("participant", "run", "row", "study", "time", "page_loads", "kind", "part", "form"),
+        *("attempt", "choice", "chosen", "shown", "wanted", "passed", "films_skipped"),
+        *("rt_start", "rt_end", "rt_shown", "px_per_cm", "pixel_ratio", "browser"),
+        *("window_width", "window_height", "page_hidden", "page_hidden_ms", "page_blurred"),
+        *("page_blurred_ms", "film_ms", "film_loading_ms", "film_skipped", "film_retries"),
+        *("film_problems", "film_certified", "film_clock", "film_width", "film_fitted"),
+        *("film_paused", "film_paused_ms", "film_stalled", "film_stalled_ms", "film_hidden_ms"),
+        *("film_frames_dropped", "film_frames_repeated", "presses", "press_keys"),
+        *("press_film_times", "press_frames", "press_rt_start", "press_held_ms"),
     }
 )
 """Columns of the tables that are written; no factor may be called like one."""
@@ -32,7 +47,6 @@ _FACTOR = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LONGEST_LEVEL = 60
 _ADDRESS = re.compile(r"https?://[^\s\"'<>]+")
 _PLACE = re.compile(r"[^\s\"'<>]+")
-_LANGUAGE = re.compile(r"[a-z]{2,3}(-[A-Za-z]+)?")
 
 
 # Names -------------------------------------------------------------------------------------
@@ -66,13 +80,6 @@ def _level(name: str) -> str:
     return name
 
 
-def _printable(path: Path) -> Path:
-    """Refuse a file's name that no message could show."""
-    if not str(path).isprintable() or not path.name.strip():
-        raise ValueError(f"this should be a file's name, not {str(path.name)!r}")
-    return path
-
-
 def _word(value: Any) -> Any:
     """Let numbers, true and false stand for the text that a key would be."""
     if isinstance(value, bool):
@@ -94,14 +101,6 @@ def _place(text: str) -> str:
     return text
 
 
-def _language(text: str) -> str:
-    """Refuse what is no language's code."""
-    if not _LANGUAGE.fullmatch(text):
-        raise ValueError(f"a language is written like en or pt-BR, not {text!r}")
-    return text
-
-
-NamedFile = Annotated[File, AfterValidator(_printable)]
 FactorName = Annotated[str, AfterValidator(_factor)]
 LevelName = Annotated[str, BeforeValidator(_word), AfterValidator(_level)]
 LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
@@ -198,9 +197,9 @@ TOOLS: tuple[Tool, ...] = get_args(Tool)
 class QuestionSettings(Settings):
     """What people are asked after a clip."""
 
-    text: str = Field("How safe would you feel here?", description="the question")
-    choice: str = Field(
-        "Which one would you choose?", description="the question where a task has several clips"
+    text: str | None = Field(None, description="the question; default the language's")
+    choice: str | None = Field(
+        None, description="the question where a task has several clips; default the language's"
     )
     answers: tuple[str, ...] = Field(
         ("1", "2", "3", "4", "5", "6", "7"),
@@ -208,10 +207,15 @@ class QuestionSettings(Settings):
         max_length=MOST_LEVELS,
         description="in order",
     )
-    low: str = Field("not at all", description="what the first answer means")
-    high: str = Field("very", description="what the last answer means")
-    none: str = Field("None of these", description="the answer that chooses nothing")
-    language: Annotated[str, AfterValidator(_language)] = Field("en", description="of all texts")
+    low: str | None = Field(None, description="what the first answer means")
+    high: str | None = Field(None, description="what the last answer means")
+    none: str | None = Field(None, description="the answer that chooses nothing")
+    language: Language = Field(
+        "en", description="of all texts; en and de are there, session.texts may add others"
+    )
+    during: DuringSettings | None = Field(
+        None, description="what people press while a film plays, on the page of jsPsych"
+    )
 
 
 class PlaylistSettings(Settings):
@@ -237,10 +241,8 @@ class ScreenSettings(Settings):
     pixels_per_cm: Positive | None = Field(
         None, le=10_000, description="CSS pixels; default people lay a bank card on the screen"
     )
-    instruction: str = Field(
-        "Hold a bank card on the screen and move the slider until the box has its size.",
-        min_length=1,
-        description="what people read then",
+    instruction: str | None = Field(
+        None, min_length=1, description="what people read then; default the language's"
     )
 
 
@@ -264,6 +266,14 @@ class ToolSettings(Settings):
     jspsych: Annotated[str, AfterValidator(_place)] = Field(
         "https://unpkg.com/",
         description="where the page loads jsPsych from: a URL or a folder beside it, ending in /",
+    )
+    offline: bool = Field(
+        False,
+        description="whether jsPsych is copied beside the page, from the folder `jspsych`, then"
+        " relative to the study file",
+    )
+    endpoint: EndpointSettings | None = Field(
+        None, description="where answers are sent; default they are saved as a file"
     )
     cards: bool = Field(
         False, description="choice tasks as one film, all alternatives side by side"
@@ -353,6 +363,7 @@ class StudySettings(Settings):
         "levels", description="what films are called; codes tell participants nothing"
     )
     question: QuestionSettings = QuestionSettings()
+    session: SessionSettings = SessionSettings()
     playlists: PlaylistSettings = PlaylistSettings()
     tools: ToolSettings = ToolSettings()
     certificate: CertificateSettings = CertificateSettings()

@@ -19,6 +19,7 @@ from sumo3dviz_pt.job.plain import as_path
 from sumo3dviz_pt.job.study import StudySettings
 from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import SceneText, read_scene
+from sumo3dviz_pt.pipeline.studies.sessions import session_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,10 @@ def load_study(path: Path) -> StudyFile:
     if not settings.scene.is_file():
         hint = file_meant(settings.scene)
         raise located(f"there is no scene file {settings.scene}{hint}", ("scene",), source)
-    return StudyFile(settings, source, read_scene(settings.scene))
+    study = StudyFile(settings, source, read_scene(settings.scene))
+    with study.blamed():
+        session_of(settings, path.parent)
+    return study
 
 
 def _text_of(path: Path) -> str:
