@@ -33,6 +33,7 @@ from sumo3dviz_pt.experiments.tools.content import (
     Words,
 )
 from sumo3dviz_pt.experiments.tools.jspsych import own_texts, page
+from sumo3dviz_pt.experiments.tools.online import question, write_survey_script
 from sumo3dviz_pt.experiments.tools.papers import digest_of
 from sumo3dviz_pt.experiments.trials import Trial, single_trials
 from sumo3dviz_pt.job.study import OWN_COLUMNS
@@ -659,3 +660,46 @@ def test_without_jspsych_the_page_says_so_in_one_sentence(browser, address, fold
     shown.close()
     assert said.startswith("Nothing is shown, because jsPsych could not be loaded from ")
     assert place in said and said.endswith("?") and ". " not in said
+
+
+# Surveys -------------------------------------------------------------------------------------
+
+SURVEYS = {
+    "LimeSurvey": (
+        '<form><div class="question-container"><div class="question-text">{text}</div><div'
+        ' class="answer-container"><input type="radio" name="a"></div></div><button type="button"'
+        ' id="ls-button-submit" onclick="window.passed = true">Next</button></form>'
+    ),
+    "Qualtrics": (
+        '<form><div class="QuestionOuter"><div class="QuestionText">{text}</div><div'
+        ' class="QuestionBody"><input type="radio" name="a"></div></div><input type="button"'
+        ' id="NextButton" value="Next" onclick="window.passed = true"></form>'
+    ),
+}
+"""What the pages of both consist of; neither was at hand."""
+
+
+@pytest.mark.parametrize("survey", SURVEYS)
+def test_surveys_play_one_film_after_the_other_before_an_answer(browser, address, folder, survey):
+    content = study(folder, TASKS, url=f"{address}/")
+    write_survey_script(folder, content)
+    text = question(content, 2, "1")
+    (folder / "survey.html").write_text(
+        f"<!doctype html><body>{SURVEYS[survey].format(text=text)}", "utf-8"
+    )
+    Server.broken = {"night.mp4": b"no film"}
+    shown = browser.open(f"{address}/survey.html")
+    closed = "[...document.querySelectorAll('[name=a], #ls-button-submit, #NextButton')]"
+    shown.wait_for("document.querySelector('.films')?.innerText.includes('Try again')")
+    assert shown.evaluate(f"{closed}.every((e) => e.disabled)")
+    assert shown.evaluate("document.querySelector('h2').textContent") == "A"
+    Server.broken = {}
+    shown.click(".films button")
+    shown.wait_for("document.querySelector('h2').textContent === 'B'")
+    assert shown.evaluate(f"{closed}.every((e) => e.disabled)")
+    assert shown.evaluate("document.querySelectorAll('video').length") == 1
+    shown.wait_for(f"{closed}.every((e) => !e.disabled)")
+    films = [url.rpartition("/")[2] for url in shown.requests if url.endswith(".mp4")]
+    assert list(dict.fromkeys(films)) == ["night.mp4", "day.mp4"]
+    assert "C: None" in shown.evaluate("document.body.innerText")
+    shown.close()

@@ -73,7 +73,7 @@ def _films(content: StudyContent, trial: Trial) -> list[Mapping[str, str]]:
     ]
 
 
-def _question(content: StudyContent, position: int, playlist: str) -> str:
+def question(content: StudyContent, position: int, playlist: str) -> str:
     """Return the question at a place of the playlist in HTML, in one line.
 
     Args:
@@ -140,7 +140,7 @@ def _survey(content: StudyContent) -> Iterator[dict[str, str]]:
     for position in range(1, _longest(content) + 1):
         group = _group(position + 1, f"Trial {position}", language)
         yield group | _only_for(content, position)
-        text = _verbatim(_question(content, position, "PLAYLIST")).replace("PLAYLIST", "{playlist}")
+        text = _verbatim(question(content, position, "PLAYLIST")).replace("PLAYLIST", "{playlist}")
         yield _row(_LIST, f"q{position}", text, language)
         for code, answer in enumerate(_answers(content), start=1):
             yield {
@@ -212,7 +212,7 @@ def _lines(content: StudyContent) -> Iterator[str]:
         yield from (
             "[[Question:MC:SingleAnswer:Horizontal]]",
             f"[[ID:q{position}]]",
-            _question(content, position, "${e://Field/playlist}"),
+            question(content, position, "${e://Field/playlist}"),
             "",
             "[[Choices]]",
             *(html.escape(answer, quote=False) for answer in _answers(content)),

@@ -61,12 +61,13 @@
     start();
   });
 
-  /** Answers and the way on are closed, or open. */
-  const close = (question, isClosed) => {
-    for (const part of question.querySelectorAll("input, select, textarea")) {
-      part.disabled = isClosed;
+  /** Questions whose films have not ended: their answers and the way on are closed. */
+  const closed = new Set();
+  const shut = (question, isShut) => {
+    const answers = question.querySelectorAll("input, select, textarea");
+    for (const part of [...answers, ...document.querySelectorAll(NEXT)]) {
+      if (part.disabled !== isShut) part.disabled = isShut;
     }
-    for (const button of document.querySelectorAll(NEXT)) button.disabled = isClosed;
   };
 
   const show = async (element) => {
@@ -79,20 +80,25 @@
       document.querySelector(NEXT)?.click();
       return;
     }
-    close(question, true);
+    closed.add(question);
+    shut(question, true);
     for (const film of films) if (film.address) await played(element, film);
     const last = films.filter((film) => film.told && films.length > 1);
     for (const { letter, told } of last) paragraph(element, "p", `${letter}: ${told}`);
     element.dataset.ended = "1";
-    close(question, false);
+    closed.delete(question);
+    shut(question, false);
   };
 
   const look = () => {
+    for (const question of closed) shut(question, true);
     for (const element of document.querySelectorAll(".films[data-position]:not([data-shown])")) {
       show(element);
     }
   };
-  // Pages may come without the document being loaded anew.
-  new MutationObserver(look).observe(document.documentElement, { childList: true, subtree: true });
+  // Answers come after this script, and pages without the document being loaded anew.
+  new MutationObserver(look).observe(document.documentElement, {
+    childList: true, subtree: true, attributeFilter: ["disabled"],
+  });
   look();
 })();
