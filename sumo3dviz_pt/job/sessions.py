@@ -13,6 +13,31 @@ from sumo3dviz_pt.job.values import Settings
 
 MOST_FORMS = 100
 
+PAGE_COLUMNS = frozenset(
+    {
+        *("participant", "run", "row", "study", "time", "page_loads", "kind", "part", "form"),
+        *(
+            "attempt",
+            "choice",
+            "chosen",
+            "shown",
+            "wanted",
+            "passed",
+            "films_skipped",
+            "dominated",
+            "repeated",
+        ),
+        *("rt_start", "rt_end", "rt_shown", "px_per_cm", "pixel_ratio", "browser"),
+        *("window_width", "window_height", "page_hidden", "page_hidden_ms", "page_blurred"),
+        *("page_blurred_ms", "film_ms", "film_loading_ms", "film_skipped", "film_retries"),
+        *("film_problems", "film_certified", "film_clock", "film_width", "film_fitted"),
+        *("film_paused", "film_paused_ms", "film_stalled", "film_stalled_ms", "film_hidden_ms"),
+        *("film_frames_dropped", "film_frames_repeated", "presses", "press_keys"),
+        *("press_film_times", "press_frames", "press_rt_start", "press_held_ms"),
+    }
+)
+"""Columns of the data that the page records, beside factors and forms."""
+
 _LANGUAGE = re.compile(r"[a-z]{2,3}(-[A-Za-z]+)?")
 _KEYS = frozenset({"space", "enter", "arrowleft", "arrowright", "arrowup", "arrowdown"})
 _FORM = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")

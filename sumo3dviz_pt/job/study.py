@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Positive, Seed, Whole
 from sumo3dviz_pt.job.sessions import (
+    PAGE_COLUMNS,
     DuringSettings,
     EndpointSettings,
     Language,
@@ -30,16 +31,8 @@ OWN_COLUMNS = frozenset(
     {
         *("stimulus", "film", "duration", "video", "stim_file", "stim_id", "answer", "rt"),
         *("playlist", "block", "position", "trial", "task", "alternative", "none", "response"),
-        *("participant", "run", "row", "study", "time", "page_loads", "kind", "part", "form"),
-        *("attempt", "choice", "chosen", "shown", "wanted", "passed", "films_skipped"),
-        *("rt_start", "rt_end", "rt_shown", "px_per_cm", "pixel_ratio", "browser"),
-        *("window_width", "window_height", "page_hidden", "page_hidden_ms", "page_blurred"),
-        *("page_blurred_ms", "film_ms", "film_loading_ms", "film_skipped", "film_retries"),
-        *("film_problems", "film_certified", "film_clock", "film_width", "film_fitted"),
-        *("film_paused", "film_paused_ms", "film_stalled", "film_stalled_ms", "film_hidden_ms"),
-        *("film_frames_dropped", "film_frames_repeated", "presses", "press_keys"),
-        *("press_film_times", "press_frames", "press_rt_start", "press_held_ms"),
     }
+    | PAGE_COLUMNS
 )
 """Columns of the tables that are written; no factor may be called like one."""
 
@@ -136,6 +129,11 @@ class FactorSettings(Settings):
     about: str = Field("", description="what it is, for tables and pages")
     acts_on: ActSettings | None = Field(
         None, description="where it acts; default what the keys that its levels set act on"
+    )
+    better: Literal["first", "last"] | None = Field(
+        None,
+        description="which level everybody would choose, if they stand in order; then choices"
+        " that nobody would make are noted",
     )
     levels: dict[LevelName, Patch] = Field(
         min_length=2,

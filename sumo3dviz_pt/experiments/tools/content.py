@@ -9,7 +9,7 @@ from string import ascii_uppercase
 from typing import Any
 
 from sumo3dviz_pt.experiments.playlists import Playlist
-from sumo3dviz_pt.experiments.trials import Profile, Trial
+from sumo3dviz_pt.experiments.trials import Profile, Ranks, Trial
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +165,7 @@ class StudyContent:
         cards: Films of all alternatives side by side, by the trial's name; else they are shown one
             after the other.
         session: What surrounds films on the page of jsPsych; None is nothing, in English.
+        ranks: How good levels are, in the order of factors; empty where nothing is known.
     """
 
     factors: Mapping[str, str]
@@ -180,6 +181,7 @@ class StudyContent:
     screen: Screen | None = None
     cards: Mapping[str, str] = field(default_factory=dict)
     session: Session | None = None
+    ranks: Ranks = ()
 
     @property
     def films(self) -> tuple[Clip, ...]:

@@ -36,7 +36,7 @@ from sumo3dviz_pt.experiments.tools.content import (
     letter,
     trial_name,
 )
-from sumo3dviz_pt.experiments.trials import Trial
+from sumo3dviz_pt.experiments.trials import Trial, dominated
 from sumo3dviz_pt.files.whole import write_whole
 
 VERSION = "8.3.0"
@@ -228,6 +228,8 @@ def _trial(content: StudyContent, trial: Trial) -> Mapping[str, object]:
         end = f"_{place}" if len(clips) > 1 else ""
         data[f"film{end}"] = clip.name
         data |= {f"{key}{end}": level for key, level in content.named(profile).items()}
+    if len(clips) > 1 and content.ranks:
+        data["dominated"] = ";".join(map(str, dominated(trial, content.ranks)))
     return {
         "films": [None if clip is None else clip.name for clip in clips],
         "card": content.cards.get(trial_name(trial)),

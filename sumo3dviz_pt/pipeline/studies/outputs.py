@@ -97,6 +97,7 @@ def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent
         notes=plan.notes,
         screen=_screen(settings),
         session=session_of(settings, plan.file.path.parent),
+        ranks=plan.file.ranks,
         told=tuple(name for name in settings.factors if told_only(plan.file, name)),
     )
 

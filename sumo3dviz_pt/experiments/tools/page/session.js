@@ -204,9 +204,10 @@ class Steps {
   }
 
   /** The trials of a step; `kind` is `answer`, or `practice`. */
-  trial(trial, kind, position, step) {
+  trial(trial, kind, position, step, isAgain = false) {
     const common = () => ({
-      ...trial.data, position, px_per_cm: this.run.state.kept.px_per_cm ?? "",
+      ...trial.data, position, repeated: isAgain ? 1 : 0,
+      px_per_cm: this.run.state.kept.px_per_cm ?? "",
     });
     const { during } = study;
     if (trial.films.length === 1) {
@@ -276,7 +277,7 @@ class Steps {
     }));
     const main = trials.map((trial, place) => ({
       name: `trial ${place + 1}`, films: filmsOf(trial),
-      make: (step) => this.trial(trial, "answer", place + 1, step),
+      make: (step) => this.trial(trial, "answer", place + 1, step, trials.indexOf(trial) < place),
     }));
     // Checks stand evenly between the trials.
     for (let number = session.attention; number > 0; number -= 1) {
