@@ -23,7 +23,7 @@ from sumo3dviz_pt.experiments.playlists import (
 from sumo3dviz_pt.experiments.tables.build import trials_in
 from sumo3dviz_pt.experiments.tables.cells import read_table
 from sumo3dviz_pt.experiments.tables.forms import TableRequest
-from sumo3dviz_pt.experiments.trials import Profile, Trial, profiles_of, single_trials
+from sumo3dviz_pt.experiments.trials import Profile, Trial, dominated, profiles_of, single_trials
 from sumo3dviz_pt.job.study import Patch, TableSettings
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair, pairs_of
@@ -187,12 +187,22 @@ def _table_notes(
     if unequal:
         pairs = len(numbers) * (len(numbers) - 1) // 2
         notes.append(f"{unequal} of {pairs} pairs of factors go together in part over the profiles")
+    seen: set[tuple[str, frozenset[Profile | None]]] = set()
+    again = []
+    for trial in trials:
+        key = (trial.block, frozenset(trial.alternatives))
+        again += [trial] if key in seen else []
+        seen.add(key)
     twice = [t for t in trials if len(set(t.alternatives)) < len(t.alternatives)]
-    if twice:
-        notes.append(
-            f"{len(twice)} tasks show one profile twice, the first is task {twice[0].task} of"
-            f" block {twice[0].block}"
-        )
+    beaten = [t for t in trials if study.ranks and dominated(t, study.ranks)]
+    for some, what in (
+        (twice, "show one profile twice"),
+        (again, "show what another of their block does"),
+        (beaten, "hold a profile that another one beats in everything"),
+    ):
+        if some:
+            first = f"the first is task {some[0].task} of block {some[0].block}"
+            notes.append(f"{len(some)} of {len(trials)} tasks {what}, {first}")
     return notes
 
 
