@@ -54,9 +54,9 @@ def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:
         for number, (place, species) in enumerate(_trees(yard, around.seed))
     ]
     places = np.array([place for _, place, _ in found]).reshape(-1, 2)
-    hidden = in_the_way(places, around, crown=TREE).tolist()
+    gone = in_the_way(places, around, crown=TREE).tolist()
     return tuple(
-        planted(*tree, tall=True) for tree, hides in zip(found, hidden, strict=True) if not hides
+        planted(*tree, tall=True) for tree, yields in zip(found, gone, strict=True) if not yields
     )
 
 

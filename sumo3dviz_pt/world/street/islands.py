@@ -121,11 +121,11 @@ def island_shrubs(islands: Sequence[Island], around: Surroundings) -> tuple[Poi,
     """
     found = [shrub for island in islands for shrub in _shrubs(island, around.seed)]
     places = np.array([place for place, _ in found]).reshape(-1, 2)
-    hidden = in_the_way(places, around, crown=SHRUB).tolist()
+    gone = in_the_way(places, around, crown=SHRUB).tolist()
     return tuple(
         planted(f"island:{place[0]:.0f}:{place[1]:.0f}", place, species, tall=False)
-        for (place, species), hides in zip(found, hidden, strict=True)
-        if not hides
+        for (place, species), yields in zip(found, gone, strict=True)
+        if not yields
     )
 
 

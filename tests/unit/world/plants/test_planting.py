@@ -1,5 +1,7 @@
 """Planting: never on what is paved or built, nor in a camera's sight; always the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -29,6 +31,7 @@ from sumo3dviz_pt.world.plants.build import (
     SHRUB_OFF,
     TREE_OFF,
     Plot,
+    before_cameras,
     in_sight,
     plant,
     why_bare,
@@ -223,3 +226,15 @@ def test_no_plant_of_ours_hides_much_of_a_picture_whoever_chose_the_camera(plant
         ]
     assert len(faults[False]) > 5, "the law sees what stands in the way"
     assert not faults[True], "\n".join(faults[True])
+
+
+def test_trees_of_the_scenario_stay_before_a_camera_and_that_is_said_where_its_file_has_them():
+    far = replace(street(), location=Location(origin=(400_000.0, 5_000_000.0)))
+    own = [
+        Poi(name, kind, (x, 1.0), None, None, "a.xml")
+        for name, kind, x in (("a", "tree", 12.0), ("b", "tree", -30.0), ("c", "shrub", 300.0))
+    ]
+    (said,) = before_cameras(own, far, around(eye=(0.0, 0.0, 3.0)))
+    assert said.what == "a clear view past 1 trees of the scenario"
+    assert "(400012, 5000001)" in said.why
+    assert not before_cameras(own[1:], far, around(eye=(0.0, 0.0, 3.0)))
