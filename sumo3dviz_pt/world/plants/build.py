@@ -26,7 +26,7 @@ from sumo3dviz_pt.world.land.horizon import GREEN
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.street.places import Border, borders_near
+from sumo3dviz_pt.world.street.places import Border, borders_near, drives
 
 TREE_OFF, SHRUB_OFF = 8.0, 4.0
 """Distance of trees and shrubs from everything paved, at least [m]."""
@@ -158,7 +158,8 @@ def plot_of(
 
 def is_fast(border: Border) -> bool:
     """Return whether a border is that of a motorway or of a wide road without sidewalks."""
-    lanes = border.edge.lanes
+    # A cycle lane makes no motorway of a street.
+    lanes = [lane for lane in border.edge.lanes if drives(lane)]
     wide = len(lanes) >= _WIDE and border.walk == 0.0
     return wide or border.edge.told_speed > _FAST
 
