@@ -51,6 +51,7 @@ def add(commands: Any) -> None:
     sub.set_defaults(run=run)
     add_verify(sub)
     add_packs(sub)
+    _add_gaze(sub)
 
 
 def add_verify(study: Any) -> None:
@@ -129,6 +130,42 @@ def unpack(options: argparse.Namespace) -> int:
 
     count = unpack_study(options.pack, options.output)
     print(f"wrote {options.output}: {count} files, as they were packed; see {FOLDER}/{README}")
+    return 0
+
+
+def _add_gaze(study: Any) -> None:
+    """Say what `study gaze` takes."""
+    sub = study.add_word("gaze", "which things people look at in a study's films, as tables")
+    sub.add_argument("folder", type=Path, help="the study's, or one that holds films with layers")
+    sub.add_argument(
+        "samples",
+        type=Path,
+        nargs="?",
+        help="table (.csv) with film, time [s], x and y [px], maybe participant; without it only"
+        " boxes.csv is written",
+    )
+    sub.add_argument("-o", "--output", type=Path, required=True, help="folder of the tables")
+    sub.add_argument(
+        "--start", type=float, default=0.0, metavar="T", help="time of the first frame there [0 s]"
+    )
+    sub.add_argument(
+        "--fixation", type=float, default=0.1, metavar="T", help="shortest fixation [0.1 s]"
+    )
+    add_overwrite(sub)
+    sub.set_defaults(run=gaze)
+
+
+def gaze(options: argparse.Namespace) -> int:
+    """Write which things people look at."""
+    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.pipeline.measured.gaze import GazeOrder, write_gaze
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+
+    names = ("folder", "samples", "output", "start", "fixation", "overwrite")
+    order = GazeOrder(**{name: getattr(options, name) for name in names})
+    with progress(f"gaze {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
+        files = write_gaze(order)
+    print(f"wrote {', '.join(str(file) for file in files)}")
     return 0
 
 

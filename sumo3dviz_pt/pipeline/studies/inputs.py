@@ -253,7 +253,14 @@ _Dumper.add_representer(str, _text)
 
 def _yaml(content: Any) -> str:
     """Return values as YAML."""
-    return yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+    return yaml.dump(
+        content,
+        Dumper=_Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        width=100,
+        default_flow_style=None,
+    )
 
 
 def _readme(plan: StudyPlan, variant: str) -> str:
@@ -262,15 +269,15 @@ def _readme(plan: StudyPlan, variant: str) -> str:
     chosen = "" if variant == "llvm" else f" --variant {variant}"
     return f"""# What these films were made from
 
-`{STUDY}` is the study as it was carried out, with every `--set`; `{SCENE}` is its scene. The files
-that they name lie here, too. `../inputs.sha256` has the digests of all of them.
+`{STUDY}` is the study as it was carried out, with every `--set`; `{SCENE}` is its scene. The
+files that they name lie here, too. `../inputs.sha256` has the digests of all of them.
 
 In the folder above this one:
 
     sumo3dviz-pt study {FOLDER}/{STUDY} -o again{chosen}
     sumo3dviz-pt study verify .
 
-The first command makes the {len(plan.stimuli)} films again: on the same kind of processor, with
+The first command makes the {len(plan.stimuli)} films again. On the same kind of processor, with
 these versions, each has the bytes that `checksums.sha256` tells. The second one says whether the
 folder is what it was; with `--replay 3` it renders three frames again and compares them.
 
