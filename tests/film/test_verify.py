@@ -226,8 +226,8 @@ def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, tmp_pat
         changed_pixel(path)
     resigned(folder, lambda name, said: said.update(files=rehashed(folder, said["files"])))
     code, found = verify(folder, capsys, "--replay", "1")
-    (fault,) = found["faults"]
-    assert code == 1 and fault["link"] == "replay" and fault["file"].endswith(".exr")
+    (fault,) = (each for each in found["faults"] if each["link"] == "replay")
+    assert code == 1 and fault["file"].endswith(".exr")
     assert "1 of 5184 pixels are others" in fault["what"]
 
 
