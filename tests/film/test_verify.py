@@ -1,0 +1,300 @@
+"""`study verify`: whatever is done to a study's folder is found, and named by file and frame."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from builders import write_scenario
+from needed import skip_if
+from viewer.browser import chromium
+
+from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.experiments.tools.papers import read_digests, write_checksums
+from sumo3dviz_pt.image.exr import read_layers, write_exr
+from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
+from sumo3dviz_pt.pipeline.films.proof import delivered, sealed
+from sumo3dviz_pt.video import encode
+from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
+from sumo3dviz_pt.video.picture import film_pictures
+
+pytestmark = pytest.mark.slow
+
+SIZE = (96, 54)
+STUDY = """scene: scene.yaml
+clip: {camera: driver, from: 2, to: 2.6}
+common: {quality: draft, output.size: [96, 54], output.fps: 10}
+factors:
+  light:
+    about: the sky, clear or closed
+    levels:
+      clear: {sky: {preset: sky_blue}}
+      grey: {sky: {preset: sky_overcast}}
+certificate: {frames: 2}
+report: {write: false}
+calibration: null
+tools: {write: [psychds]}
+about: {title: Two skies, authors: [Ada Example], date: 2026-11-27}
+"""
+CLEAR, GREY = "materials/clear.mp4", "materials/grey.mp4"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("verified")
+    write_scenario(folder, vehicles=2)
+    (folder / "study.yaml").write_text(STUDY, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def made(place):
+    """A whole study, by the command."""
+    assert main(["study", str(place / "study.yaml"), "-o", str(place / "out"), "-q"]) == 0
+    return place / "out"
+
+
+def verify(folder, capsys, *more) -> tuple[int, dict[str, Any]]:
+    """The exit code, and what was found."""
+    capsys.readouterr()
+    code = main(["study", "verify", str(folder), "--json", "-q", *more])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_an_untouched_folder_is_proven(made, capsys):
+    code, found = verify(made, capsys)
+    assert (code, found["faults"]) == (0, [])
+    assert found["pictures"] == {"decoded": 12, "developed": 12}
+    there = found["frames"]
+    assert there["there"] == there["of"] == 2 * (3 * 6 + 2)
+    assert found["digest"] == json.loads((made / "certificate.json").read_bytes())["digest"]
+    assert verify(made, capsys, "--published", found["digest"])[0] == 0
+    code, found = verify(made, capsys, "--published", "0" * 64)
+    assert code == 1 and "published" in found["faults"][0]["what"]
+
+
+# Twelve manipulations -----------------------------------------------------------------------
+
+
+def recoded(film: Path, change: Callable[[list[Any]], Any]) -> tuple[Any, ...]:
+    """Decode a film, change its pictures, encode it as before; the prints of what was encoded."""
+    pictures = [each.astype(np.float32) / 255 for each in film_pictures(film, size=SIZE)]
+    change(pictures)
+    return encode(pictures, film, size=SIZE, fps=10)
+
+
+def edited(path: Path, change: Callable[[dict[str, Any]], Any], *, seal: bool = False) -> None:
+    """Change a file of JSON, with its digest or without."""
+    content = json.loads(path.read_bytes())
+    change(content)
+    path.write_text(json.dumps(sealed(content) if seal else content), encoding="utf-8")
+
+
+def swap(folder):
+    shutil.copy(folder / CLEAR, folder / GREY)
+
+
+def recode(folder):
+    film, again = folder / GREY, folder / "again.mp4"
+    command = [ffmpeg_path(), "-loglevel", "error", "-i", str(film), "-crf", "45", str(again)]
+    subprocess.run(command, check=True)
+    again.replace(film)
+
+
+def cast(folder):
+    def warmer(pictures):
+        for picture in pictures:
+            picture[..., 0] = (picture[..., 0] + 3 / 255).clip(0, 1)
+
+    recoded(folder / GREY, warmer)
+
+
+def paint(pictures):
+    for picture in pictures:
+        picture[20:28, 60:66] = (0.35, 0.3, 0.3)  # 48 of 5184 pixels
+
+
+def person(folder):
+    recoded(folder / GREY, paint)
+
+
+def frames_swapped(folder):
+    def swapped(pictures):
+        pictures[2], pictures[3] = pictures[3], pictures[2]
+
+    recoded(folder / GREY, swapped)
+
+
+def black(folder):
+    def darkened(pictures):
+        pictures[4] = np.zeros_like(pictures[4])
+
+    recoded(folder / GREY, darkened)
+
+
+def truncated(folder):
+    recoded(folder / GREY, lambda pictures: pictures.pop())
+
+
+def other_frame(folder):
+    frames = folder / "materials"
+    shutil.copy(frames / "clear.frames" / "000003.exr", frames / "grey.frames" / "000003.exr")
+
+
+def one_pixel(folder):
+    changed_pixel(folder / "materials" / "grey.frames" / "000002.exr")
+
+
+def changed_pixel(path: Path) -> None:
+    """Brighten a pixel of a stored frame."""
+    layers, strings = read_layers(path)
+    changed = {name: np.array(layer) for name, layer in layers.items()}
+    changed["radiance"][7, 11, 1] += 0.25
+    write_exr(path, changed, half=True, attributes=dict(strings))
+
+
+def account(folder):
+    edited(folder / "materials" / "grey.json", lambda said: said.update(exposure=1.5))
+
+
+def sealed_account(folder):
+    edited(folder / "materials" / "grey.json", lambda said: said.update(exposure=1.5), seal=True)
+
+
+def record(folder):
+    edited(folder / "study.json", lambda said: said["films"]["grey"].update(rate="11"))
+
+
+def certificate(folder):
+    edited(folder / "certificate.json", lambda said: said.update(passed=True, pairs=[]))
+
+
+def input_file(folder):
+    path = folder / "inputs" / "fcd.xml"
+    path.write_bytes(path.read_bytes().replace(b'speed="', b'speed="1', 1))
+
+
+MANIPULATIONS = {
+    swap: ("films", GREY, range(6)),
+    recode: ("films", GREY, range(6)),
+    cast: ("films", GREY, range(6)),
+    person: ("films", GREY, range(6)),
+    frames_swapped: ("films", GREY, (2, 3)),
+    black: ("films", GREY, (4,)),
+    truncated: ("films", GREY, (5,)),
+    other_frame: ("frames", "materials/grey.frames/000003.exr", (3,)),
+    one_pixel: ("frames", "materials/grey.frames/000002.exr", (2,)),
+    account: ("inputs", "materials/grey.json", (None,)),
+    sealed_account: ("inputs", "materials/grey.json", (None,)),
+    record: ("inputs", "study.json", (None,)),
+    certificate: ("inputs", "certificate.json", (None,)),
+    input_file: ("inputs", "inputs/fcd.xml", (None,)),
+}
+
+
+@pytest.mark.parametrize("manipulate", MANIPULATIONS, ids=lambda each: each.__name__)
+def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    manipulate(folder)
+    code, found = verify(folder, capsys)
+    link, file, frames = MANIPULATIONS[manipulate]
+    told = [(each["link"], each["file"]) for each in found["faults"]]
+    assert code == 1 and set(told) == {(link, file)}
+    assert any(each["frame"] in frames for each in found["faults"]), found["faults"]
+
+
+# Replay -------------------------------------------------------------------------------------
+
+
+def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, tmp_path, capsys):
+    code, found = verify(made, capsys, "--replay", "1")
+    assert (code, found["faults"]) == (0, [])
+    assert found["notes"][0].startswith("rendered anew: ")
+    # Whoever forges frames, and all that is said of them, is found when one is drawn.
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    for path in sorted(folder.glob("materials/*.frames/*.exr")):
+        changed_pixel(path)
+    resigned(folder, lambda name, said: said.update(files=rehashed(folder, said["files"])))
+    code, found = verify(folder, capsys, "--replay", "1")
+    (fault,) = (each for each in found["faults"] if each["link"] == "replay")
+    assert code == 1 and fault["file"].endswith(".exr")
+    assert "1 of 5184 pixels are others" in fault["what"]
+
+
+def test_films_that_were_forged_with_all_digests_are_found_by_replay_or_publication(
+    made, tmp_path, capsys
+):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    published = json.loads((made / "certificate.json").read_bytes())["digest"]
+
+    def painted(name, account):
+        film = folder / "materials" / f"{name}.mp4"
+        prints = recoded(film, paint)
+        codec = account["delivered"][film.name]["codec"]
+        account["delivered"][film.name] = delivered(film, prints, codec=codec, size=SIZE)
+
+    resigned(folder, painted)
+    code, found = verify(folder, capsys)
+    assert (code, found["faults"]) == (0, [])  # who can write all digests anew is not found so
+    assert verify(folder, capsys, "--published", published)[0] == 1
+    code, found = verify(folder, capsys, "--replay", "1")
+    (fault,) = found["faults"]
+    assert code == 1 and fault["link"] == "replay" and fault["file"].endswith(".mp4")
+
+
+def rehashed(folder: Path, files: dict[str, str]) -> dict[str, str]:
+    """Digests of files as they are now."""
+    return {name: file_hash(folder / "materials" / name) for name in files}
+
+
+def resigned(folder: Path, change: Callable[[str, dict[str, Any]], Any]) -> None:
+    """Change the accounts of all films, and write all digests anew that tell of it."""
+    record, certificate = folder / "study.json", folder / "certificate.json"
+    for name in ("clear", "grey"):
+        account, film = folder / "materials" / f"{name}.json", folder / "materials" / f"{name}.mp4"
+        edited(account, partial(change, name), seal=True)
+        own = {"account": json.loads(account.read_bytes())["digest"], "sha256": file_hash(film)}
+        edited(record, lambda said, name=name, own=own: said["films"][name].update(own), seal=True)
+    digest = json.loads(record.read_bytes())["digest"]
+    edited(certificate, lambda said: said["digests"].update({"study.json": digest}), seal=True)
+    write_checksums(folder, [folder / name for name in read_digests(folder / "checksums.sha256")])
+
+
+def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    (folder / "inputs" / "fcd.xml").unlink()
+    assert main(["study", "verify", str(folder), "--replay", "1", "-q"]) == 2
+    said = capsys.readouterr().err
+    assert "a replay needs the study's inputs" in said and said.count("\n") == 1
+
+
+def test_what_is_no_study_is_refused(tmp_path, capsys):
+    assert main(["study", "verify", str(tmp_path), "-q"]) == 2
+    assert "holds no study.json" in capsys.readouterr().err
+
+
+# The page -----------------------------------------------------------------------------------
+
+
+@skip_if(chromium() is None, "there is no Chromium on the PATH")
+def test_the_page_is_printed_on_two_sheets_of_a4(made, tmp_path):
+    command = [str(chromium()), "--headless", "--no-sandbox", "--disable-gpu"]
+    command += [f"--user-data-dir={tmp_path / 'profile'}", "--no-pdf-header-footer"]
+    command += [f"--print-to-pdf={tmp_path / 'a.pdf'}", (made / "certificate.html").as_uri()]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    pdf = (tmp_path / "a.pdf").read_bytes()
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2
+    boxes = re.findall(rb"/MediaBox\s*\[\s*0\s+0\s+([\d.]+)\s+([\d.]+)", pdf)
+    assert {(round(float(a)), round(float(b))) for a, b in boxes} == {(595, 842)}
