@@ -9,7 +9,7 @@ brighter than darker, or the other way round, by five standard errors of a fair 
 What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
 How much of a picture may be lit otherwise at all, and how much out of reach, hangs on what that is:
 a car in another colour changes no shadow, trees that are gone open the sky over a street. The
-limits are measured on clean pairs and on spoilt ones (docs/studies.md).
+limits are measured on clean pairs and on spoilt ones (docs/certificate.md).
 """
 
 from __future__ import annotations

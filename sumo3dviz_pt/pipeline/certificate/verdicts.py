@@ -1,7 +1,7 @@
 """Says whether a pair of films differs where its factor acts, and nowhere else.
 
 The limits of light and picture are measured on clean and on spoilt pairs of `examples/crossing`;
-docs/studies.md has the figures.
+docs/certificate.md has the figures.
 """
 
 from __future__ import annotations
