@@ -31,7 +31,7 @@ LIT_OTHERWISE = 0.1
 STANDARD_ERRORS = 5.0
 """By how many standard errors more of its pixels must be brighter than darker, or less."""
 
-MOST_BEYOND = 0.01
+MOST_BEYOND = 0.015
 """Share of the blocks that may be lit otherwise out of reach."""
 
 
@@ -232,7 +232,7 @@ def light_faults(found: Sequence[LightDifference]) -> list[str]:
     if lit > max(most, one) or beyond > max(MOST_BEYOND, one * len(found)):
         said.append(
             f"light differs {where} in {lit:.1%} of the picture's blocks, and out of its reach in"
-            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.0%} may"
+            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.1%} may"
         )
     if unlike > MOST_SKY * sky:
         said.append(
