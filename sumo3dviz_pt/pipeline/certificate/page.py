@@ -114,7 +114,7 @@ def _headline(content: Content) -> str:
 def _factors(content: Content) -> Iterator[str]:
     """Yield a table of what varies, and how many pairs say what of it."""
     yield "<h2>What varies, and what was found</h2><table><thead><tr>"
-    for title in ("factor", "in words", "levels"):
+    for title in ("factor", "in words", "levels", "acts on"):
         yield f'<th scope="col">{title}</th>'
     for title in ("proven", "failed", "not judged"):
         yield f'<th scope="col" class="n">{title}</th>'
@@ -127,10 +127,16 @@ def _factors(content: Content) -> Iterator[str]:
         )
         yield (
             f"<tr><td>{_text(name)}</td><td>{_text(factor['about'] or '-')}</td>"
-            f"<td>{_text(', '.join(factor['levels']))}</td>{''.join(counts)}"
+            f"<td>{_text(', '.join(factor['levels']))}</td><td>{_text(_acts(pairs))}</td>"
+            f"{''.join(counts)}"
             f"<td>{_worst_pair(pairs)}</td></tr>"
         )
     yield "</tbody></table>"
+
+
+def _acts(pairs: Sequence[Content]) -> str:
+    """Return where a factor acts, in the words of its pairs."""
+    return "; ".join(dict.fromkeys(str(each["acts"]) for each in pairs)) or "-"
 
 
 def _factors_of(pair: Content) -> Sequence[str]:
@@ -196,7 +202,10 @@ _CODEC = {
 }
 """Numbers of films, in words."""
 
-_WHY_CODEC = "1.5 times what the codec did when the film was made, picture by picture, and .1 to .5"
+_WHY_CODEC = (
+    "more than any codec here does; when it is verified, each picture may be 1.5 times as far as it"
+    " was when the film was made, and .1 (whole picture) or .5 more"
+)
 
 
 def _proof(content: Content) -> Iterator[str]:
@@ -239,20 +248,20 @@ def _digests(content: Content) -> Iterator[str]:
     yield f"<tr><td>this certificate</td><td><code>{content['digest']}</code></td></tr>"
     for file, digest in list(films.items())[:_MOST_FILMS]:
         yield f"<tr><td>{_text(file)}</td><td><code>{digest}</code></td></tr>"
-    yield "</tbody></table><p>The certificate's digest stands for all of them"
-    if len(films) > _MOST_FILMS:
-        yield f" (and {len(films) - _MOST_FILMS} more films)"
+    more = len(films) - _MOST_FILMS
+    also = f", for {more} more films" if more > 0 else ""
     yield (
-        ", for every account, frame and input file: publish it, with the preregistration or in the"
-        " paper, and nothing can be changed unseen. Whoever can change the folder can also write"
-        " new digests; only a published one shows that.</p>"
+        f"</tbody></table><p>The certificate's digest stands for all of them{also}, and for every"
+        " account, frame and input file: publish it, with the preregistration or in the paper, and"
+        " nothing can be changed unseen. Whoever can change the folder can also write new digests;"
+        " only a published one shows that.</p>"
     )
 
 
 def _how(content: Content) -> Iterator[str]:
     """Yield how anybody can verify a study."""
     digest = content["digest"]
-    yield "<h2>How to verify it</h2><p>On any machine, in seconds, without rendering:</p>"
+    yield "<h2>How to verify it</h2><p>On any machine, without rendering:</p>"
     yield f"<p><code>sumo3dviz-pt study verify FOLDER --published {digest}</code></p>"
     yield "<p>With three frames that are drawn by lot, rendered anew and compared bit by bit:</p>"
     yield "<p><code>sumo3dviz-pt study verify FOLDER --replay 3</code></p>"
