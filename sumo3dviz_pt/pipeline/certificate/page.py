@@ -50,6 +50,9 @@ figcaption { color: #444; font-size: .9rem; margin-top: .3rem }
 
 Content = Mapping[str, Any]
 
+_NUMBER = ' class="n"'
+"""Of cells that hold numbers."""
+
 
 def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) -> Path:
     """Write `certificate.html`; pictures are within it, so that it can be sent as it is.
@@ -112,48 +115,35 @@ def _headline(content: Content) -> str:
 
 
 def _factors(content: Content) -> Iterator[str]:
-    """Yield a table of what varies, and how many pairs say what of it."""
+    """Yield a table of what varies, and what its pairs say of it."""
     yield "<h2>What varies, and what was found</h2><table><thead><tr>"
-    for title in ("factor", "in words", "levels", "acts on"):
-        yield f'<th scope="col">{title}</th>'
-    for title in ("proven", "failed", "not judged"):
-        yield f'<th scope="col" class="n">{title}</th>'
-    yield '<th scope="col">worst pair</th></tr></thead><tbody>'
+    for title, numeric in (
+        *(("factor", 0), ("in words", 0), ("levels", 0), ("acts on", 0)),
+        *(("proven", 1), ("failed", 1), ("not judged", 1), ("not tested", 0), ("worst pair", 0)),
+    ):
+        yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
+    yield "</tr></thead><tbody>"
     for name, factor in content["factors"].items():
-        pairs = [each for each in content["pairs"] if name in _factors_of(each)]
+        pairs = [each for each in content["pairs"] if name in str(each["factor"]).split(" and ")]
         found = Counter(each["claim"] for each in pairs)
-        counts = (
-            f'<td class="n">{found[word]}</td>' for word in ("proven", "failed", "not judged")
-        )
-        yield (
-            f"<tr><td>{_text(name)}</td><td>{_text(factor['about'] or '-')}</td>"
-            f"<td>{_text(', '.join(factor['levels']))}</td><td>{_text(_acts(pairs))}</td>"
-            f"{''.join(counts)}"
-            f"<td>{_worst_pair(pairs)}</td></tr>"
-        )
+        untested = dict.fromkeys(what for each in pairs for what in each["not_tested"])
+        about = (name, factor["about"] or "-", ", ".join(factor["levels"]))
+        acts = "; ".join(dict.fromkeys(str(each["acts"]) for each in pairs))
+        cells = [f"<td>{_text(each)}</td>" for each in (*about, acts or "-")]
+        cells += [f"<td{_NUMBER}>{found[word]}</td>" for word in ("proven", "failed", "not judged")]
+        lacking = "-" if pairs else "all of it: no pair of films shows it"
+        cells += [f"<td>{_text('; '.join(untested) or lacking)}</td>"]
+        yield f"<tr>{''.join(cells)}<td>{_text(_worst_pair(pairs))}</td></tr>"
     yield "</tbody></table>"
 
 
-def _acts(pairs: Sequence[Content]) -> str:
-    """Return where a factor acts, in the words of its pairs."""
-    return "; ".join(dict.fromkeys(str(each["acts"]) for each in pairs)) or "-"
-
-
-def _factors_of(pair: Content) -> Sequence[str]:
-    """Return the factors in which two films should differ."""
-    return str(pair["factor"]).split(" and ")
-
-
 def _worst_pair(pairs: Sequence[Content]) -> str:
-    """Return what is most wrong with pairs of a factor, or that nothing was compared."""
-    if not pairs:
-        return '<span class="not">not tested: no pair of films shows it</span>'
+    """Return what is most wrong with pairs of a factor."""
     failed = next((each for each in pairs if each["claim"] != "proven"), None)
     if failed is None:
-        return "nothing is wrong"
+        return "nothing is wrong" if pairs else "-"
     why = [*failed["faults"], *failed["not_judged"]]
-    said = f"{failed['one']} and {failed['other']}: {why[0] if why else failed['claim']}"
-    return _text(said)
+    return f"{failed['one']} and {failed['other']}: {why[0] if why else failed['claim']}"
 
 
 def _links(links: Content) -> Iterator[str]:
@@ -286,7 +276,6 @@ def _text(value: object) -> str:
 
 # Pairs, on the screen ----------------------------------------------------------------------
 
-_NUMBER = ' class="n"'
 _COLUMNS = (
     *(("pair", False), ("factor", False), ("films", False), ("verdict", False)),
     *(("differs", True), ("wrongly", True), ("light", True), ("codes", True)),
