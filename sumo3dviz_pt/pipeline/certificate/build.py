@@ -14,7 +14,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
-from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
 from sumo3dviz_pt.pipeline.certificate.evidence import (
     Evidence,
@@ -30,6 +30,7 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
     pixel_verdict,
 )
 from sumo3dviz_pt.pipeline.films.frames import write_json
+from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import film_path, read_film_account
@@ -93,18 +94,6 @@ def certify(folder: Path, plan: StudyPlan) -> Certificate:
     return Certificate(tuple(verdicts), files)
 
 
-def where(plan: StudyPlan, pair: StimulusPair, *, rider: str = "") -> Acts:
-    """Return where the factor of a pair acts.
-
-    Args:
-        plan: The study.
-        pair: Two of its films.
-        rider: Id of the vehicle that the camera of the first rides in, if it does.
-    """
-    asked = plan.file.settings.factors[pair.factor].acts_on
-    return acts_of(pair.changed, rider=rider) if asked is None else Acts.asked(asked)
-
-
 def _rider(account: Mapping[str, Any]) -> str:
     """Return the id of the vehicle that a film's camera rides in, or nothing."""
     return str(account["scene"]["cameras"][account["camera"]].get("vehicle") or "")
@@ -115,15 +104,18 @@ def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
     stimuli = {each.name: each for each in plan.stimuli}
     films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
     accounts = [read_film_account(film) for film in films]
-    acts = where(plan, pair, rider=_rider(accounts[0]))
+    subject = subject_of_pair(plan.file, pair, rider=_rider(accounts[0]))
+    acts, confounds = subject.acts, tuple(subject.confounds)
+    found = account_faults(accounts[0], accounts[1], acts, pair.changed)
     verdict = PairVerdict(
         pair.factor,
         pair.levels,
         pair.one,
         pair.other,
         str(acts),
-        tuple(account_faults(accounts[0], accounts[1], acts, pair.changed)),
+        (*(f"levels also set {each}" for each in confounds), *found),
         tuple(named_differences(accounts[0], accounts[1], acts)),
+        confounds=confounds,
     )
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
@@ -165,7 +157,8 @@ def _compared(
     return replace(
         verdict,
         faults=(*verdict.faults, *(() if unlike else said.faults)),
-        named=(*verdict.named, *said.named, *unlike),
+        named=(*verdict.named, *said.named),
+        not_judged=(*verdict.not_judged, *unlike),
         frames=tuple(numbers),
         differing=said.differing,
         wrong=0.0 if unlike else said.wrong,

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.experiments.designs.balance import confounded_pairs, same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
 from sumo3dviz_pt.experiments.playlists import Playlist, build_playlists
 from sumo3dviz_pt.experiments.tables.build import trials_in
@@ -61,8 +64,9 @@ class StudyPlan:
 
     @cached_property
     def pairs(self) -> tuple[StimulusPair, ...]:
-        """Films that should differ in one factor only."""
-        return pairs_of(self.file.levels, self.stimuli)
+        """Films that are compared: they should differ in their factors only."""
+        told = [name for name in self.factors if told_only(self.file, name)]
+        return pairs_of(self.file.levels, self.stimuli, told=told)
 
     def only(self, name: str) -> StudyPlan:
         """Return the plan of one of its films.
@@ -153,6 +157,13 @@ def _table_notes(
     for place, (factor, levels) in enumerate(study.levels.items()):
         missing = [name for name in levels if name not in {p[place] for p in profiles}]
         notes += [f"the table never shows {factor} {name}" for name in missing]
+    numbers = [{name: n for n, name in enumerate(some)} for some in study.levels.values()]
+    rows = np.array([[own[n] for own, n in zip(numbers, p, strict=True)] for p in profiles])
+    notes += same_in_words(rows, study.levels)
+    unequal = len(confounded_pairs(rows, [len(some) for some in numbers]))
+    if unequal:
+        pairs = len(numbers) * (len(numbers) - 1) // 2
+        notes.append(f"{unequal} of {pairs} pairs of factors go together in part over the profiles")
     twice = [t for t in trials if len(set(t.alternatives)) < len(t.alternatives)]
     if twice:
         notes.append(
