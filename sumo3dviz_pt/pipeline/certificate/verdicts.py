@@ -56,6 +56,7 @@ class PairVerdict:
         picture: File with the two and where they differ, relative to the study's folder; or empty.
         confounds: Which settings the levels change beside what their factor is about.
         not_judged: Why what should be judged cannot be, a sentence each.
+        told: How many of the faults accounts tell; pixels tell the others.
         not_tested: What is not looked at, because the factor acts on all of it, a sentence each.
     """
 
@@ -76,6 +77,7 @@ class PairVerdict:
     confounds: tuple[str, ...] = ()
     not_judged: tuple[str, ...] = ()
     not_tested: tuple[str, ...] = ()
+    told: int = 0
 
     @property
     def passed(self) -> bool:

@@ -11,14 +11,13 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from os.path import commonpath
 from pathlib import Path
 
 import numpy as np
 
 from sumo3dviz_pt.experiments.trials import Levels, Profile
 from sumo3dviz_pt.pipeline.accounts.differences import differences
-from sumo3dviz_pt.pipeline.accounts.provenance import with_files
+from sumo3dviz_pt.pipeline.accounts.provenance import short_names, with_files
 from sumo3dviz_pt.pipeline.gaps import as_moved
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
@@ -165,7 +164,7 @@ def _by_distance(
 
 def changes(one: Stimulus, other: Stimulus) -> list[str]:
     """Return what differs in the scenes of two films, key by key."""
-    files = _names(*(_files(each) for each in (one, other)))
+    files = short_names(path for each in (one, other) for path in _files(each))
     first, second = (
         {"scene": with_files(each.job.model_dump(by_alias=True), files.__getitem__)}
         for each in (one, other)
@@ -178,15 +177,6 @@ def _files(stimulus: Stimulus) -> list[Path]:
     found: dict[Path, None] = {}
     with_files(stimulus.job.model_dump(by_alias=True), lambda path: found.setdefault(path))
     return list(found)
-
-
-def _names(*several: Sequence[Path]) -> dict[Path, str]:
-    """Return files by what they are called below their common folder: no machine's paths."""
-    paths = list(dict.fromkeys(path for some in several for path in some))
-    if not paths:
-        return {}
-    common = Path(commonpath([path.absolute().parent for path in paths]))
-    return {path: path.absolute().relative_to(common).as_posix() for path in paths}
 
 
 def _neighbours(profiles: Sequence[Profile], place: int) -> list[tuple[Profile, Profile]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,11 +12,18 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.experiments.designs.balance import confounded_pairs, same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
-from sumo3dviz_pt.experiments.playlists import Playlist, build_playlists
+from sumo3dviz_pt.experiments.designs.parts import uneven
+from sumo3dviz_pt.experiments.playlists import (
+    Playlist,
+    build_playlists,
+    most_placed,
+    uneven_groups,
+    with_even_places,
+)
 from sumo3dviz_pt.experiments.tables.build import trials_in
 from sumo3dviz_pt.experiments.tables.cells import read_table
 from sumo3dviz_pt.experiments.tables.forms import TableRequest
-from sumo3dviz_pt.experiments.trials import Profile, Trial, profiles_of, single_trials
+from sumo3dviz_pt.experiments.trials import Profile, Trial, dominated, profiles_of, single_trials
 from sumo3dviz_pt.job.study import Patch, TableSettings
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair, pairs_of
@@ -34,6 +41,7 @@ class StudyPlan:
         stimuli: The films, each once.
         playlists: Who sees what in which order.
         notes: What there is to know of the design, in sentences.
+        overrides: Values of the scene file that won over all others, beside the study file's own.
     """
 
     file: StudyFile
@@ -41,6 +49,7 @@ class StudyPlan:
     stimuli: tuple[Stimulus, ...]
     playlists: tuple[Playlist, ...]
     notes: tuple[str, ...]
+    overrides: Patch = field(default_factory=dict)
 
     @property
     def factors(self) -> tuple[str, ...]:
@@ -96,15 +105,29 @@ def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:
     stimuli = build_stimuli(study, profiles_of(trials), overrides)
     asked = study.settings.playlists
     with study.blamed():
+        even = asked.places == "balanced"
+        most = most_placed(trials) if even else 1
         playlists = build_playlists(
             trials,
             order=asked.order,
-            count=asked.count,
+            count=None if asked.count is None else -(-asked.count // most),
             parts=asked.parts,
             repeat=asked.repeat,
             seed=study.settings.seed,
         )
-    return StudyPlan(study, trials, stimuli, playlists, (*notes, *_hidden(study, stimuli)))
+        if even:
+            playlists = with_even_places(playlists, count=asked.count, seed=study.settings.seed)
+    notes = (*notes, *_hidden(study, stimuli), *_playlist_notes(study, playlists))
+    # Tasks whose films changed places are trials of their own.
+    shown = (trial for playlist in playlists for trial in playlist.trials)
+    return StudyPlan(
+        study,
+        tuple(dict.fromkeys((*trials, *shown))),
+        stimuli,
+        playlists,
+        notes,
+        dict(overrides or {}),
+    )
 
 
 def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
@@ -164,12 +187,45 @@ def _table_notes(
     if unequal:
         pairs = len(numbers) * (len(numbers) - 1) // 2
         notes.append(f"{unequal} of {pairs} pairs of factors go together in part over the profiles")
+    seen: set[tuple[str, frozenset[Profile | None]]] = set()
+    again = []
+    for trial in trials:
+        key = (trial.block, frozenset(trial.alternatives))
+        again += [trial] if key in seen else []
+        seen.add(key)
     twice = [t for t in trials if len(set(t.alternatives)) < len(t.alternatives)]
-    if twice:
+    beaten = [t for t in trials if study.ranks and dominated(t, study.ranks)]
+    for some, what in (
+        (twice, "show one profile twice"),
+        (again, "show what another of their block does"),
+        (beaten, "hold a profile that another one beats in everything"),
+    ):
+        if some:
+            first = f"the first is task {some[0].task} of block {some[0].block}"
+            notes.append(f"{len(some)} of {len(trials)} tasks {what}, {first}")
+    return notes
+
+
+def _playlist_notes(study: StudyFile, playlists: Sequence[Playlist]) -> list[str]:
+    """Return what playlists do not balance, in sentences."""
+    asked, notes = study.settings.playlists, []
+    uneven_there = uneven_groups(playlists) if asked.order == "latin" else []
+    if uneven_there:
         notes.append(
-            f"{len(twice)} tasks show one profile twice, the first is task {twice[0].task} of"
-            f" block {twice[0].block}"
+            f"{len(playlists)} playlists are no multiple of what the order takes, so some trials"
+            " stand at some positions more often than others; leave playlists.count out"
         )
+    groups = {each.block: list(dict.fromkeys(each.trials)) for each in playlists}
+    blocks: dict[str, list[list[Trial]]] = {}
+    for name, own in groups.items() if asked.parts > 1 else ():
+        blocks.setdefault(name.rpartition(".")[0], []).append(own)
+    for name, parts in blocks.items():
+        confounded = uneven(parts, tuple(study.settings.factors))
+        if confounded:
+            notes.append(
+                f"parts of block {name} do not share {', '.join(confounded[:3])} evenly:"
+                " who sees which part is confounded with that"
+            )
     return notes
 
 
