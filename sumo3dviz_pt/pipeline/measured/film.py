@@ -224,8 +224,7 @@ def _watched(
     meter, colours = watching
     for number, picture in enumerate(film_pictures(without_overlays(film), size=(width, height))):
         meter.add(picture)
-        if number in shown.lights:
-            colours.add(picture, shown.lights[number])
+        colours.add(picture, shown.lenses.get(number, {}))
         yield picture
 
 
