@@ -111,7 +111,7 @@ def lacking_layers(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, 
         plan: What is wanted.
         variant: The renderer's.
     """
-    known, found = _films(folder), {}
+    known, found = _films(folder), dict[str, tuple[str, ...]]()
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
