@@ -23,10 +23,10 @@ from sumo3dviz_pt.pipeline.measured.observer import (
     arrivals,
     camera_observer,
     named_observer,
+    observer_rows,
 )
 from sumo3dviz_pt.pipeline.measured.pictures import picture_rows, scene_row
 from sumo3dviz_pt.pipeline.measured.safety import FIELD, FlashMeter, SignalColours, size_row
-from sumo3dviz_pt.pipeline.measured.sights import observer_rows
 from sumo3dviz_pt.pipeline.measured.things import Shown, lens_of, shown_in
 from sumo3dviz_pt.pipeline.measured.traffic import (
     Row,

@@ -30,7 +30,7 @@ from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside, said_file
 from sumo3dviz_pt.pipeline.layers.read import FrameLayers, read_frame
-from sumo3dviz_pt.pipeline.measured.sights import Seen
+from sumo3dviz_pt.pipeline.measured.observer import Seen
 from sumo3dviz_pt.pipeline.measured.traffic import Row, Traffic
 from sumo3dviz_pt.world.signals.bodies import GLASS
 

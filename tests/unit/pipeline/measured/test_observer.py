@@ -14,9 +14,10 @@ from sumo3dviz_pt.pipeline.measured.observer import (
     arrivals,
     camera_observer,
     named_observer,
+    observer_rows,
+    sight_of,
     way_across,
 )
-from sumo3dviz_pt.pipeline.measured.sights import observer_rows, sight_of
 from sumo3dviz_pt.pipeline.measured.things import box_entries
 from sumo3dviz_pt.pipeline.measured.traffic import Traffic
 from sumo3dviz_pt.sumo.network import read_network
