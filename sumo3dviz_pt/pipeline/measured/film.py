@@ -115,7 +115,6 @@ def measure_film(
         compared: In how many frames the scene's light is measured.
 
     Raises:
-        ConfigError: If an observer is a road user that is not there.
         InputError: If the film or a frame is damaged.
     """
     cameras = [frame["camera"] for frame in account["frames"]]
@@ -165,10 +164,8 @@ def _observer_tables(
     grid = np.arange(begin - HORIZON, end + HORIZON + STEP, STEP)
     around = traffic_at(stimulus.job, scenario, grid, near=near)
     network = scenario.network
-    observers = [camera_observer(cameras, traffic, network)]
-    observers += [
-        named_observer(name, each, traffic, network) for name, each in settings.observers.items()
-    ]
+    named = (named_observer(*each, traffic, network) for each in settings.observers.items())
+    observers = [camera_observer(cameras, traffic, network), *filter(None, named)]
     rows: list[Row] = []
     came: list[Row] = []
     for observer in observers:

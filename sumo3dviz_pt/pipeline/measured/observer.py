@@ -31,7 +31,6 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.report import CAMERA, ObserverSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Lane, Network
@@ -107,23 +106,19 @@ def camera_observer(
 
 def named_observer(
     name: str, settings: ObserverSettings, traffic: Traffic, network: Network
-) -> Observer:
-    """Return an observer that a study file names.
+) -> Observer | None:
+    """Return an observer that a study file names; None if it is nowhere near this film's camera.
 
     Args:
         name: Its own.
         settings: Where it is.
         traffic: Everyone, at the times that are looked at.
         network: Where a way across is looked for.
-
-    Raises:
-        ConfigError: If its road user never comes near the film's camera.
     """
     if settings.road_user is not None:
         k = traffic.number(settings.road_user)
         if k is None:
-            message = f"nobody near the film's camera is called {settings.road_user!r}"
-            raise ConfigError(message, key=f"report.observers.{name}.road_user")
+            return None
         yaws = traffic.yaws[k]
         ahead = np.stack([np.cos(yaws), np.sin(yaws), np.zeros_like(yaws)], axis=1)
         eyes = traffic.fronts[k] + (0.0, 0.0, settings.eye)

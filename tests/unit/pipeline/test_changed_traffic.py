@@ -13,6 +13,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.studies.file import load_study
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.plan import plan_study
+from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study
 from sumo3dviz_pt.pipeline.studies.words import plan_in_words
 
 # Cars v0, v2, v4 drive one behind the other at 10 m/s, 18 m apart and 4.6 m long; v0 is last.
@@ -197,3 +198,14 @@ def test_a_dry_run_says_keys_of_ids_with_colons_whole(scene):
     text = STUDY.replace('v0: {behind: "a@b:2.c"', '"x:1": {behind: v0').replace("MOVES", "self")
     study.write_text(text, encoding="utf-8")
     assert "traffic.rides.x:1.gap" in plan_in_words(plan_study(load_study(study)), ())
+
+
+def test_an_observer_that_nobody_is_is_refused_before_films_are_rendered(scene):
+    study = scene.with_name("study.yaml")
+    text = STUDY.replace("a@b:2.c", "v2").replace("MOVES", "auto")
+    text += "report: {observers: {cyclist: {road_user: v77}}}\n"
+    study.write_text(text, encoding="utf-8")
+    plan = plan_study(load_study(study))
+    said = r"study\.yaml:\d+:\d+: report\.observers\.cyclist\.road_user: no vehicle or person is"
+    with pytest.raises(ConfigError, match=said):
+        check_study(plan, StudyOrder(scene.with_name("out")))
