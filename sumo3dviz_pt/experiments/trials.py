@@ -27,6 +27,33 @@ class Trial:
     alternatives: tuple[Profile | None, ...]
 
 
+Ranks = Sequence[Mapping[str, int] | None]
+"""How good each level of each factor is; None where people differ."""
+
+
+def dominated(trial: Trial, ranks: Ranks) -> tuple[int, ...]:
+    """Return the places, from 1, of alternatives that nobody would choose: another one is better.
+
+    Args:
+        trial: The alternatives.
+        ranks: In the order of the factors; where people differ, the levels must be the same.
+    """
+    shown = [(n, each) for n, each in enumerate(trial.alternatives, 1) if each is not None]
+    return tuple(
+        place for place, one in shown if any(_is_better(other, one, ranks) for _, other in shown)
+    )
+
+
+def _is_better(one: Profile, other: Profile, ranks: Ranks) -> bool:
+    """Return whether a profile is better in something and worse in nothing."""
+    gains = []
+    for here, there, rank in zip(one, other, ranks, strict=True):
+        if rank is None and here != there:
+            return False
+        gains.append(0 if rank is None else rank[here] - rank[there])
+    return min(gains) >= 0 and max(gains) > 0
+
+
 def single_trials(profiles: Iterable[Profile]) -> tuple[Trial, ...]:
     """Return a trial for each profile, in one block."""
     return tuple(

@@ -8,12 +8,20 @@ from __future__ import annotations
 
 import keyword
 import re
-from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sumo3dviz_pt.job.ranges import MOST_ENTRIES, File, Positive, Seed, Whole
+from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Positive, Seed, Whole
+from sumo3dviz_pt.job.report import ReportSettings
+from sumo3dviz_pt.job.sessions import (
+    PAGE_COLUMNS,
+    DuringSettings,
+    EndpointSettings,
+    Language,
+    NamedFile,
+    SessionSettings,
+)
 from sumo3dviz_pt.job.settings import ShotSettings
 from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
 
@@ -25,6 +33,7 @@ OWN_COLUMNS = frozenset(
         *("stimulus", "film", "duration", "video", "stim_file", "stim_id", "answer", "rt"),
         *("playlist", "block", "position", "trial", "task", "alternative", "none", "response"),
     }
+    | PAGE_COLUMNS
 )
 """Columns of the tables that are written; no factor may be called like one."""
 
@@ -32,7 +41,7 @@ _FACTOR = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LONGEST_LEVEL = 60
 _ADDRESS = re.compile(r"https?://[^\s\"'<>]+")
 _PLACE = re.compile(r"[^\s\"'<>]+")
-_LANGUAGE = re.compile(r"[a-z]{2,3}(-[A-Za-z]+)?")
+_DATE = re.compile(r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01]))?)?")
 
 
 # Names -------------------------------------------------------------------------------------
@@ -66,13 +75,6 @@ def _level(name: str) -> str:
     return name
 
 
-def _printable(path: Path) -> Path:
-    """Refuse a file's name that no message could show."""
-    if not str(path).isprintable() or not path.name.strip():
-        raise ValueError(f"this should be a file's name, not {str(path.name)!r}")
-    return path
-
-
 def _word(value: Any) -> Any:
     """Let numbers, true and false stand for the text that a key would be."""
     if isinstance(value, bool):
@@ -94,14 +96,13 @@ def _place(text: str) -> str:
     return text
 
 
-def _language(text: str) -> str:
-    """Refuse what is no language's code."""
-    if not _LANGUAGE.fullmatch(text):
-        raise ValueError(f"a language is written like en or pt-BR, not {text!r}")
+def _date(text: str) -> str:
+    """Refuse what is no date."""
+    if text and not _DATE.fullmatch(text):
+        raise ValueError(f"a date is written like 2026-11-27, 2026-11 or 2026, not {text!r}")
     return text
 
 
-NamedFile = Annotated[File, AfterValidator(_printable)]
 FactorName = Annotated[str, AfterValidator(_factor)]
 LevelName = Annotated[str, BeforeValidator(_word), AfterValidator(_level)]
 LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
@@ -137,6 +138,11 @@ class FactorSettings(Settings):
     about: str = Field("", description="what it is, for tables and pages")
     acts_on: ActSettings | None = Field(
         None, description="where it acts; default what the keys that its levels set act on"
+    )
+    better: Literal["first", "last"] | None = Field(
+        None,
+        description="which level everybody would choose, if they stand in order; then choices"
+        " that nobody would make are noted",
     )
     levels: dict[LevelName, Patch] = Field(
         min_length=2,
@@ -203,9 +209,9 @@ TOOLS: tuple[Tool, ...] = get_args(Tool)
 class QuestionSettings(Settings):
     """What people are asked after a clip."""
 
-    text: str = Field("How safe would you feel here?", description="the question")
-    choice: str = Field(
-        "Which one would you choose?", description="the question where a task has several clips"
+    text: str | None = Field(None, description="the question; default the language's")
+    choice: str | None = Field(
+        None, description="the question where a task has several clips; default the language's"
     )
     answers: tuple[str, ...] = Field(
         ("1", "2", "3", "4", "5", "6", "7"),
@@ -213,10 +219,15 @@ class QuestionSettings(Settings):
         max_length=MOST_LEVELS,
         description="in order",
     )
-    low: str = Field("not at all", description="what the first answer means")
-    high: str = Field("very", description="what the last answer means")
-    none: str = Field("None of these", description="the answer that chooses nothing")
-    language: Annotated[str, AfterValidator(_language)] = Field("en", description="of all texts")
+    low: str | None = Field(None, description="what the first answer means")
+    high: str | None = Field(None, description="what the last answer means")
+    none: str | None = Field(None, description="the answer that chooses nothing")
+    language: Language = Field(
+        "en", description="of all texts; en and de are there, session.texts may add others"
+    )
+    during: DuringSettings | None = Field(
+        None, description="what people press while a film plays, on the page of jsPsych"
+    )
 
 
 class PlaylistSettings(Settings):
@@ -247,10 +258,8 @@ class ScreenSettings(Settings):
     pixels_per_cm: Positive | None = Field(
         None, le=10_000, description="CSS pixels; default people lay a bank card on the screen"
     )
-    instruction: str = Field(
-        "Hold a bank card on the screen and move the slider until the box has its size.",
-        min_length=1,
-        description="what people read then",
+    instruction: str | None = Field(
+        None, min_length=1, description="what people read then; default the language's"
     )
 
 
@@ -275,6 +284,14 @@ class ToolSettings(Settings):
         "https://unpkg.com/",
         description="where the page loads jsPsych from: a URL or a folder beside it, ending in /",
     )
+    offline: bool = Field(
+        False,
+        description="whether jsPsych is copied beside the page, from the folder `jspsych`, then"
+        " relative to the study file",
+    )
+    endpoint: EndpointSettings | None = Field(
+        None, description="where answers are sent; default they are saved as a file"
+    )
     cards: bool = Field(
         False, description="choice tasks as one film, all alternatives side by side"
     )
@@ -296,25 +313,6 @@ class CertificateSettings(Settings):
     )
 
 
-class ReportSettings(Settings):
-    """What films show, in numbers: light, motion, clutter, traffic."""
-
-    write: bool = Field(
-        True, description="whether there is one; it needs the layer `instance` beside the films"
-    )
-    white: Positive = Field(
-        100.0,
-        le=100_000,
-        description="luminance of the display's white [cd/m2], for what is shown; its curve is"
-        " taken as sRGB",
-    )
-    things: Patterns = Field(
-        ("vehicle:*", "person:*"),
-        description="names of things whose visible share is told, such as sign:*: of the"
-        " picture's pixels, those that show it",
-    )
-
-
 class AboutSettings(Settings):
     """What is said about the study in its data set and citation."""
 
@@ -325,6 +323,9 @@ class AboutSettings(Settings):
         description="what it holds",
     )
     authors: tuple[str, ...] = Field((), max_length=1000, description="given name, family name")
+    date: Annotated[str, AfterValidator(_date)] = Field(
+        "", description="of the study, such as 2026-11-27; films and certificates ask no clock"
+    )
     licence: str = Field("", description="of the films, such as CC-BY-4.0")
     keywords: tuple[str, ...] = Field((), max_length=100, description="for catalogues")
 
@@ -367,6 +368,7 @@ class StudySettings(Settings):
         "levels", description="what films are called; codes tell participants nothing"
     )
     question: QuestionSettings = QuestionSettings()
+    session: SessionSettings = SessionSettings()
     playlists: PlaylistSettings = PlaylistSettings()
     tools: ToolSettings = ToolSettings()
     certificate: CertificateSettings = CertificateSettings()

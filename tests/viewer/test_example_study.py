@@ -10,9 +10,10 @@ import functools
 import http.server
 import json
 import os
-import shutil
 import threading
+import time
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 from needed import skip_if
@@ -33,11 +34,23 @@ OPEN = (
 pytestmark = pytest.mark.slow
 
 
-class Quiet(http.server.SimpleHTTPRequestHandler):
-    """A server that says nothing."""
+class Plain(http.server.SimpleHTTPRequestHandler):
+    """A plain web server that says nothing; one film is slow, and one is not there."""
+
+    slow: ClassVar[str] = ""
+    missing: ClassVar[str] = ""
 
     def log_message(self, *_: object) -> None:
         pass
+
+    def do_GET(self) -> None:
+        name = self.path.lstrip("/")
+        if name == Plain.missing:
+            self.send_error(404)
+            return
+        if name == Plain.slow:
+            time.sleep(1.5)
+        super().do_GET()
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +61,9 @@ def folder(tmp_path_factory):
     scene = json.dumps(str(STUDY.with_name("scene.yaml")))
     assert "scene: scene.yaml\n" in text
     text = text.replace("scene: scene.yaml\n", f"scene: {scene}\n")
-    (place / "study.yaml").write_text(f"{text}tools: {{jspsych: node_modules/}}\n", "utf-8")
+    here = json.dumps(f"{PACKAGES.resolve()}/") if PACKAGES.is_dir() else "node_modules/"
+    tools = f"tools: {{offline: {json.dumps(PACKAGES.is_dir())}, jspsych: {here}}}\n"
+    (place / "study.yaml").write_text(text + tools, "utf-8")
     words = [word for value in SMALL for word in ("--set", value)]
     done = main(["study", str(place / "study.yaml"), "-o", str(place / "out"), *words])
     assert done == 0
@@ -58,7 +73,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def address(folder):
     """A web server in the study's folder, as it is."""
-    handler = functools.partial(Quiet, directory=folder)
+    handler = functools.partial(Plain, directory=folder)
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
@@ -98,20 +113,28 @@ def test_the_folder_is_a_psychds_data_set(folder):
 
 @pytest.mark.skipif(not PACKAGES.is_dir(), reason="jsPsych is not here")
 @skip_if(chromium() is None, "there is no Chromium on the PATH")
-def test_a_browser_plays_all_films_and_records_the_answers(folder, address):
-    shutil.copytree(PACKAGES, folder / "node_modules", dirs_exist_ok=True)
+def test_a_browser_plays_all_films_and_records_the_answers(address):
+    """From a plain web server, with a slow film and one that is not there."""
     with Browser() as browser:
         page = browser.open(f"{address}/index.html?participant=3&save=no")
         page.wait_for("!!document.querySelector('.jspsych-btn')")
+        films = page.evaluate(
+            "study.playlists['3'].map((each) => study.films[study.trials[each].films[0]].file)"
+        )
+        Plain.slow, Plain.missing = films[1], films[4]
         page.click(".jspsych-btn")  # films only play by themselves after somebody has clicked
         for number in range(8):
-            page.wait_for(OPEN % (number % 7 + 1))
+            page.wait_for(OPEN % ("Go on without it" if number == 4 else number % 7 + 1))
         page.wait_for("'answers' in window")
-        found = page.evaluate("window.answers.values()")
-        assert not [error for error in page.errors if "favicon" not in error]
-        films = {url for url in page.requests if url.endswith(".mp4")}
-    assert len(films) == 8
-    assert [answer["answer"] for answer in found] == [str(n % 7 + 1) for n in range(8)]
+        found = [row for row in page.evaluate("window.answers") if row["kind"] == "answer"]
+        asked = {url.rpartition("/")[2] for url in page.requests if url.endswith(".mp4")}
+    assert len(asked) == 8
+    given = [str(n % 7 + 1) if n != 4 else "" for n in range(8)]
+    assert [answer["answer"] for answer in found] == given
+    assert [answer["film_skipped"] for answer in found] == [int(n == 4) for n in range(8)]
+    assert found[4]["film_problems"] == "missing" and found[1]["film_stalled"] == 0
+    assert found[0]["film_loading_ms"] + found[1]["film_loading_ms"] >= 1000
+    assert all(answer["film_certified"] == 1 for answer in found if not answer["film_skipped"])
     profiles = {(a["light"], a["trees"], a["ahead"]) for a in found}
     assert len(profiles) == 8
     assert {a["playlist"] for a in found} == {"3"}

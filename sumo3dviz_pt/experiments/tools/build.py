@@ -45,4 +45,4 @@ def write_tools(folder: Path, content: StudyContent, tools: Iterable[str]) -> li
     for tool in tools:
         if content.url is not None or tool not in ONLINE:
             files += WRITERS[tool](folder, content)
-    return files
+    return list(dict.fromkeys(files))

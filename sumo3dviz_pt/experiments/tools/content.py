@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from string import ascii_uppercase
+from typing import Any
 
 from sumo3dviz_pt.experiments.playlists import Playlist
-from sumo3dviz_pt.experiments.trials import Profile, Trial
+from sumo3dviz_pt.experiments.trials import Profile, Ranks, Trial
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,69 @@ class Screen:
     distance: float
     pixels_per_cm: float | None
     instruction: str
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """Questions on a page of their own.
+
+    Attributes:
+        name: Columns of the data are called after it.
+        items: Each with `text`, and `answers`, `low` and `high` where it has its own.
+        answers: Of all items; none leaves room for free text.
+        low, high: What the first and the last answer mean; may be empty.
+        intro: Above the items; may be empty.
+    """
+
+    name: str
+    items: Sequence[Mapping[str, Any]]
+    answers: Sequence[str] = ()
+    low: str = ""
+    high: str = ""
+    intro: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class During:
+    """What people press while a film plays.
+
+    Attributes:
+        keys: As browsers call them, in small letters; the space bar is `space`.
+        button: Its words; None has a button on touch screens only.
+        text: Above the film.
+        only: Whether no question follows.
+    """
+
+    keys: Sequence[str]
+    button: str | None = None
+    text: str | None = None
+    only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """What surrounds the films on the page of jsPsych.
+
+    Attributes:
+        texts: Words of the page by key.
+        consent: What people agree to first; None asks nothing.
+        before, after: Forms around the films.
+        practice: How many trials come first as well.
+        attention: How many checks stand between the trials.
+        during: What is pressed while films play.
+        endpoint: Where answers are sent: kind, url, experiment; None saves a file.
+        offline: Folder with jsPsych that is copied beside the page; None leaves it where it is.
+    """
+
+    texts: Mapping[str, str]
+    consent: str | None = None
+    before: Sequence[Form] = ()
+    after: Sequence[Form] = ()
+    practice: int = 0
+    attention: int = 0
+    during: During | None = None
+    endpoint: Mapping[str, str | None] | None = None
+    offline: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +164,8 @@ class StudyContent:
         screen: How films get their right size on the page; None fits them to the window.
         cards: Films of all alternatives side by side, by the trial's name; else they are shown one
             after the other.
+        session: What surrounds films on the page of jsPsych; None is nothing, in English.
+        ranks: How good levels are, in the order of factors; empty where nothing is known.
     """
 
     factors: Mapping[str, str]
@@ -113,6 +180,8 @@ class StudyContent:
     told: Sequence[str] = ()
     screen: Screen | None = None
     cards: Mapping[str, str] = field(default_factory=dict)
+    session: Session | None = None
+    ranks: Ranks = ()
 
     @property
     def films(self) -> tuple[Clip, ...]:

@@ -1,89 +1,125 @@
 """A page with jsPsych 8 that shows a study's films and records answers.
 
-The page runs from the study's folder by any web server (`python -m http.server`). jsPsych itself
-is not part of it: the page loads it from the address in the study file, or from a folder beside
-it that `npm install` filled.
+The page runs from the study's folder by any web server (`python -m http.server`). It is one file,
+put together from those in the folder `page`. jsPsych itself is not part of it: the page loads it
+from the address in the study file, or from a folder beside it that `npm install` filled, or from
+one to which it was copied.
 
 References:
     J. R. de Leeuw et al. (2023): jsPsych, Journal of Open Source Software 8(85), 5351;
     doi:10.21105/joss.05351
-    https://www.jspsych.org/v8/plugins/video-button-response/ and .../preload/
+    https://www.jspsych.org/v8/developers/plugin-development/
+    https://wicg.github.io/video-rvfc/ (requestVideoFrameCallback: which frame is seen when)
 """
 
 from __future__ import annotations
 
+import hashlib
 import html
 import json
 import re
+import shutil
 from collections.abc import Mapping
+from dataclasses import asdict
+from fractions import Fraction
+from functools import cache
 from pathlib import Path
+from typing import Any
 
-from sumo3dviz_pt.experiments.tools.content import Screen, StudyContent, letter, trial_name
-from sumo3dviz_pt.experiments.trials import Trial
+import yaml
+
+from sumo3dviz_pt.experiments.tools.content import (
+    Clip,
+    Screen,
+    Session,
+    StudyContent,
+    letter,
+    trial_name,
+)
+from sumo3dviz_pt.experiments.trials import Trial, dominated
 from sumo3dviz_pt.files.whole import write_whole
 
-PACKAGES: Mapping[str, str] = {
-    "jspsych": "8.3.0",
-    "@jspsych/plugin-preload": "2.1.0",
-    "@jspsych/plugin-html-button-response": "2.1.0",
-    "@jspsych/plugin-video-button-response": "2.1.1",
+VERSION = "8.3.0"
+"""Of jsPsych: what pages load from an address."""
+
+SCRIPT, STYLE = "jspsych/dist/index.browser.min.js", "jspsych/css/jspsych.css"
+"""What the page needs of it, in npm's folder."""
+
+_DIGESTS: Mapping[str, str] = {
+    SCRIPT: "PPMNzYQfqrWFhrOxhpwxXmKK+LDH//fBCLsvA/JIRHOfiuOcZ2j8wJhqo87V4R4B",
+    STYLE: "+gGUkbtw2BJWSroKW2jzIEXGe7KxdycJ0Bo+CqzpIOSBHOYEHHRWETaV+v2mpdWX",
 }
-"""What the page loads, by npm's names, and in which versions."""
+"""SHA-384 of both: a browser runs nothing else that an address may send."""
 
-_SCRIPTS: Mapping[str, str] = {
-    "jspsych": "PPMNzYQfqrWFhrOxhpwxXmKK+LDH//fBCLsvA/JIRHOfiuOcZ2j8wJhqo87V4R4B",
-    "@jspsych/plugin-preload": "BiUYHx4tdTYToceth936qf4Wkf+Ho2VZti/5bB5/nDiPRuTaZ37hrxkLsANkHGdp",
-    "@jspsych/plugin-html-button-response": (
-        "tPGtXEC8xEbInWvarnxvJ3fyzeXwRDS0QjGUts+TGQ9I8OCxiqsv9lxTS3mEN6um"
-    ),
-    "@jspsych/plugin-video-button-response": (
-        "EzTLpOPKkUdmj0L6ueQzRV1TLRFgve84vNAlFZZxx8oc2p6GVHL6Mt8lH229p+yi"
-    ),
-}
-"""Digests (SHA-384) of `_SCRIPT` of these packages: a browser runs nothing else that an address
-may send."""
+_PAGE = Path(__file__).with_name("page")
+_SCRIPTS = ("keep.js", "film.js", "session.js")
+_COPY = "scripts/"
 
-_STYLES = "+gGUkbtw2BJWSroKW2jzIEXGe7KxdycJ0Bo+CqzpIOSBHOYEHHRWETaV+v2mpdWX"
-"""The same of jsPsych's `_STYLE`."""
 
-_SCRIPT = "dist/index.browser.min.js"
-_STYLE = "css/jspsych.css"
-_PAGE = Path(__file__).with_name("page") / "index.html"
+@cache
+def own_texts() -> Mapping[str, Any]:
+    """Return what people read, by language: `page`, `question` and `forms`."""
+    found: Mapping[str, Any] = yaml.safe_load((_PAGE / "texts.yaml").read_text(encoding="utf-8"))
+    return found
 
 
 def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
-    """Write `index.html` into the study's folder."""
-    path = folder / "index.html"
-    write_whole(path, page(content))
-    return [path]
+    """Write `index.html` into the study's folder, and jsPsych beside it where it is to be there."""
+    files = [folder / "index.html"]
+    write_whole(files[0], page(content))
+    session = _session(content)
+    if session.offline is not None:
+        for name in (SCRIPT, STYLE):
+            files.append(folder / _COPY / name)
+            files[-1].parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(session.offline / name, files[-1])
+    return files
 
 
 def page(content: StudyContent) -> str:
     """Return the page."""
+    base = content.jspsych if _session(content).offline is None else _COPY
     # "</" ends a script and "<!--<script" keeps it from ending; JSON may write "<" as an escape.
-    study = json.dumps(_study(content), ensure_ascii=False).replace("<", "\\u003c")
+    study = json.dumps(_study(content, base), ensure_ascii=False).replace("<", "\\u003c")
     parts = {
         "language": html.escape(content.words.language),
         "title": html.escape(content.words.title),
-        "head": _head(content.jspsych),
+        "head": _head(content, base),
+        "style": _source("page.css"),
+        "script": "\n".join(map(_source, _SCRIPTS)),
         "study": study,
     }
-    text = _PAGE.read_text(encoding="utf-8")
+    text = _source("index.html")
     return re.sub(r"\{(" + "|".join(parts) + r")\}", lambda mark: parts[mark[1]], text)
 
 
-def _head(base: str) -> str:
-    """Return the lines that load jsPsych from an address, or from npm's folder."""
-    places = {
-        name: html.escape(f"{base}{name}{f'@{version}' if _is_online(base) else ''}", quote=True)
-        for name, version in PACKAGES.items()
-    }
-    lines = [
-        f'<script src="{place}/{_SCRIPT}"{_checked(base, _SCRIPTS[name])}></script>'
-        for name, place in places.items()
-    ]
-    style = f'href="{places["jspsych"]}/{_STYLE}"{_checked(base, _STYLES)}'
-    return "\n".join([*lines, f'<link rel="stylesheet" {style}>'])
+def _source(name: str) -> str:
+    """Return a file of which the page is put together."""
+    return (_PAGE / name).read_text(encoding="utf-8")
+
+
+def _session(content: StudyContent) -> Session:
+    """Return what surrounds the films."""
+    return content.session or Session(own_texts()["en"]["page"])
+
+
+def _head(content: StudyContent, base: str) -> str:
+    """Return the lines that load jsPsych, and what an endpoint needs."""
+    script, style = (
+        f'"{_place(base, name)}"{_checked(base, _DIGESTS[name])}' for name in (SCRIPT, STYLE)
+    )
+    lines = [f"<script src={script}></script>", f'<link rel="stylesheet" href={style}>']
+    endpoint = _session(content).endpoint
+    if endpoint and endpoint["kind"] == "jatos":
+        lines.append('<script src="jatos.js"></script>')
+    return "\n".join(lines)
+
+
+def _place(base: str, name: str) -> str:
+    """Return where a file of jsPsych lies; from an address, in the version that was tried."""
+    if _is_online(base):
+        name = name.replace("jspsych/", f"jspsych@{VERSION}/", 1)
+    return html.escape(f"{base}{name}", quote=True)
 
 
 def _checked(base: str, digest: str) -> str:
@@ -105,43 +141,71 @@ def _missing(base: str) -> str:
     return f"Nothing is shown, because jsPsych could not be loaded {why}"
 
 
-def _study(content: StudyContent) -> Mapping[str, object]:
-    """Return what the page shows."""
-    words = content.words
-    return {
-        "words": {
-            "title": words.title,
-            "question": words.question,
+def _study(content: StudyContent, base: str) -> Mapping[str, object]:
+    """Return what the page shows; its digest tells studies apart in a browser's memory."""
+    words, session = content.words, _session(content)
+    found = {
+        "title": words.title,
+        "texts": session.texts,
+        "missing": _missing(base),
+        "question": {
+            "text": words.question,
             "choice": words.choice,
             "answers": list(words.answers),
             "low": words.low,
             "high": words.high,
             "none": words.none,
-            "start": "Start",
-            "loading": "Loading the films ...",
-            "failed": "The films could not be loaded. Is the page open through a web server?",
-            "missing": _missing(content.jspsych),
-            "end": "Thank you.",
         },
         "letters": [letter(place) for place in range(content.most_alternatives)],
-        "films": {clip.name: {"file": clip.file, "fov": clip.fov} for clip in content.films},
+        "films": {clip.name: _film(clip) for clip in content.films} | _cards(content),
         "screen": _screen(content.screen),
+        "during": None if session.during is None else asdict(session.during),
+        "endpoint": session.endpoint,
+        "session": {
+            "consent": session.consent,
+            "before": [asdict(form) for form in session.before],
+            "after": [asdict(form) for form in session.after],
+            "practice": session.practice,
+            "attention": session.attention,
+        },
         "trials": {trial_name(trial): _trial(content, trial) for trial in content.trials},
         "playlists": {
             playlist.name: [trial_name(trial) for trial in playlist.trials]
             for playlist in content.playlists
         },
     }
+    digest = hashlib.sha256(json.dumps(found, sort_keys=True).encode()).hexdigest()
+    return {"digest": digest[:16], **found}
+
+
+def _film(clip: Clip) -> Mapping[str, object]:
+    """Return what the page knows of a film."""
+    return {
+        "file": clip.file,
+        "fov": clip.fov,
+        "size": clip.size,
+        "duration": clip.duration,
+        "frames": max(1, round(clip.duration * Fraction(clip.rate))),
+        "digest": clip.digest,
+    }
+
+
+def _cards(content: StudyContent) -> dict[str, Mapping[str, object]]:
+    """Return the films that show all alternatives of a task, as long as the longest of them."""
+    found: dict[str, Mapping[str, object]] = {}
+    for trial in content.trials:
+        card = content.cards.get(trial_name(trial))
+        if card is not None:
+            clips = [content.clips[each] for each in trial.alternatives if each is not None]
+            longest = max(clips, key=lambda clip: clip.duration)
+            found[card] = {**_film(longest), "file": card, "size": None, "fov": None, "digest": ""}
+    return found
 
 
 def _screen(screen: Screen | None) -> Mapping[str, object] | None:
-    """Return how wide films are shown: 2 D tan(fov / 2) on a screen at the distance D.
-
-    So the picture fills the angle that its lens had; a bank card gives the screen's pixels.
+    """Return how films get their right size.
 
     References:
-        Q. Li et al. (2020): Controlling for participants' viewing distance in large-scale,
-        psychophysical online experiments using a virtual chinrest; doi:10.1038/s41598-019-57204-1
         ISO/IEC 7810:2019, ID-1: a bank card is 85.60 mm wide and 53.98 mm high
     """
     if screen is None:
@@ -164,6 +228,8 @@ def _trial(content: StudyContent, trial: Trial) -> Mapping[str, object]:
         end = f"_{place}" if len(clips) > 1 else ""
         data[f"film{end}"] = clip.name
         data |= {f"{key}{end}": level for key, level in content.named(profile).items()}
+    if len(clips) > 1 and content.ranks:
+        data["dominated"] = ";".join(map(str, dominated(trial, content.ranks)))
     return {
         "films": [None if clip is None else clip.name for clip in clips],
         "card": content.cards.get(trial_name(trial)),

@@ -1,20 +1,29 @@
 """Surveys that show films from an address: LimeSurvey and Qualtrics.
 
+Each person sees one playlist. A survey has a question for each place in it, whose text holds the
+number of that place; a script from the study's address, `survey.js`, shows the films there, one
+after the other, and opens the answers when they have ended.
+
 References:
     LimeSurvey manual, "Tab Separated Value survey structure": classes S, SL, G, Q and A; a row's
     parents are the rows above it; UTF-8 with a byte-order mark
-    Qualtrics, "Import and export surveys": advanced format of text files; "Loop & Merge"
+    Qualtrics, "Import and export surveys": advanced format of text files; [[ED:name]] is embedded
+    data, which the address of a survey may set
 """
 
 from __future__ import annotations
 
+import hashlib
 import html
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 
-from sumo3dviz_pt.experiments.tools.content import StudyContent, letter, trial_name
-from sumo3dviz_pt.experiments.tools.rows import Record, table_text, wide_row, write_table
-from sumo3dviz_pt.experiments.trials import Profile, Trial
+from sumo3dviz_pt.experiments.tools.content import Session, StudyContent, letter
+from sumo3dviz_pt.experiments.tools.jspsych import own_texts
+from sumo3dviz_pt.experiments.tools.rows import Record, write_table
+from sumo3dviz_pt.experiments.trials import Trial
 from sumo3dviz_pt.files.whole import write_whole
 
 _COLUMNS = (
@@ -26,65 +35,96 @@ _COLUMNS = (
 _LIST, _EQUATION = "L", "*"
 """LimeSurvey's types of questions: a list of radio buttons, and a value that is computed."""
 
-
-def film_address(content: StudyContent, profile: Profile) -> str:
-    """Return where a film lies online."""
-    assert content.url is not None
-    return f"{content.url}{content.clips[profile].file}"
+SCRIPT = "survey.js"
 
 
-def _player(address: str, title: str, told: str) -> str:
-    """Return a film in HTML; it plays by itself, without sound and controls."""
-    shown = f'<p style="font-size: 1.5em">{html.escape(title)}</p>' if title else ""
-    below = f"<p>{html.escape(told)}</p>" if told else ""
-    source = html.escape(address, quote=True)
+def write_survey_script(folder: Path, content: StudyContent) -> Path:
+    """Write `survey.js`, which shows the films of a playlist within a survey."""
+    source = Path(__file__).with_name("page") / SCRIPT
+    study = json.dumps(_shown(content), ensure_ascii=False).replace("<", "\\u003c")
+    write_whole(folder / SCRIPT, f"const STUDY = {study};\n{source.read_text(encoding='utf-8')}")
+    return folder / SCRIPT
+
+
+def _shown(content: StudyContent) -> Mapping[str, object]:
+    """Return what the script knows."""
+    texts = (content.session or Session(own_texts()["en"]["page"])).texts
+    playlists = {
+        playlist.name: [_films(content, trial) for trial in playlist.trials]
+        for playlist in content.playlists
+    }
+    return {
+        "digest": hashlib.sha256(json.dumps(playlists).encode()).hexdigest()[:16],
+        "words": {key: texts[key] for key in ("problem", "retry", "skip", "play")},
+        "playlists": playlists,
+    }
+
+
+def _films(content: StudyContent, trial: Trial) -> list[Mapping[str, str]]:
+    """Return the films of a trial: address, letter, and what people read beside it."""
+    several = len(trial.alternatives) > 1
+    return [
+        {
+            "address": "" if profile is None else f"{content.url}{content.clips[profile].file}",
+            "letter": letter(place) if several else "",
+            "told": content.words.none if profile is None else content.told_words(profile),
+        }
+        for place, profile in enumerate(trial.alternatives)
+    ]
+
+
+def question(content: StudyContent, position: int, playlist: str) -> str:
+    """Return the question at a place of the playlist in HTML, in one line.
+
+    Args:
+        content: The study.
+        position: Place in the playlist, from 1.
+        playlist: The survey's own word for the variable that holds its name.
+    """
+    words = content.words
+    several = content.most_alternatives > 1
+    asked = words.choice if several else f"{words.question} ({words.low} ... {words.high})"
+    source = html.escape(f"{content.url}{SCRIPT}", quote=True)
     return (
-        f'{shown}<video src="{source}" autoplay="autoplay" muted="muted" playsinline="playsinline"'
-        f' preload="auto" style="max-width: 100%"></video>{below}'
+        f'<div class="films" data-playlist="{playlist}" data-position="{position}">'
+        "The films need a script that this survey does not let through.</div>"
+        f'<p>{html.escape(asked)}</p><script src="{source}"></script>'
     )
 
 
-def _shown(content: StudyContent, trial: Trial) -> str:
-    """Return the films of a trial and its question in HTML, in one line."""
-    several = len(trial.alternatives) > 1
-    players = [
-        _player(
-            film_address(content, profile),
-            letter(place) if several else "",
-            content.told_words(profile),
-        )
-        for place, profile in enumerate(trial.alternatives)
-        if profile is not None
-    ]
-    words = content.words
-    asked = words.choice if several else words.question
-    ends = "" if several else f" ({words.low} ... {words.high})"
-    return f"{''.join(players)}<p>{html.escape(asked + ends)}</p>"
-
-
-def _answers(content: StudyContent, trial: Trial) -> list[str]:
-    """Return the answers of a trial."""
-    if len(trial.alternatives) == 1:
+def _answers(content: StudyContent) -> list[str]:
+    """Return the answers of all questions; where tasks differ, those that letters name."""
+    if content.most_alternatives == 1:
         return list(content.words.answers)
-    return [
-        content.words.none if profile is None else letter(place)
-        for place, profile in enumerate(trial.alternatives)
-    ]
+    labels = {
+        tuple(
+            content.words.none if profile is None else letter(place)
+            for place, profile in enumerate(trial.alternatives)
+        )
+        for trial in content.trials
+    }
+    if len(labels) == 1:
+        return list(labels.pop())
+    return [letter(place) for place in range(content.most_alternatives)]
+
+
+def _longest(content: StudyContent) -> int:
+    """Return the most trials that a playlist has."""
+    return max(len(playlist.trials) for playlist in content.playlists)
 
 
 # LimeSurvey --------------------------------------------------------------------------------
 
 
 def write_limesurvey(folder: Path, content: StudyContent) -> list[Path]:
-    """Write `limesurvey.txt`, a whole survey to import; with several blocks, chance chooses one."""
-    path = folder / "limesurvey.txt"
+    """Write `limesurvey.txt`, a whole survey to import, and the script that it loads."""
     rows: list[Record] = [dict.fromkeys(_COLUMNS, "") | row for row in _survey(content)]
-    write_whole(path, "\ufeff" + table_text(rows, separator="\t"))
-    return [path]
+    path = write_table(folder / "limesurvey.txt", rows, separator="\t", mark="\ufeff")
+    return [path, write_survey_script(folder, content)]
 
 
 def _survey(content: StudyContent) -> Iterator[dict[str, str]]:
-    """Yield the rows of a survey: settings, then a group with one question for each trial."""
+    """Yield the rows of a survey: settings, the playlist, then a group for each place in it."""
     language = content.words.language.partition("-")[0]
     yield {"class": "S", "name": "language", "text": language}
     yield {"class": "S", "name": "format", "text": "G"}  # a group is a page
@@ -94,18 +134,15 @@ def _survey(content: StudyContent) -> Iterator[dict[str, str]]:
         "text": content.words.title.replace("{", "{ "),
         "language": language,
     }
-    blocks = list(dict.fromkeys(trial.block for trial in content.trials))
-    number = 0
-    if len(blocks) > 1:
-        number += 1
-        yield _group(number, "Block", language)
-        drawn = f"{{if(is_empty(block), rand(1, {len(blocks)}), block)}}"
-        yield _question(_EQUATION, "block", drawn, language) | {"mandatory": "N"}
-    for place, trial in enumerate(content.trials, start=1):
-        number += 1
-        yield _group(number, f"Trial {place}", language) | _only_for(blocks, trial.block)
-        yield _question(_LIST, f"q{place}", _verbatim(_shown(content, trial)), language)
-        for code, answer in enumerate(_answers(content, trial), start=1):
+    yield _group(1, "Playlist", language)
+    drawn = f"{{if(is_empty(playlist), rand(1, {len(content.playlists)}), playlist)}}"
+    yield _row(_EQUATION, "playlist", drawn, language) | {"mandatory": "N"}
+    for position in range(1, _longest(content) + 1):
+        group = _group(position + 1, f"Trial {position}", language)
+        yield group | _only_for(content, position)
+        text = _verbatim(question(content, position, "PLAYLIST")).replace("PLAYLIST", "{playlist}")
+        yield _row(_LIST, f"q{position}", text, language)
+        for code, answer in enumerate(_answers(content), start=1):
             yield {
                 "class": "A",
                 "type/scale": "0",
@@ -116,8 +153,13 @@ def _survey(content: StudyContent) -> Iterator[dict[str, str]]:
 
 
 def _verbatim(text: str) -> str:
-    """Return HTML in which braces are braces; LimeSurvey would compute what stands in them."""
-    return text.replace("{", "&#123;").replace("}", "&#125;")
+    """Return HTML in which braces are braces; LimeSurvey would compute what stands in them.
+
+    What a spreadsheet would compute begins with a character by its number, so that no apostrophe
+    comes before an answer that people read.
+    """
+    text = text.replace("{", "&#123;").replace("}", "&#125;")
+    return f"&#{ord(text[0])};{text[1:]}" if text[:1] in ("=", "+", "-", "@") else text
 
 
 def _group(number: int, name: str, language: str) -> dict[str, str]:
@@ -125,7 +167,7 @@ def _group(number: int, name: str, language: str) -> dict[str, str]:
     return {"class": "G", "type/scale": str(number), "name": name, "language": language}
 
 
-def _question(kind: str, name: str, text: str, language: str) -> dict[str, str]:
+def _row(kind: str, name: str, text: str, language: str) -> dict[str, str]:
     """Return the row of a question."""
     return {
         "class": "Q",
@@ -139,51 +181,40 @@ def _question(kind: str, name: str, text: str, language: str) -> dict[str, str]:
     }
 
 
-def _only_for(blocks: list[str], block: str) -> dict[str, str]:
-    """Return the condition under which a block's groups are shown."""
-    return {"relevance": f"block == {blocks.index(block) + 1}"} if len(blocks) > 1 else {}
+def _only_for(content: StudyContent, position: int) -> dict[str, str]:
+    """Return the condition under which a place is shown: playlists may differ in length."""
+    long = [len(playlist.trials) >= position for playlist in content.playlists]
+    if all(long):
+        return {}
+    runs = groupby(enumerate(long, start=1), key=lambda each: each[1])
+    spans = [[number for number, _ in run] for is_long, run in runs if is_long]
+    words = [f"(playlist >= {span[0]} and playlist <= {span[-1]})" for span in spans]
+    return {"relevance": " or ".join(words)}
 
 
 # Qualtrics ---------------------------------------------------------------------------------
 
 
 def write_qualtrics(folder: Path, content: StudyContent) -> list[Path]:
-    """Write `qualtrics.txt`, a survey to import, and the fields of a Loop & Merge block."""
+    """Write `qualtrics.txt`, a survey to import, and the script that it loads."""
     text = folder / "qualtrics.txt"
-    write_whole(text, "\n".join(["[[AdvancedFormat]]", "", *_blocks(content)]) + "\n")
-    rows = [
-        {"trial": trial_name(trial), **_addresses(content, trial), **wide_row(content, trial)}
-        for trial in content.trials
-    ]
-    return [text, write_table(folder / "qualtrics_loop.csv", rows)]
+    write_whole(text, "\n".join(_lines(content)) + "\n")
+    return [text, write_survey_script(folder, content)]
 
 
-def _blocks(content: StudyContent) -> Iterator[str]:
-    """Yield the lines of all questions: a block for each of the design's, a page for each trial."""
-    block = None
-    for place, trial in enumerate(content.trials, start=1):
-        if trial.block == block:
+def _lines(content: StudyContent) -> Iterator[str]:
+    """Yield the lines of a survey: what the address may set, then a page for each place."""
+    yield from ("[[AdvancedFormat]]", "", "[[ED:participant]]", "[[ED:playlist]]", "")
+    yield from ("[[Block:Films]]", "")
+    for position in range(1, _longest(content) + 1):
+        if position > 1:
             yield from ("[[PageBreak]]", "")
-        else:
-            block = trial.block
-            yield from (f"[[Block:Block {block}]]", "")
         yield from (
             "[[Question:MC:SingleAnswer:Horizontal]]",
-            f"[[ID:q{place}]]",
-            _shown(content, trial),
+            f"[[ID:q{position}]]",
+            question(content, position, "${e://Field/playlist}"),
             "",
             "[[Choices]]",
-            *_answers(content, trial),
+            *(html.escape(answer, quote=False) for answer in _answers(content)),
             "",
         )
-
-
-def _addresses(content: StudyContent, trial: Trial) -> dict[str, str]:
-    """Return where the films of a trial lie, by column."""
-    several = len(trial.alternatives) > 1
-    return {
-        f"url_{place}" if several else "url": (
-            "" if profile is None else film_address(content, profile)
-        )
-        for place, profile in enumerate(trial.alternatives, start=1)
-    }

@@ -27,18 +27,9 @@ from sumo3dviz_pt.files.whole import write_whole
 SCHEMA = "1.5.0"
 
 _IGNORED = (
-    *(
-        "bids/",
-        "calibration/",
-        "certificate/",
-        "inputs/",
-        "node_modules/",
-        "otree/",
-        "psychopy/",
-        "report/",
-    ),
-    *("thumbnails/", "*.html", "*.png", "*.sha256", "*.txt", "*.yaml", "CITATION.cff"),
-    *("certificate.json", "report.json", "study.json", "qualtrics_loop.csv"),
+    *("bids/", "calibration/", "certificate/", "inputs/", "node_modules/", "otree/", "psychopy/"),
+    *("report/", "scripts/", "thumbnails/", "*.html", "*.js", "*.png", "*.sha256", "*.txt"),
+    *("*.yaml", "CITATION.cff", "certificate.json", "report.json", "study.json"),
     *("package.json", "package-lock.json"),
 )
 """What the data set holds beside what Psych-DS knows. The validator compares patterns with paths

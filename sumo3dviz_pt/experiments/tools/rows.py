@@ -1,9 +1,15 @@
-"""The tables that all tools share: films, trials and playlists, as rows by column."""
+"""The tables that all tools share: films, trials and playlists, as rows by column.
+
+References:
+    OWASP, "CSV Injection": spreadsheets compute cells that begin with =, +, -, @, a tab or a
+    carriage return
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -13,6 +19,9 @@ from sumo3dviz_pt.files.whole import write_whole
 
 Record = Mapping[str, str | int | float]
 """Cells by column."""
+
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.I)
+_COMPUTED = ("=", "+", "-", "@", "\t", "\r")
 
 MEANINGS: Mapping[str, str] = {
     "stimulus": "name of the film; the same for profiles that look the same",
@@ -93,17 +102,37 @@ def _alternatives(content: StudyContent, trial: Trial) -> Iterator[Record]:
 
 
 def table_text(rows: Sequence[Record], *, separator: str = ",") -> str:
-    """Return a table as text, with the columns of its first row."""
+    """Return a table as text, with the columns of its first row.
+
+    Text that a spreadsheet would take for a formula gets an apostrophe before it; numbers stay,
+    whatever their sign.
+    """
     stream = io.StringIO()
     writer = csv.writer(stream, delimiter=separator, lineterminator="\n")
     columns = list(rows[0])
     writer.writerow(columns)
-    writer.writerows([row[column] for column in columns] for row in rows)
+    writer.writerows([_safe(row[column]) for column in columns] for row in rows)
     return stream.getvalue()
 
 
-def write_table(path: Path, rows: Sequence[Record], *, separator: str = ",") -> Path:
-    """Write a table as text in UTF-8."""
+def _safe(cell: str | int | float) -> str | int | float:
+    """Return a cell that is no formula."""
+    if isinstance(cell, str) and cell.startswith(_COMPUTED) and not _NUMBER.fullmatch(cell):
+        return f"'{cell}"
+    return cell
+
+
+def write_table(
+    path: Path, rows: Sequence[Record], *, separator: str = ",", mark: str = ""
+) -> Path:
+    """Write a table with the columns of its first row as text in UTF-8.
+
+    Args:
+        path: The file.
+        rows: At least one.
+        separator: Between cells.
+        mark: What the file begins with.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, table_text(rows, separator=separator))
+    write_whole(path, mark + table_text(rows, separator=separator))
     return path

@@ -147,9 +147,9 @@ def _stale(
     )
     states |= dict.fromkeys(bare, "absent")
     if bare:
-        wanted = ", ".join(production.job.output.layers)
+        layers = ", ".join(production.job.output.layers)
         log.warning(
-            "%s: rendered anew for their layers (%s): %s", folder, wanted, counted(len(bare))
+            "%s: rendered anew for their layers (%s): %s", folder, layers, counted(len(bare))
         )
     counts = Counter(states.values())
     if counts["damaged"]:

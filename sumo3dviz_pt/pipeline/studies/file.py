@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +12,14 @@ from pydantic import ValidationError
 
 from sumo3dviz_pt.catalog import did_you_mean, file_meant
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.experiments.trials import Levels
+from sumo3dviz_pt.experiments.trials import Levels, Ranks
 from sumo3dviz_pt.files.whole import open_plain
 from sumo3dviz_pt.job.errors import Source, explained, located
 from sumo3dviz_pt.job.plain import as_path
 from sumo3dviz_pt.job.study import StudySettings
 from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import SceneText, read_scene
+from sumo3dviz_pt.pipeline.studies.sessions import session_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,15 @@ class StudyFile:
         """The levels of each factor, by its name."""
         return {name: tuple(each.levels) for name, each in self.settings.factors.items()}
 
+    @property
+    def ranks(self) -> Ranks:
+        """How good the levels of each factor are; empty where the study says nothing of it."""
+        found = [
+            None if each.better is None else _ranked(tuple(each.levels), each.better)
+            for each in self.settings.factors.values()
+        ]
+        return found if any(found) else ()
+
     @contextmanager
     def blamed(self, *path: str | int) -> Iterator[None]:
         """Give errors within the `with` statement their place in the study file.
@@ -59,6 +69,12 @@ class StudyFile:
             if error.file is not None and not path:
                 raise
             raise _placed(error, path, self.source) from error
+
+
+def _ranked(levels: Sequence[str], better: str) -> dict[str, int]:
+    """Return how good levels are, the best with the highest number."""
+    ordered = levels if better == "last" else reversed(levels)
+    return {level: rank for rank, level in enumerate(ordered)}
 
 
 def load_study(path: Path) -> StudyFile:
@@ -84,7 +100,10 @@ def load_study(path: Path) -> StudyFile:
     if not settings.scene.is_file():
         hint = file_meant(settings.scene)
         raise located(f"there is no scene file {settings.scene}{hint}", ("scene",), source)
-    return StudyFile(settings, source, read_scene(settings.scene))
+    study = StudyFile(settings, source, read_scene(settings.scene))
+    with study.blamed():
+        session_of(settings, path.parent)
+    return study
 
 
 def _text_of(path: Path) -> str:

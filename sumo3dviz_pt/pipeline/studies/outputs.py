@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.tools.build import ONLINE, write_tools
-from sumo3dviz_pt.experiments.tools.content import Clip, Screen, StudyContent, Words
+from sumo3dviz_pt.experiments.tools.content import Clip, Screen, StudyContent
 from sumo3dviz_pt.experiments.tools.papers import (
     CHECKSUMS,
     digest_of,
@@ -33,6 +33,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     FilmRecord,
     film_path,
 )
+from sumo3dviz_pt.pipeline.studies.sessions import session_of, texts_of, words_of
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 from sumo3dviz_pt.pipeline.studies.thumbnails import FOLDER as THUMBNAILS
 from sumo3dviz_pt.pipeline.studies.thumbnails import write_thumbnails
@@ -94,11 +95,13 @@ def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent
         clips={profile: clips[plan.films[profile].name] for profile in plan.profiles},
         trials=plan.trials,
         playlists=plan.playlists,
-        words=_words(settings),
+        words=words_of(settings),
         url=None if url is None else f"{url.rstrip('/')}/",
         jspsych=settings.tools.jspsych,
         notes=plan.notes,
         screen=_screen(settings),
+        session=session_of(settings, plan.file.path.parent),
+        ranks=plan.file.ranks,
         told=tuple(name for name in settings.factors if told_only(plan.file, name)),
     )
 
@@ -124,26 +127,8 @@ def _screen(settings: StudySettings) -> Screen | None:
     wanted = settings.tools.screen
     if wanted is None:
         return None
-    return Screen(wanted.distance, wanted.pixels_per_cm, wanted.instruction)
-
-
-def _words(settings: StudySettings) -> Words:
-    """Return what people read."""
-    asked, about = settings.question, settings.about
-    return Words(
-        question=asked.text,
-        choice=asked.choice,
-        answers=asked.answers,
-        low=asked.low,
-        high=asked.high,
-        none=asked.none,
-        language=asked.language,
-        title=about.title,
-        description=about.description,
-        authors=about.authors,
-        licence=about.licence,
-        keywords=about.keywords,
-    )
+    said = wanted.instruction or texts_of(settings).page["screen"]
+    return Screen(wanted.distance, wanted.pixels_per_cm, said)
 
 
 def _film_files(folder: Path, plan: StudyPlan) -> list[Path]:

@@ -6,8 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+import numpy as np
+
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.experiments.designs.balance import confounded_pairs, same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
 from sumo3dviz_pt.experiments.designs.parts import uneven
 from sumo3dviz_pt.experiments.playlists import (
@@ -20,7 +23,7 @@ from sumo3dviz_pt.experiments.playlists import (
 from sumo3dviz_pt.experiments.tables.build import trials_in
 from sumo3dviz_pt.experiments.tables.cells import read_table
 from sumo3dviz_pt.experiments.tables.forms import TableRequest
-from sumo3dviz_pt.experiments.trials import Profile, Trial, profiles_of, single_trials
+from sumo3dviz_pt.experiments.trials import Profile, Trial, dominated, profiles_of, single_trials
 from sumo3dviz_pt.job.study import Patch, TableSettings
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair, pairs_of
@@ -70,8 +73,9 @@ class StudyPlan:
 
     @cached_property
     def pairs(self) -> tuple[StimulusPair, ...]:
-        """Films that should differ in one factor only."""
-        return pairs_of(self.file.levels, self.stimuli)
+        """Films that are compared: they should differ in their factors only."""
+        told = [name for name in self.factors if told_only(self.file, name)]
+        return pairs_of(self.file.levels, self.stimuli, told=told)
 
     def only(self, name: str) -> StudyPlan:
         """Return the plan of one of its films.
@@ -177,12 +181,29 @@ def _table_notes(
     for place, (factor, levels) in enumerate(study.levels.items()):
         missing = [name for name in levels if name not in {p[place] for p in profiles}]
         notes += [f"the table never shows {factor} {name}" for name in missing]
+    numbers = [{name: n for n, name in enumerate(some)} for some in study.levels.values()]
+    rows = np.array([[own[n] for own, n in zip(numbers, p, strict=True)] for p in profiles])
+    notes += same_in_words(rows, study.levels)
+    unequal = len(confounded_pairs(rows, [len(some) for some in numbers]))
+    if unequal:
+        pairs = len(numbers) * (len(numbers) - 1) // 2
+        notes.append(f"{unequal} of {pairs} pairs of factors go together in part over the profiles")
+    seen: set[tuple[str, frozenset[Profile | None]]] = set()
+    again = []
+    for trial in trials:
+        key = (trial.block, frozenset(trial.alternatives))
+        again += [trial] if key in seen else []
+        seen.add(key)
     twice = [t for t in trials if len(set(t.alternatives)) < len(t.alternatives)]
-    if twice:
-        notes.append(
-            f"{len(twice)} tasks show one profile twice, the first is task {twice[0].task} of"
-            f" block {twice[0].block}"
-        )
+    beaten = [t for t in trials if study.ranks and dominated(t, study.ranks)]
+    for some, what in (
+        (twice, "show one profile twice"),
+        (again, "show what another of their block does"),
+        (beaten, "hold a profile that another one beats in everything"),
+    ):
+        if some:
+            first = f"the first is task {some[0].task} of block {some[0].block}"
+            notes.append(f"{len(some)} of {len(trials)} tasks {what}, {first}")
     return notes
 
 

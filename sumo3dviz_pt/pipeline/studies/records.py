@@ -12,6 +12,7 @@ from typing import Any
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.films.frames import account_file, frames_folder, write_json
+from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in, sealed
 from sumo3dviz_pt.pipeline.layers.places import beside
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
@@ -32,6 +33,7 @@ class FilmRecord:
         digest: Of all that it was made from.
         variant: The renderer's.
         sha256: Of the film's file.
+        account: Digest of its account.
         frames: How many it has.
         rate: Frames per second, such as 25 or 30000/1001.
         duration: Of the film [s].
@@ -43,6 +45,7 @@ class FilmRecord:
     digest: str
     variant: str
     sha256: str
+    account: str
     frames: int
     rate: str
     duration: float
@@ -67,7 +70,7 @@ def finished_films(
         folder: The study's; it need not exist.
         plan: What is wanted.
         variant: The renderer's.
-        hashed: Whether the films themselves are compared with their digests; else they only are
+        hashed: Whether films and accounts are compared with their digests; else they only are
             there.
     """
     known = _films(folder)
@@ -79,9 +82,18 @@ def finished_films(
         path = film_path(folder, plan, stimulus)
         if _lacking(path, record, stimulus):
             continue
-        if path.is_file() and (not hashed or file_hash(path) == record.sha256):
+        if path.is_file() and (not hashed or _is_whole(path, record)):
             found[stimulus.name] = record
     return found
+
+
+def _is_whole(path: Path, record: FilmRecord) -> bool:
+    """Return whether a film and its account are those of a record."""
+    try:
+        account = read_film_account(path)
+    except InputError:
+        return False
+    return digest_in(account) == record.account and file_hash(path) == record.sha256
 
 
 def _lacking(path: Path, record: FilmRecord, stimulus: Stimulus) -> tuple[str, ...]:
@@ -99,7 +111,7 @@ def lacking_layers(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, 
         plan: What is wanted.
         variant: The renderer's.
     """
-    known, found = _films(folder), {}
+    known, found = _films(folder), dict[str, tuple[str, ...]]()
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
@@ -125,6 +137,7 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
         digest=stimulus.digest,
         variant=variant,
         sha256=file_hash(path),
+        account=str(account[DIGEST]),
         frames=frames,
         rate=str(account["frame_rate"]),
         duration=round(frames / fps, 6),
@@ -182,7 +195,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "versions": versions(),
     }
     path = folder / RECORD
-    write_json(path, json.loads(json.dumps(content, default=str)), indent=1)
+    write_json(path, sealed(content), indent=1)
     _drop_parts(folder, films)
     return path
 

@@ -29,7 +29,7 @@ def spoilt(content, text):
 def test_the_page_shows_any_words(ratings, text):
     (data,) = DATA.findall(page(spoilt(ratings, text)))
     assert not MARKUP.search(data), "a script whose text opens another never ends"
-    assert json.loads(data)["words"]["question"] == text
+    assert json.loads(data)["question"]["text"] == text
     assert page(spoilt(ratings, text)).count("<script") == page(ratings).count("<script")
 
 

@@ -12,7 +12,7 @@ from sumo3dviz_pt.experiments.playlists import (
     uneven_groups,
     with_even_places,
 )
-from sumo3dviz_pt.experiments.trials import Trial, profiles_of, single_trials
+from sumo3dviz_pt.experiments.trials import Trial, dominated, profiles_of, single_trials
 
 
 def lists(trials, **changes):
@@ -178,3 +178,12 @@ def test_too_many_playlists_are_refused():
 def test_profiles_are_listed_once_and_nothing_is_none():
     trials = [Trial("1", "1", (("a",), ("b",), None)), Trial("1", "2", (("b",), ("c",), None))]
     assert profiles_of(trials) == (("a",), ("b",), ("c",))
+
+
+def test_what_nobody_would_choose_is_found_where_levels_are_ranked():
+    price, look = {"5": 0, "3": 1, "1": 2}, None
+    task = Trial("1", "1", (("3", "red"), ("5", "red"), ("1", "blue"), None))
+    assert dominated(task, (price, look)) == (2,)
+    assert dominated(task, (price, {"red": 0, "blue": 1})) == (1, 2)
+    assert dominated(task, (None, None)) == ()
+    assert dominated(Trial("1", "1", (("1", "red"), ("1", "red"))), (price, None)) == ()

@@ -12,12 +12,15 @@ import keyword
 import re
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import yaml
 
+from sumo3dviz_pt.experiments.tools import jspsych
 from sumo3dviz_pt.experiments.tools.build import ONLINE, WRITERS, write_tools
-from sumo3dviz_pt.experiments.tools.jspsych import PACKAGES, page
+from sumo3dviz_pt.experiments.tools.content import Session
+from sumo3dviz_pt.experiments.tools.jspsych import SCRIPT, STYLE, VERSION, own_texts, page
 from sumo3dviz_pt.experiments.tools.papers import (
     citation,
     write_checksums,
@@ -147,14 +150,13 @@ class Reader(html.parser.HTMLParser):
 def test_the_page_holds_every_trial_and_preloads_by_film(content):
     found = Reader(page(content))
     study = json.loads(found.texts["study"])
-    assert found.texts["title"].strip() == study["words"]["title"] == content.words.title
+    assert found.texts["title"].strip() == study["title"] == content.words.title
     assert set(study["films"]) == {clip.name for clip in content.films}
     assert len(study["trials"]) == len(content.trials)
     for playlist in content.playlists:
         assert len(study["playlists"][playlist.name]) == len(playlist.trials)
     for trial in study["trials"].values():
         assert all(film is None or film in study["films"] for film in trial["films"])
-    assert "jsPsychPreload" in page(content)
 
 
 def test_answers_carry_the_levels_of_what_was_seen(choices):
@@ -166,13 +168,13 @@ def test_answers_carry_the_levels_of_what_was_seen(choices):
 @pytest.mark.parametrize(
     ("base", "first"),
     [
-        ("https://unpkg.com/", f"https://unpkg.com/jspsych@{PACKAGES['jspsych']}/dist/"),
+        ("https://unpkg.com/", f"https://unpkg.com/jspsych@{VERSION}/dist/"),
         ("node_modules/", "node_modules/jspsych/dist/"),
     ],
 )
 def test_jspsych_comes_from_an_address_or_a_folder(tmp_path, ratings, base, first):
     sources = Reader(page(replace(ratings, jspsych=base))).sources
-    assert len(sources) == len(PACKAGES) + 1 and sources[0].startswith(first)
+    assert len(sources) == 2 and sources[0].startswith(first)
 
 
 def test_what_comes_from_an_address_is_checked(ratings):
@@ -180,9 +182,47 @@ def test_what_comes_from_an_address_is_checked(ratings):
     head = page(ratings).partition("</head>")[0]
     loaded = re.findall(r"<(?:script|link)[^>]*(?:src|href)=[^>]*>", head)
     digests = {re.search(r'integrity="sha384-([A-Za-z0-9+/]{64})"', one)[1] for one in loaded}
-    assert len(digests) == len(loaded) == len(PACKAGES) + 1
+    assert len(digests) == len(loaded) == 2
     assert all('crossorigin="anonymous"' in one and "@" in one for one in loaded)
     assert "integrity" not in page(replace(ratings, jspsych="node_modules/"))
+
+
+LANGUAGES = [language for language in own_texts() if language != "en"]
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_languages_say_all_that_english_says(language):
+    def keys(node):
+        if isinstance(node, dict):
+            return {key: keys(value) for key, value in node.items()}
+        return [keys(each) for each in node] if isinstance(node, list) else type(node)
+
+    assert keys(own_texts()[language]) == keys(own_texts()["en"])
+    said, english = own_texts()[language]["page"], own_texts()["en"]["page"]
+    assert all(
+        re.findall(r"{\w+}", said[key]) == re.findall(r"{\w+}", english[key]) for key in said
+    )
+
+
+def test_pages_use_all_texts_and_no_others():
+    """Those that the script asks for by name, or the survey's script does."""
+    here = jspsych.__file__.replace("jspsych.py", "page/")
+    script = "".join(Path(here, name).read_text("utf-8") for name in ("film.js", "session.js"))
+    used = set(re.findall(r"\bwords\.(\w+)", script))
+    assert used | {"screen"} == set(own_texts()["en"]["page"])
+
+
+def test_a_page_that_needs_no_network_has_jspsych_beside_it(tmp_path, ratings):
+    there = tmp_path / "modules"
+    for name in (SCRIPT, STYLE):
+        (there / name).parent.mkdir(parents=True, exist_ok=True)
+        (there / name).write_text(f"/* {name} */", "utf-8")
+    session = Session(own_texts()["en"]["page"], offline=there)
+    files = jspsych.write_jspsych(tmp_path, replace(ratings, session=session))
+    sources = Reader(files[0].read_text("utf-8")).sources
+    assert sources == [f"scripts/{SCRIPT}", f"scripts/{STYLE}"]
+    assert all((tmp_path / source).read_bytes() for source in sources)
+    assert not re.search(r"https?://(?!www\.w3)", files[0].read_text("utf-8"))
 
 
 # Told factors ------------------------------------------------------------------------------
@@ -201,9 +241,10 @@ def test_what_films_do_not_show_is_told_in_words(tmp_path, content):
     }
     write_tools(tmp_path, told, ["limesurvey", "qualtrics", "otree"])
     shown = sum(profile is not None for trial in told.trials for profile in trial.alternatives)
-    for name in ("limesurvey.txt", "qualtrics.txt"):
-        text = (tmp_path / name).read_text("utf-8")
-        assert text.count("<p>a &lt;b&gt; gap: ") == shown
+    blocks = len({trial.block for trial in told.trials})
+    films = shown_in_surveys(tmp_path).values()
+    told = [film["told"] for trials in films for trial in trials for film in trial]
+    assert sum(words.startswith("a <b> gap: ") for words in told) == shown * len(films) / blocks
     otree = json.loads((tmp_path / "otree" / "films" / "study.json").read_text("utf-8"))
     assert otree["told"] == {"gap": "a <b> gap"}
 
@@ -236,63 +277,106 @@ def test_bids_can_be_written_again(tmp_path, ratings):
 # Surveys -----------------------------------------------------------------------------------
 
 
+def shown_in_surveys(folder):
+    """The films of each playlist, as the script of both surveys knows them."""
+    first = (folder / "survey.js").read_text("utf-8").partition("\n")[0]
+    return json.loads(first.removeprefix("const STUDY = ").removesuffix(";"))["playlists"]
+
+
+@both()
+def test_surveys_show_everybody_one_playlist_in_its_order(tmp_path, content):
+    """A question for each place in it, and nothing of which trial that is."""
+    content = replace(content, url="https://example.org/study/")
+    table, script = WRITERS["limesurvey"](tmp_path, content)
+    text, again = WRITERS["qualtrics"](tmp_path, content)
+    assert script == again and script.name == "survey.js"
+    found = shown_in_surveys(tmp_path)
+    for playlist in content.playlists:
+        films = [[film["address"] for film in trial] for trial in found[playlist.name]]
+        assert films == [
+            ["" if p is None else f"{content.url}{content.clips[p].file}" for p in t.alternatives]
+            for t in playlist.trials
+        ]
+    places = max(len(playlist.trials) for playlist in content.playlists)
+    numbers = [f'data-position="{place}"' for place in range(1, places + 1)]
+    for path in (table, text):
+        written = path.read_text("utf-8").replace('""', '"')
+        assert re.findall(r'data-position="\d+"', written) == numbers
+        assert f'<script src="{content.url}survey.js">' in written
+
+
 def test_limesurvey_nests_answers_in_questions_in_groups(tmp_path, choices):
-    (path,) = WRITERS["limesurvey"](tmp_path, choices)
+    path, _ = WRITERS["limesurvey"](tmp_path, choices)
     assert path.read_bytes().startswith(b"\xef\xbb\xbf")
     found = rows(path, "\t")
     classes = [row["class"] for row in found]
     assert classes[:3] == ["S", "S", "SL"]
     questions = [row for row in found if row["class"] == "Q"]
-    assert len(questions) == 1 + len(choices.trials)
-    assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9]*", row["name"]) for row in questions)
-    assert questions[0]["text"] == "{if(is_empty(block), rand(1, 2), block)}"
-    groups = [row["relevance"] for row in found if row["class"] == "G"]
-    assert groups == ["", "block == 1", "block == 1", "block == 2", "block == 2"]
+    assert [row["name"] for row in questions] == ["playlist", "q1", "q2"]
+    assert questions[0]["text"] == "{if(is_empty(playlist), rand(1, 4), playlist)}"
+    assert 'data-playlist="{playlist}"' in questions[1]["text"]
     answers = [row for row in found if row["class"] == "A"]
-    assert len(answers) == 3 * len(choices.trials)
     assert [row["text"] for row in answers[:3]] == ["A", "B", "None of these"]
-    assert questions[1]["text"].count("<video ") == 2
-    assert "https://example.org/study/materials/day_1.5.mp4" in questions[1]["text"]
+    assert len(answers) == 6
     assert all("\n" not in cell for row in found for cell in row.values())
+
+
+def test_shorter_playlists_of_limesurvey_end_before(tmp_path, choices):
+    lists = [replace(choices.playlists[0], name=str(n + 1)) for n in range(4)]
+    lists[1] = replace(lists[1], trials=lists[1].trials[:1])
+    path, _ = WRITERS["limesurvey"](tmp_path, replace(choices, playlists=lists))
+    groups = [row["relevance"] for row in rows(path, "\t") if row["class"] == "G"]
+    last = "(playlist >= 1 and playlist <= 1) or (playlist >= 3 and playlist <= 4)"
+    assert groups == ["", "", last]
 
 
 def test_braces_of_words_are_no_expressions_of_limesurvey(tmp_path, ratings):
     """It computes what stands in braces, unless a blank follows the first one."""
     words = replace(
-        ratings.words, question="How {safe}?", answers=("{1}", "2"), low="{a", high="b}"
+        ratings.words, question="How {safe}?", answers=("{1}", "=2"), low="{a", high="b}"
     )
-    told = replace(ratings, words=words, url="https://example.org/a/", told=("gap",))
-    told = replace(told, factors={"light": "", "gap": "{gap}"})
-    (path,) = WRITERS["limesurvey"](tmp_path, told)
+    path, _ = WRITERS["limesurvey"](tmp_path, replace(ratings, words=words, url="https://a.b/"))
     found = rows(path, "\t")
-    assert not [cell for row in found for cell in row.values() if re.search(r"\{\S", cell)]
+    cells = {cell.replace("{playlist}", "") for row in found for cell in row.values()}
+    assert [cell for cell in cells if re.search(r"\{\S", cell)] == [found[4]["text"]]
+    assert found[4]["text"].startswith("{if(is_empty(playlist)")
     assert found[2]["text"] == "Gaps & lights: </script> { study}"
-    assert (
-        "How &#123;safe&#125;?" in found[4]["text"] and "&#123;gap&#125;: 1.5" in found[4]["text"]
-    )
+    assert "How &#123;safe&#125;?" in found[6]["text"] and found[8]["text"] == "&#61;2"
 
 
 def test_limesurveys_codes_are_short_enough(tmp_path, ratings):
     """Its tables hold 5 characters of an answer's code and 20 of a question's."""
     many = replace(ratings.words, answers=tuple(map(str, range(1, 102))))
-    (path,) = WRITERS["limesurvey"](tmp_path, replace(ratings, words=many, url="https://a.b/"))
+    path, _ = WRITERS["limesurvey"](tmp_path, replace(ratings, words=many, url="https://a.b/"))
     for row in rows(path, "\t"):
         limit = {"A": 5, "Q": 20}.get(row["class"])
         assert limit is None or re.fullmatch(rf"[A-Za-z][A-Za-z0-9]{{,{limit - 1}}}", row["name"])
 
 
-def test_qualtrics_has_a_block_for_each_of_the_designs_and_a_page_for_each_trial(tmp_path, choices):
-    text, loop = WRITERS["qualtrics"](tmp_path, choices)
+def test_qualtrics_has_a_page_for_each_place_of_a_playlist(tmp_path, choices):
+    text, _ = WRITERS["qualtrics"](tmp_path, choices)
     lines = text.read_text("utf-8").splitlines()
-    assert lines[0] == "[[AdvancedFormat]]"
-    assert lines.count("[[Block:Block 1]]") == lines.count("[[Block:Block 2]]") == 1
-    assert lines.count("[[PageBreak]]") == 2
-    assert lines.count("[[Question:MC:SingleAnswer:Horizontal]]") == 4
+    assert lines[0] == "[[AdvancedFormat]]" and "[[ED:playlist]]" in lines
+    assert lines.count("[[PageBreak]]") == 1
+    assert lines.count("[[Question:MC:SingleAnswer:Horizontal]]") == 2
     after = lines[lines.index("[[Choices]]") + 1 :][:3]
     assert after == ["A", "B", "None of these"]
-    found = rows(loop)
-    assert found[0]["url_1"] == "https://example.org/study/materials/day_1.5.mp4"
-    assert found[0]["url_3"] == ""
+
+
+def test_tables_hold_no_formulas(tmp_path, ratings):
+    """Whatever levels and words are called; numbers stay numbers."""
+    names = {"day": "=1+1", "night": "-x", "1.5": "+3", "3": "-2.5"}
+    clips = {tuple(names[each] for each in p): clip for p, clip in ratings.clips.items()}
+    trials = [replace(t, alternatives=(tuple(clips)[n],)) for n, t in enumerate(ratings.trials)]
+    lists = [replace(each, trials=tuple(trials)) for each in ratings.playlists]
+    content = replace(ratings, clips=clips, trials=trials, playlists=lists, url="https://a.b/")
+    content = replace(content, levels={"light": ("=1+1", "-x"), "gap": ("+3", "-2.5")})
+    tables = [p for p in write_tools(tmp_path, content, TOOLS) if p.suffix in (".csv", ".tsv")]
+    assert len(tables) > 8
+    lines = [line for path in tables for line in csv.reader(path.read_text("utf-8").splitlines())]
+    cells = {cell for line in lines for cell in line}
+    assert {"'=1+1", "'-x", "+3", "-2.5"} <= cells
+    assert not [cell for cell in cells if re.match(r"[=+@\t\r-](?!\d)", cell)]
 
 
 def test_words_cannot_break_out_of_html(tmp_path, ratings):

@@ -308,9 +308,20 @@ def test_tables_show_only_what_they_name(tmp_path):
     assert [len(trial.alternatives) for trial in found.trials] == [2, 2]
 
 
-def test_tables_that_never_show_a_level_are_noted(tmp_path):
+def test_tables_that_never_show_a_level_or_repeat_a_task_are_noted(tmp_path):
     found = plan(tmp_path, tabled(tmp_path, TABLE.replace("night", "day")))
-    assert found.notes == ("the table never shows light night",)
+    again = "1 of 2 tasks show what another of their block does, the first is task 2 of block 1"
+    assert found.notes == ("the table never shows light night", again)
+
+
+def test_tasks_in_which_one_profile_beats_another_are_noted(tmp_path):
+    ranked = tabled(tmp_path).replace("  light:\n", "  light:\n    better: first\n")
+    assert plan(tmp_path, ranked).notes == ()  # trees differ, and people in what they like
+    ranked = ranked.replace("  trees:\n", "  trees:\n    better: first\n")
+    assert plan(tmp_path, ranked).notes == (
+        "2 of 2 tasks hold a profile that another one beats in everything, the first is task 1 of"
+        " block 1",
+    )
 
 
 def test_a_table_that_shows_what_is_excluded_is_refused(tmp_path):

@@ -219,7 +219,7 @@ def test_python_makes_the_same_folder(place):
     filmed(out, plan)
     study = sv.Study(place / "study.yaml")
     assert repr(study).endswith("study.yaml: 4 films, 4 trials, 4 playlists>")
-    assert "pairs that differ in one factor" in str(study)
+    assert "pairs that are compared, 4 of 6, and in what they differ" in str(study)
     films = study.render(out, resume=True, variant="scalar")
     assert [path.stem for path in films] == [stimulus.name for stimulus in plan.stimuli]
     assert (out / "index.html").exists() and (out / "checksums.sha256").exists()
