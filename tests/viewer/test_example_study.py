@@ -126,7 +126,7 @@ def test_a_browser_plays_all_films_and_records_the_answers(address):
         for number in range(8):
             page.wait_for(OPEN % ("Go on without it" if number == 4 else number % 7 + 1))
         page.wait_for("'answers' in window")
-        found = [row for row in page.evaluate("window.answers") if row["kind"] == "answer"]
+        found = [row for row in page.evaluate("window.answers") if row["row_kind"] == "answer"]
         asked = {url.rpartition("/")[2] for url in page.requests if url.endswith(".mp4")}
     assert len(asked) == 8
     given = [str(n % 7 + 1) if n != 4 else "" for n in range(8)]
