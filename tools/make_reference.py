@@ -222,12 +222,17 @@ def command_line() -> str:
         "",
     ]
     for name, sub in commands.choices.items():
-        about = helps.get(name) or ""
-        lines += [f"## {name}", "", f"{about[:1].upper()}{about[1:]}.", ""]
-        rows = [_argument(action) for action in sub._actions if action.dest not in SHARED]
-        if rows:
-            lines += ["| argument | default | meaning |", "|---|---|---|", *rows, ""]
+        lines += _command(f"## {name}", helps.get(name) or "", sub)
+        for word, own in sub.words.items():
+            lines += _command(f"### {name} {word}", own.description or "", own)
     return "\n".join(lines)
+
+
+def _command(head: str, about: str, parser: argparse.ArgumentParser) -> list[str]:
+    """A command, or a word of one, with all that it takes."""
+    rows = [_argument(action) for action in parser._actions if action.dest not in SHARED]
+    table = ["| argument | default | meaning |", "|---|---|---|", *rows, ""] if rows else []
+    return [head, "", f"{about[:1].upper()}{about[1:]}.", "", *table]
 
 
 def _argument(action: argparse.Action) -> str:

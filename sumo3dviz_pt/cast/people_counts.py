@@ -73,7 +73,7 @@ def _count(family: str, name: str) -> dict[str, Any]:
 
 @cache
 def _shapeless(family: str, name: str) -> Prototype | None:
-    """One who fills the same bounds with as many triangles; None who is not counted."""
+    """One who fills the same bounds with as many triangles; None if nobody counted them."""
     entry, known = catalog.find(family, name), _known()[family].get(name)
     if known is None or known["made_from"] != digest_of(entry.meta):
         return None

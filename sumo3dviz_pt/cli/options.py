@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import re
 import shlex
 import shutil
 import textwrap
@@ -36,11 +37,30 @@ class Parser(argparse.ArgumentParser):
 
     Attributes:
         settings: Keys of the scene file, by the options that stand for them.
+        words: Parsers of what stands after a word that the first argument may be.
     """
 
     def __init__(self, *args: Any, **more: Any) -> None:
         super().__init__(*args, **more)
         self.settings: dict[str, str] = {}
+        self.words: dict[str, Parser] = {}
+
+    def add_word(self, word: str, about: str) -> Parser:
+        """Let a word as the first argument have options of its own, as in `study pack FOLDER`.
+
+        Args:
+            word: The word; a file of that name is reached as ./WORD.
+            about: What it does.
+        """
+        self.words[word] = Parser(prog=f"{self.prog} {word}", description=about)
+        add_verbosity(self.words[word], argparse.SUPPRESS)
+        return self.words[word]
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse what is known; what stands after a word is that word's."""
+        if args and args[0] in self.words:
+            return self.words[args[0]].parse_args(args[1:], namespace), []
+        return super().parse_known_args(args, namespace)
 
     def add_setting(
         self, flag: str, key: str, *, before: str = "", after: str = "", **more: Any
@@ -65,7 +85,9 @@ class Parser(argparse.ArgumentParser):
         """Help, with the names that can be chosen."""
         keys = [*self.settings.values()]
         keys += _SET_LISTS if "--set" in self._option_string_actions else ()
-        return super().format_help() + _names(dict.fromkeys(keys))
+        words = [f"  {word:<18}  {own.description}" for word, own in self.words.items()]
+        more = "\n".join(["", "words:", *words, ""]) if words else ""
+        return super().format_help() + more + _names(dict.fromkeys(keys))
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; options that do not exist are an error that suggests one."""
@@ -279,7 +301,8 @@ _NOT_SEEN = {
 def command_in(words: Sequence[str]) -> str:
     """Return a command as pictures tell it: without what only says where and how it is carried out.
 
-    So a film has the same bytes wherever it lies and in whatever parts it was rendered.
+    So a film has the same bytes wherever it lies and in whatever parts it was rendered. Files stand
+    by their names where a path would tell of this machine: whose it is, and where things lie.
     """
     kept: list[str] = []
     skip = 0
@@ -289,10 +312,23 @@ def command_in(words: Sequence[str]) -> str:
             continue
         follow = _unseen(word)
         if follow is None:
-            kept.append(word)
+            kept.append(_without_places(word))
         else:
             skip = follow
     return shlex.join([PROGRAM, *kept])
+
+
+_PLACE = re.compile(r"(?<![\w.:/\\])(?:[A-Za-z]:[\\/]|[\\/~]|\.\.[\\/])[^\s\"'{}\[\],]*[\\/]")
+"""Folders before a file's name, from the root, from a home or upwards."""
+
+
+def _without_places(word: str) -> str:
+    """Return a word in which files that are named by whole paths stand by their names."""
+    key, sign, value = word.partition("=")
+    for before, path in (("", word), (key + sign, value)):
+        if re.match(r"[A-Za-z]:[\\/]|[\\/~]|\.\.[\\/]", path):
+            return before + re.split(r"[\\/]", path.rstrip("\\/"))[-1]
+    return _PLACE.sub("", word)
 
 
 def _unseen(word: str) -> int | None:

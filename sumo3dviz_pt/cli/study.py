@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,6 +49,124 @@ def add(commands: Any) -> None:
     add_variant(sub)
     add_overrides(sub)
     sub.set_defaults(run=run)
+    add_verify(sub)
+    add_packs(sub)
+    _add_gaze(sub)
+
+
+def add_verify(study: Any) -> None:
+    """Say what `study verify` takes."""
+    sub = study.add_word("verify", "follow the proof of a study's folder, without rendering")
+    sub.add_argument("folder", type=Path, help="the study's, as `study` wrote it")
+    sub.add_argument(
+        "--replay", type=int, default=0, metavar="N", help="draw N frames by lot, render them anew"
+    )
+    sub.add_argument("--seed", type=int, default=0, metavar="S", help="draws others [0]")
+    sub.add_argument(
+        "--published", default="", metavar="DIGEST", help="what the certificate's digest should be"
+    )
+    sub.add_argument("--json", action="store_true", help="print it as JSON")
+    sub.set_defaults(run=verify)
+
+
+def verify(options: argparse.Namespace) -> int:
+    """Say what is wrong with a study's folder; 1 if anything is."""
+    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.pipeline.certificate.verify import VerifyOrder, verify_study
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+
+    if options.replay < 0:
+        raise ConfigError("a number of frames is 0 or more", key="replay")
+    names = ("folder", "replay", "seed", "published")
+    order = VerifyOrder(**{name: getattr(options, name) for name in names})
+    with progress(f"verify {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
+        found = verify_study(order)
+    if options.json:
+        print(json.dumps(found.as_plain(), indent=1))
+        return 1 if found.faults else 0
+    for fault in found.faults:
+        print(fault)
+    for note in found.notes:
+        print(f"note: {note}")
+    print(found)
+    return 1 if found.faults else 0
+
+
+def add_packs(study: Any) -> None:
+    """Say what `study pack` and `study unpack` take."""
+    sub = study.add_word("pack", "write a finished study and all it was made from into one file")
+    sub.add_argument("folder", type=Path, help="the study's, as `study` wrote it")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="pack (.zip)")
+    sub.add_argument("--frames", action="store_true", help="with stored frames and layers")
+    add_overwrite(sub)
+    sub.set_defaults(run=pack)
+    sub = study.add_word("unpack", "check a pack, and write its files into a new folder")
+    sub.add_argument("pack", type=Path, help="pack (.zip)")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="new folder")
+    sub.set_defaults(run=unpack)
+
+
+def pack(options: argparse.Namespace) -> int:
+    """Write a study's folder into one file."""
+    from sumo3dviz_pt.pipeline.progress.costs import space_in_words
+    from sumo3dviz_pt.pipeline.studies.pack import pack_study
+
+    made = pack_study(
+        options.folder, options.output, frames=options.frames, overwrite=options.overwrite
+    )
+    print(f"wrote {made.file}: {made.files} files, {space_in_words(made.size / 1e6)}")
+    if made.beside:
+        beside = f"frames and layers of {space_in_words(made.beside / 1e6)}"
+        print(
+            f"{beside} are in it" if options.frames else f"{beside} stay out; --frames packs them"
+        )
+    return 0
+
+
+def unpack(options: argparse.Namespace) -> int:
+    """Write a pack's files into a new folder."""
+    from sumo3dviz_pt.pipeline.studies.inputs import FOLDER, README
+    from sumo3dviz_pt.pipeline.studies.pack import unpack_study
+
+    count = unpack_study(options.pack, options.output)
+    print(f"wrote {options.output}: {count} files, as they were packed; see {FOLDER}/{README}")
+    return 0
+
+
+def _add_gaze(study: Any) -> None:
+    """Say what `study gaze` takes."""
+    sub = study.add_word("gaze", "which things people look at in a study's films, as tables")
+    sub.add_argument("folder", type=Path, help="the study's, or one that holds films with layers")
+    sub.add_argument(
+        "samples",
+        type=Path,
+        nargs="?",
+        help="table (.csv) with film, time [s], x and y [px], maybe participant; without it only"
+        " boxes.csv is written",
+    )
+    sub.add_argument("-o", "--output", type=Path, required=True, help="folder of the tables")
+    sub.add_argument(
+        "--start", type=float, default=0.0, metavar="T", help="time of the first frame there [0 s]"
+    )
+    sub.add_argument(
+        "--fixation", type=float, default=0.1, metavar="T", help="shortest fixation [0.1 s]"
+    )
+    add_overwrite(sub)
+    sub.set_defaults(run=gaze)
+
+
+def gaze(options: argparse.Namespace) -> int:
+    """Write which things people look at."""
+    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.pipeline.measured.gaze import GazeOrder, write_gaze
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+
+    names = ("folder", "samples", "output", "start", "fixation", "overwrite")
+    order = GazeOrder(**{name: getattr(options, name) for name in names})
+    with progress(f"gaze {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
+        files = write_gaze(order)
+    print(f"wrote {', '.join(str(file) for file in files)}")
+    return 0
 
 
 def run(options: argparse.Namespace) -> int:
@@ -130,6 +249,8 @@ def say(certificate: Certificate) -> int:
     for pair in certificate.failed:
         more = f" (and {len(pair.faults) - 1} more)" if len(pair.faults) > 1 else ""
         print(f"failed: {pair}: {pair.faults[0]}{more}")
+    for fault in certificate.faults:
+        print(f"failed: {fault}")
     print(f"{certificate}; see certificate.html")
     return 0 if certificate.passed else 1
 

@@ -1,4 +1,4 @@
-"""`vehicles`: lists the road users in the log."""
+"""`vehicles`: lists the road users in the log, or says whom one of them follows."""
 
 from __future__ import annotations
 
@@ -6,8 +6,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overrides, overrides_of, sumo_time
+from sumo3dviz_pt.cli.options import (
+    add_overrides,
+    add_overwrite,
+    add_window,
+    overrides_of,
+    sumo_time,
+)
 from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.errors import ConfigError
 
 
 def add(commands: Any) -> None:
@@ -34,11 +41,61 @@ def add(commands: Any) -> None:
         metavar="PLACE",
         help="only those that pass X,Y or a standing camera, within 30 m or X,Y,R or CAMERA,R [m]",
     )
+    sub.add_argument(
+        "--follow",
+        metavar="ID",
+        help="whom this road user follows over time: gap, time gap, time to collision, speeds",
+    )
+    add_window(sub, first="first time of --follow [s]", last="last time of --follow [s]")
+    sub.add_argument("-o", "--output", type=Path, help="table of --follow (.csv)")
+    add_overwrite(sub)
     add_overrides(sub)
     sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
+    """List road users, or say whom one of them follows."""
+    if options.follow is not None:
+        return _follow(options)
+    alone = {"--from": options.start, "--to": options.end, "-o": options.output}
+    for flag, value in alone.items():
+        if value is not None:
+            raise ConfigError("goes with --follow ID", key=flag)
+    return _list(options)
+
+
+def _follow(options: argparse.Namespace) -> int:
+    """Say whom a road user follows, how far and how fast."""
+    import json
+
+    from sumo3dviz_pt.pipeline.measured.follow import follow, follow_lines, write_follow
+    from sumo3dviz_pt.pipeline.production import check_target
+    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.reading import spare_inputs
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+
+    chosen = {"--near": options.near, "--at": options.at, "--sort": options.sort}
+    for flag, value in chosen.items():
+        if value is not None:
+            raise ConfigError("goes with a list, not with --follow", key=flag)
+    job = load_job(options.scene, overrides_of(options))
+    if options.output is not None:
+        check_target(options.output, suffixes=(".csv",), overwrite=options.overwrite)
+        spare_inputs(job, options.output)
+    with progress(options.scene.name, building_steps(job)[:1]):
+        rows = follow(job, options.follow, begin=options.start, end=options.end)
+    if options.output is not None:
+        write_follow(options.output, rows)
+        print(f"wrote {options.output}")
+    elif options.json:
+        plain = [{name: None if x == "" else x for name, x in row.items()} for row in rows]
+        print(json.dumps(plain, indent=1))
+    else:
+        print("\n".join(follow_lines(rows)))
+    return 0
+
+
+def _list(options: argparse.Namespace) -> int:
     """List road users."""
     import json
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.designs.latin import balanced_orders
+from sumo3dviz_pt.experiments.designs.parts import shared_out
 from sumo3dviz_pt.experiments.shuffles import permutation, shuffled
 from sumo3dviz_pt.experiments.trials import Trial
 
@@ -21,6 +23,10 @@ MOST_BALANCED = 1000
 
 MOST_SHOWN = 2_000_000
 """Most trials that all playlists show together."""
+
+
+TURNED = "~"
+"""Stands between a task's name and by how many places its films were turned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +60,7 @@ def build_playlists(
         order: `latin` shows every trial at every position, and after every other, equally often;
             `random` shuffles each playlist; `as_written` keeps the design's order.
         count: How many; None is what the order needs.
-        parts: Into how many groups each block's trials are shared out, at random.
+        parts: Into how many groups each block's trials are shared out, as evenly as can be.
         repeat: How often each trial is shown; all of them once before any again.
         seed: The study's.
 
@@ -72,6 +78,79 @@ def build_playlists(
         Playlist(str(number), block, orders[block].rounds(turn, repeat))
         for number, (block, turn) in enumerate(turns, start=1)
     )
+
+
+def with_even_places(
+    playlists: Sequence[Playlist], *, count: int | None, seed: int
+) -> tuple[Playlist, ...]:
+    """Return playlists in which every film of a task stands at every place equally often.
+
+    Each order comes as often as a task has films. Half of a playlist's tasks of two films are
+    turned, and in its twin the other half; so no place goes with a position, a level or a person.
+
+    Args:
+        playlists: In which tasks are as the design has them.
+        count: How many are wanted; None is all.
+        seed: The study's.
+
+    Raises:
+        ConfigError: If these are too many.
+    """
+    times = most_placed([trial for playlist in playlists for trial in playlist.trials])
+    wanted = len(playlists) * times if count is None else count
+    if wanted > MOST_PLAYLISTS:
+        raise ConfigError(
+            f"balanced places need {wanted:,} playlists, and at most {MOST_PLAYLISTS:,} are made;"
+            " say how many",
+            key="playlists.count",
+        )
+    found: list[Playlist] = []
+    for playlist in playlists:
+        own = list(dict.fromkeys(playlist.trials))
+        mixed = permutation(len(own), seed, "places", playlist.name)
+        steps = {own[n]: place for place, n in enumerate(mixed)}
+        for turn in range(times):
+            trials = tuple(_turned(trial, steps[trial] + turn) for trial in playlist.trials)
+            found.append(Playlist(str(len(found) + 1), playlist.block, trials))
+    return tuple(found[:wanted])
+
+
+def most_placed(trials: Sequence[Trial]) -> int:
+    """Return the most films that a trial has side by side; to choose nothing stays last."""
+    return max(sum(profile is not None for profile in trial.alternatives) for trial in trials)
+
+
+def _turned(trial: Trial, steps: int) -> Trial:
+    """Return a trial whose films have changed places; it has a name of its own.
+
+    Args:
+        trial: As the design has it.
+        steps: By how many places each film moves to the front, round and round.
+    """
+    films = [profile for profile in trial.alternatives if profile is not None]
+    steps %= len(films)
+    if not steps:
+        return trial
+    moved = iter([*films[steps:], *films[:steps]])
+    places = tuple(None if each is None else next(moved) for each in trial.alternatives)
+    return Trial(trial.block, f"{trial.task}{TURNED}{steps}", places)
+
+
+def uneven_groups(playlists: Sequence[Playlist]) -> list[str]:
+    """Return the groups in which trials do not stand at all positions equally often.
+
+    A trial whose films have changed places is the same.
+    """
+    found: dict[str, Counter[tuple[int, str]]] = {}
+    for playlist in playlists:
+        tasks = [trial.task.rpartition(TURNED)[0] or trial.task for trial in playlist.trials]
+        found.setdefault(playlist.block, Counter()).update(enumerate(tasks))
+    groups = []
+    for block, times in found.items():
+        positions, there = ({*each} for each in zip(*times, strict=True))
+        if len(times) != len(positions) * len(there) or len({*times.values()}) > 1:
+            groups.append(block)
+    return groups
 
 
 _Groups = dict[str, list[Trial]]
@@ -140,8 +219,8 @@ def _groups(trials: Sequence[Trial], parts: int, seed: int) -> _Groups:
                 f"block {name} has {len(own)} trials, fewer than parts ({parts})",
                 key="playlists.parts",
             )
-        mixed = shuffled(own, seed, "parts", name)
-        found |= {f"{name}.{part + 1}": mixed[part::parts] for part in range(parts)}
+        some = shared_out(own, parts, seed=seed, block=name)
+        found |= {f"{name}.{number}": part for number, part in enumerate(some, start=1)}
     return found
 
 

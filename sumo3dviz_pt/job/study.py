@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Positive, Seed, Whole
+from sumo3dviz_pt.job.report import ReportSettings
 from sumo3dviz_pt.job.sessions import (
     PAGE_COLUMNS,
     DuringSettings,
@@ -40,6 +41,7 @@ _FACTOR = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LONGEST_LEVEL = 60
 _ADDRESS = re.compile(r"https?://[^\s\"'<>]+")
 _PLACE = re.compile(r"[^\s\"'<>]+")
+_DATE = re.compile(r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01]))?)?")
 
 
 # Names -------------------------------------------------------------------------------------
@@ -91,6 +93,13 @@ def _place(text: str) -> str:
     """Refuse what is neither an address nor a folder."""
     if not text.endswith("/") or not _PLACE.fullmatch(text):
         raise ValueError(f"a place to load from ends in / and holds no blanks, not {text!r}")
+    return text
+
+
+def _date(text: str) -> str:
+    """Refuse what is no date."""
+    if text and not _DATE.fullmatch(text):
+        raise ValueError(f"a date is written like 2026-11-27, 2026-11 or 2026, not {text!r}")
     return text
 
 
@@ -230,6 +239,11 @@ class PlaylistSettings(Settings):
         1, ge=1, le=1000, description="sessions or groups that share out the trials of a design"
     )
     repeat: Whole = Field(1, ge=1, le=100, description="how often each trial is shown")
+    places: Literal["as_written", "balanced"] = Field(
+        "as_written",
+        description="of films within a choice task; balanced: every film at every place equally"
+        " often, in as many playlists more",
+    )
 
 
 class ScreenSettings(Settings):
@@ -294,25 +308,6 @@ class CertificateSettings(Settings):
     )
 
 
-class ReportSettings(Settings):
-    """What films show, in numbers: light, motion, clutter, traffic."""
-
-    write: bool = Field(
-        True, description="whether there is one; it needs the layer `instance` beside the films"
-    )
-    white: Positive = Field(
-        100.0,
-        le=100_000,
-        description="luminance of the display's white [cd/m2], for what is shown; its curve is"
-        " taken as sRGB",
-    )
-    things: Patterns = Field(
-        ("vehicle:*", "person:*"),
-        description="names of things whose visible share is told, such as sign:*: of the"
-        " picture's pixels, those that show it",
-    )
-
-
 class AboutSettings(Settings):
     """What is said about the study in its data set and citation."""
 
@@ -323,6 +318,9 @@ class AboutSettings(Settings):
         description="what it holds",
     )
     authors: tuple[str, ...] = Field((), max_length=1000, description="given name, family name")
+    date: Annotated[str, AfterValidator(_date)] = Field(
+        "", description="of the study, such as 2026-11-27; films and certificates ask no clock"
+    )
     licence: str = Field("", description="of the films, such as CC-BY-4.0")
     keywords: tuple[str, ...] = Field((), max_length=100, description="for catalogues")
 
@@ -355,6 +353,10 @@ class StudySettings(Settings):
     common: Patch = Field(
         default_factory=dict,
         description="values of the scene file for all stimuli, such as quality and output",
+    )
+    overrides: Patch = Field(
+        default_factory=dict,
+        description="values of the scene file that win over levels, as --set does",
     )
     film: Literal[".mp4", ".webm", ".mov"] = Field(".mp4", description="ending of the films")
     names: Literal["levels", "codes"] = Field(

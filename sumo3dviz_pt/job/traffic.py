@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -30,6 +30,11 @@ class RideEdit(Settings):
         " rear is `at`",
     )
     at: Seconds | None = Field(None, description="SUMO's time at which the gap is kept [s]")
+    moves: Literal["auto", "self", "behind"] = Field(
+        "auto",
+        description="who is moved in time for the gap: the ride itself, or `behind`, the one ahead;"
+        " auto moves the one ahead where a camera rides with this one, so that its drive stays",
+    )
     pace: Finite | None = Field(
         None, ge=0.5, le=2.0, description="factor of its speed; where it is at `around` it stays"
     )
@@ -43,6 +48,8 @@ class RideEdit(Settings):
             raise ValueError("a gap needs behind, gap and at")
         if self.gap is not None and self.delay is not None:
             raise ValueError("give either delay or gap")
+        if self.gap is None and self.moves != "auto":
+            raise ValueError("`moves` says who is moved for a gap: it needs behind, gap and at")
         if (self.pace is None) != (self.around is None):
             raise ValueError("a pace needs around, and around a pace")
         if self.gap is None and self.delay is None and self.pace is None:

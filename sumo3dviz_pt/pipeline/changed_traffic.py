@@ -19,6 +19,7 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace, TrafficLog, VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.gaps import delay_for
 from sumo3dviz_pt.pipeline.smoothing import motion_of
 
 if TYPE_CHECKING:
@@ -38,9 +39,6 @@ _ROWS = ("times", "positions", "yaws", "speeds", "slopes", "lanes", "signals", "
 _NEAR = 60.0
 """Who never comes so near to a changed ride, by place and time, is not compared with it [m, s]."""
 
-_BESIDE = 2.5
-"""How far a ride may pass beside the place where a gap begins [m]."""
-
 
 @dataclass(frozen=True, slots=True)
 class ChangedRide:
@@ -49,10 +47,12 @@ class ChangedRide:
     Attributes:
         key: Such as `vehicle:car.7`.
         words: What it was, for people.
+        asked: The ride of the scene file for which it was done, such as `car.8`.
     """
 
     key: str
     words: str
+    asked: str
 
 
 def recorded_window(
@@ -115,11 +115,10 @@ def changed(
     """
     if job.traffic is None:
         return scenario
-    done = []
+    done: list[ChangedRide] = []
     for name, edit in job.traffic.rides.items():
-        recorded, ride = _ridden(job, recorded, name, edit)
-        if ride is not None:
-            done.append(ride)
+        recorded, rides = _ridden(job, recorded, name, edit)
+        done += rides
     ends = {} if whole else {"begin": begin, "end": end}
     log_now = _replaced(scenario.traffic, recorded.traffic, done, **ends)
     scenario = replace(scenario, traffic=replace(log_now, traces=_kept(job, log_now.traces)))
@@ -209,92 +208,55 @@ def shows(job: Job) -> Callable[[str, str], bool]:
 
 def _ridden(
     job: Job, scenario: Scenario, name: str, edit: RideEdit
-) -> tuple[Scenario, ChangedRide | None]:
-    """Return a simulation with one ride changed, and what was done; None if nobody is there."""
-    from sumo3dviz_pt.motion.retiming import delayed, paced
+) -> tuple[Scenario, list[ChangedRide]]:
+    """Return a simulation with a ride changed, and what was done; nothing if nobody is there."""
+    from sumo3dviz_pt.motion.retiming import paced
 
     motion = motion_of(job, scenario)
     number = _number(motion, name)
     if number is None:
         told = f"traffic.rides: nobody near this time is called {name!r}, so nothing is changed"
         log.warning("%s", told, extra={"once": told})
-        return scenario, None
-    traces = list(scenario.traffic.traces)
+        return scenario, []
+    key, said = scenario.traffic.traces[number].key, list[str]()
     if edit.pace is not None and edit.around is not None:
         (own,) = motion.smooth(_only(motion, number))
         step = scenario.traffic.step
+        traces = list(scenario.traffic.traces)
         traces[number] = paced(traces[number], own, pace=edit.pace, around=edit.around, step=step)
-        scenario = _with(scenario, traces)
-    delay, said = edit.delay or 0.0, ""
-    if edit.gap is not None:
-        delay, said = _delay_for(job, scenario, name, edit)
+        scenario = replace(scenario, traffic=replace(scenario.traffic, traces=tuple(traces)))
+        said.append(f"at {edit.pace:g} x its pace")
+    if edit.gap is None:
+        words = _ride_words(name, said, edit.delay or 0.0)
+        return _later(scenario, number, edit.delay or 0.0, ChangedRide(key, words, name))
+    gap = delay_for(job, scenario, name, edit)
+    if gap.mover == name:
+        words = _ride_words(name, said, gap.delay) + gap.words
+        return _later(scenario, number, gap.delay, ChangedRide(key, words, name))
+    done = [ChangedRide(key, _ride_words(name, said, 0.0), name)] if said else []
+    ahead = _number(motion, gap.mover)
+    assert ahead is not None
+    words = _ride_words(gap.mover, [], gap.delay) + gap.words
+    ride = ChangedRide(scenario.traffic.traces[ahead].key, words, name)
+    scenario, more = _later(scenario, ahead, gap.delay, ride)
+    return scenario, [*done, *more]
+
+
+def _later(
+    scenario: Scenario, number: int, delay: float, ride: ChangedRide
+) -> tuple[Scenario, list[ChangedRide]]:
+    """Return a simulation in which a ride comes by later [s], and what was done."""
+    from sumo3dviz_pt.motion.retiming import delayed
+
+    traces = list(scenario.traffic.traces)
     traces[number] = delayed(traces[number], delay)
-    return _with(scenario, traces), ChangedRide(traces[number].key, _words(name, edit, delay, said))
+    return replace(scenario, traffic=replace(scenario.traffic, traces=tuple(traces))), [ride]
 
 
-def _with(scenario: Scenario, traces: Sequence[Trace]) -> Scenario:
-    """Return a simulation with other rides."""
-    return replace(scenario, traffic=replace(scenario.traffic, traces=tuple(traces)))
-
-
-def _words(name: str, edit: RideEdit, delay: float, said: str) -> str:
-    """Return what was done to a ride."""
-    found = [] if edit.pace is None else [f"at {edit.pace:g} x its pace"]
-    if delay != 0.0:
-        found.append(f"{abs(delay):.2f} s {'later' if delay > 0.0 else 'earlier'}")
-    return f"{name} rides {' and '.join(found) or 'as recorded'}{said}"
-
-
-def _delay_for(job: Job, scenario: Scenario, name: str, edit: RideEdit) -> tuple[float, str]:
-    """Return how much later a ride must come by to keep a gap [s], and words about it."""
-    assert edit.behind is not None and edit.gap is not None and edit.at is not None
-    motion = motion_of(job, scenario)
-    place = f"traffic.rides.{name}"
-    number, ahead = _number(motion, name), _number(motion, edit.behind)
-    if ahead is None or number is None:
-        raise ConfigError(f"nobody near {edit.at:g} s is called {edit.behind!r}", key=place)
-    (leader,) = motion.smooth(_only(motion, ahead))
-    pose = leader.at(edit.at)
-    if pose is None:
-        raise ConfigError(f"{edit.behind} is not on the road at {edit.at:g} s", key=place)
-    length = _type(scenario.vehicle_types, scenario.traffic.traces[ahead]).length
-    rear = pose.position[:2] - length * np.array([np.cos(pose.yaw), np.sin(pose.yaw)])
-    (own,) = motion.smooth(_only(motion, number))
-    passes = _passing(own, rear, edit.at)
-    if passes is None:
-        raise ConfigError(
-            f"{name} does not come by where the rear of {edit.behind} is at {edit.at:g} s, within"
-            f" {MOST_DELAY:g} s",
-            key=place,
-        )
-    before = passes - edit.at
-    said = f", {edit.gap:.2f} s behind {edit.behind} at {edit.at:g} s ({before:.2f} s in the log)"
-    return edit.gap - before, said
-
-
-def _passing(own: Trajectory, place: Floats, near: float) -> float | None:
-    """Return when a front passes a place, the time that is nearest to another [s].
-
-    Args:
-        own: Its motion.
-        place: (2,) [m].
-        near: [s].
-    """
-    times = np.arange(near - MOST_DELAY, near + MOST_DELAY, _STEP / 2)
-    motion = own.sample(times)
-    towards = place - motion.positions[:, :2]
-    along = (towards * np.stack([np.cos(motion.yaws), np.sin(motion.yaws)], axis=1)).sum(axis=1)
-    away = np.linalg.norm(towards, axis=1)
-    # It passes between two moments at which the place lies ahead and behind.
-    here = np.flatnonzero(
-        motion.alive[:-1] & motion.alive[1:] & (along[:-1] >= 0.0) & (along[1:] < 0.0)
-        & (np.minimum(away[:-1], away[1:]) < _BESIDE)
-    )  # fmt: skip
-    if not here.size:
-        return None
-    shares = along[here] / (along[here] - along[here + 1])
-    found = times[here] + shares * (times[here + 1] - times[here])
-    return float(found[np.argmin(np.abs(found - near))])
+def _ride_words(name: str, said: Sequence[str], delay: float) -> str:
+    """Return how a ride was changed, and by how much later it comes [s]."""
+    late = [f"{abs(delay):.2f} s {'later' if delay > 0.0 else 'earlier'}"] if delay != 0.0 else []
+    return f"{name} rides {' and '.join([*said, *late]) or 'as recorded'}"
 
 
 def _number(motion: LogMotion, name: str) -> int | None:
@@ -349,7 +311,7 @@ def _check_free(job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[flo
             raise ConfigError(
                 f"{own.id} would drive through {other.id} at {times[hits[0]]:.1f} s; choose another"
                 f" delay, gap or pace, or leave {other.id} out",
-                key=f"traffic.rides.{own.id}",
+                key=f"traffic.rides.{ride.asked}",
             )
 
 

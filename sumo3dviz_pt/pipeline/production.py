@@ -44,7 +44,7 @@ from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
 from sumo3dviz_pt.pipeline.smoothing import Survey
 from sumo3dviz_pt.pipeline.stills.still import Still as Still
 from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
-from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.pipeline.worlds import without_collecting, world_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.image.optics import Optics
@@ -216,6 +216,7 @@ def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction
     return np.array([start + float(number * step) for number in range(count)])
 
 
+@without_collecting()
 def prepare(
     job: Job,
     request: Request,

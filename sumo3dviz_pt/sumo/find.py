@@ -102,6 +102,19 @@ def find_scenario(
     )
 
 
+def files_behind(place: Path) -> tuple[Path, ...]:
+    """Return the configuration that a scenario is read through, and the files that it names.
+
+    Args:
+        place: A .sumocfg, or a folder with one; nothing is returned for one with none or several.
+    """
+    configurations = survey_folder(place).configurations if place.is_dir() else (place,)
+    if len(configurations) != 1:
+        return ()
+    named = _named_by(configurations[0])
+    return (*configurations, *_existing([*named.network, *named.inputs, *named.trajectories]))
+
+
 def _named_by(configuration: Path) -> _NamedFiles:
     """Return the files that a configuration names, relative to itself."""
     if (root := root_of(configuration)) not in CONFIGURATION_ROOTS:

@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.ratios import Ratio
 from sumo3dviz_pt.video.codecs import AUTO, Codec, codec_named, frame_rate
 from sumo3dviz_pt.video.ffmpeg import Ffmpeg, has_encoder, raw_input
 from sumo3dviz_pt.video.gif import keeping, paint
+from sumo3dviz_pt.video.prints import Print, print_of
 from sumo3dviz_pt.video.yuv import yuv709
 
 Picture = NDArray[Any]
@@ -36,7 +37,7 @@ def encode(
     fps: Ratio,
     codec: str = AUTO,
     comment: Mapping[str, Any] | None = None,
-) -> int:
+) -> tuple[Print, ...]:
     """Encode a film in constant memory; it appears under its name only when complete.
 
     Pictures of floats are dithered when the codec has 8 bits, seeded by frame index.
@@ -50,7 +51,7 @@ def encode(
         comment: Stored as JSON in the film's comment.
 
     Returns:
-        How many frames the film has.
+        The prints of its frames, as ffmpeg got them.
 
     Raises:
         ConfigError: If codec, ending, size, rate or folder do not fit.
@@ -66,28 +67,30 @@ def encode(
             if kind.palette
             else _arguments(kind, size=size, rate=rate, comment=comment, part=part)
         )
-        count = _feed(first, frames, kind=kind, size=size)
+        prints = _feed(first, frames, kind=kind, size=size)
         if kind.palette:
             paint(raw, part)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
         raw.unlink(missing_ok=True)
-    return count
+    return prints
 
 
 def _feed(
     arguments: list[str], frames: Iterable[Picture], *, kind: Codec, size: tuple[int, int]
-) -> int:
-    """Run ffmpeg on frames, one at a time; return how many there were."""
-    count = 0
+) -> tuple[Print, ...]:
+    """Run ffmpeg on frames, one at a time; return their prints."""
+    prints = []
     with Ffmpeg(arguments) as ffmpeg:
-        for count, frame in enumerate(frames, start=1):
-            for plane in _planes(frame, index=count - 1, kind=kind, size=size):
+        for index, frame in enumerate(frames):
+            planes = planes_of(frame, index=index, kind=kind, size=size)
+            for plane in planes:
                 ffmpeg.write(plane.tobytes())
-        if not count:
+            prints.append(print_of(planes, bits=kind.bits))
+        if not prints:
             raise RenderError("a film needs at least one frame")
-    return count
+    return tuple(prints)
 
 
 def check_film(
@@ -122,10 +125,23 @@ def check_film(
     return kind, rate
 
 
-def _planes(
+def planes_of(
     frame: Picture, *, index: int, kind: Codec, size: tuple[int, int]
 ) -> tuple[NDArray[Any], ...]:
-    """Convert one frame to its planes."""
+    """Convert one frame to the planes that ffmpeg gets.
+
+    Args:
+        frame: (h, w, 3), uint8 or float in [0, 1].
+        index: Of the frame in its film, which seeds the dither.
+        kind: The codec.
+        size: Width and height [px].
+
+    Returns:
+        A plane of luma and two of chroma; or one of all colours, (h, w, 3).
+
+    Raises:
+        RenderError: If it is of another size.
+    """
     if frame.shape != (size[1], size[0], 3):
         raise RenderError(f"frame {index} is {frame.shape}, not ({size[1]}, {size[0]}, 3)")
     is_bytes = frame.dtype == np.uint8

@@ -17,7 +17,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet, aimed_at
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
-from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.model.tyre_tracks import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
@@ -29,11 +29,19 @@ from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.build import BUDGET, Scenery, build_scenery
 from sumo3dviz_pt.world.objects.guard_rails import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.guard_rails import Rails, guard_rails
+from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.placement.road_choice import choose_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
-from sumo3dviz_pt.world.plants.build import Planting, plant, plot_of, why_bare, why_nowhere
+from sumo3dviz_pt.world.plants.build import (
+    Planting,
+    before_cameras,
+    plant,
+    plot_of,
+    why_bare,
+    why_nowhere,
+)
 from sumo3dviz_pt.world.plants.far import plant_far
 from sumo3dviz_pt.world.plants.meadow import Meadow, build_meadow, lawn_of
 from sumo3dviz_pt.world.plants.tree_pits import tree_pits
@@ -288,7 +296,10 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     roads, around = land.roads, land.around
     rows, fronts = _fronts(scenario, job, roads, around)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
+    drawn = [poi for poi in scenario.pois if _is_drawn(poi, job)]
+    said = before_cameras(drawn, scenario.network, around)
     planting = _planting(scenario, job, roads, around)
+    planting = replace(planting, left_out=(*planting.left_out, *said))
     yards = gardens(rows) if _why_barren(job) is None else ()
     trees = yard_trees(yards, around)
     planted = (*planting.pois, *trees, *areas.grown.pois)
@@ -297,6 +308,12 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
     return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards, around))
+
+
+def _is_drawn(poi: Poi, job: Job) -> bool:
+    """Whether the scene file does not switch off the kind of a point of interest."""
+    kind = kind_of(poi.type, poi.source)
+    return kind is None or getattr(job.objects, kind) is not None
 
 
 def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:

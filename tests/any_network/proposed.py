@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, EulerianCamera
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import StaticPart
 from sumo3dviz_pt.model.vectors import unit
+from sumo3dviz_pt.world.placement.lane_index import LaneIndex
 
 ABOVE = 2.0
 """Eyes are at least so high above what lies below them [m]."""
@@ -32,10 +34,21 @@ LITTLE = 0.04
 ALIVE = 0.5
 """In at least this share of a shot's seconds somebody is in the picture."""
 
+COVERED = 1.0 / 6.0
+"""No plant of ours covers more than this share of the middle of a picture."""
+
+VEILED = 0.15
+"""Our planting hides at most this share of the near roads in the middle of a picture."""
+
 _SEEN = 150.0
 """Road users farther away than this are too small to count [m]."""
 
+_FAR = 60.0
+"""Roads farther away than this are small [m]."""
+
 _RATIO = 9.0 / 16.0
+_CELLS = (48, 27)  # of a picture, across and down
+_PLANTED = ":planted:"  # in the names of things that our code plants
 _STREET = ("street lamps", "signs", "furniture")
 _HOUSES = ("street_fronts", "buildings", "homes", "shops", "blocks")
 
@@ -114,6 +127,77 @@ def furnished(pose: Pose, static: Sequence[StaticPart]) -> Iterator[str]:
             share = _share(pose, _around(part, pose.eye, NEAR, plan=False))
             if share > LITTLE:
                 yield f"{part.id} nearer than {NEAR:g} m hides {100 * share:.0f} % of the picture"
+
+
+def planted(pose: Pose, static: Sequence[StaticPart], lanes: LaneIndex) -> Iterator[str]:
+    """Yield plants of ours that fill much of a picture, and if they hide much of its roads.
+
+    Args:
+        pose: Of the camera.
+        static: What was built, looked at by its corners: leaves are smaller than a picture's cells.
+        lanes: The roads.
+    """
+    away, cells, names = _plants_in(pose, static)
+    inner = _middle()[cells]
+    for name in np.unique(names):
+        own = names == name
+        near = len(np.unique(cells[own & (away < 1.4 * NEAR)])) / np.prod(_CELLS)
+        middle = 4.0 * len(np.unique(cells[own & inner])) / np.prod(_CELLS)
+        if near > LITTLE or middle > COVERED:
+            yield (
+                f"{name}, {away[own].min():.1f} m away, covers {100 * near:.0f} % of the picture"
+                f" from near, and {100 * middle:.0f} % of its middle"
+            )
+    road = _roads_in(pose, lanes)
+    before = np.full(len(road), np.inf)
+    np.minimum.at(before, cells, away)
+    seen = _middle() & (road < _FAR)
+    hidden = float((before < road)[seen].mean()) if seen.any() else 0.0
+    if hidden > VEILED:
+        yield f"plants hide {100 * hidden:.0f} % of the roads in the middle of the picture"
+
+
+def _plants_in(pose: Pose, static: Sequence[StaticPart]) -> tuple[Floats, Ints, NDArray[np.str_]]:
+    """Of corners of our plants in a picture: distances [m], cells, and whose they are."""
+    corners, owners = [np.zeros((0, 3))], [np.zeros(0, dtype=np.str_)]
+    for part in static:
+        mesh = part.part.mesh
+        names = [name if _PLANTED in name else "" for name, _ in mesh.things]
+        if any(names):
+            whose = np.repeat(names, [3 * count for _, count in mesh.things])
+            corners.append(mesh.vertices[mesh.faces].reshape(-1, 3)[whose != ""])
+            owners.append(whose[whose != ""])
+    way = np.concatenate(corners) - pose.eye
+    depth, x, y = (way @ axis for axis in pose.axes())
+    half = np.tan(np.radians(pose.fov) / 2.0) * np.maximum(depth, 0.05)
+    x, y = x / half, y / half / _RATIO
+    inside = (depth > 0.05) & (np.abs(x) < 1.0) & (np.abs(y) < 1.0)
+    across, down = _CELLS
+    column, row = ((0.5 * (v[inside] + 1.0) * n).astype(int) for v, n in ((x, across), (y, down)))
+    away = np.linalg.norm(way[inside], axis=1)
+    return away, row * across + column, np.concatenate(owners)[inside]
+
+
+def _middle() -> Bools:
+    """Which cells of a picture lie in its middle half, both ways."""
+    row, column = np.divmod(np.arange(np.prod(_CELLS)), _CELLS[0])
+    return (np.abs(column - 0.5 * (_CELLS[0] - 1)) < 0.25 * _CELLS[0]) & (
+        np.abs(row - 0.5 * (_CELLS[1] - 1)) < 0.25 * _CELLS[1]
+    )
+
+
+def _roads_in(pose: Pose, lanes: LaneIndex) -> Floats:
+    """How far away the road is in each cell of a picture [m]; infinite where there is none."""
+    across, down = _CELLS
+    x, y = np.meshgrid((np.arange(across) + 0.5) / across, (np.arange(down) + 0.5) / down)
+    rays = pose.rays(2.0 * x.ravel() - 1.0, 2.0 * y.ravel() - 1.0)
+    level = lanes.heights(pose.eye[None, :2])
+    for _ in range(3):
+        # Where the land rises or falls, the road is found in steps.
+        away = (level - pose.eye[2]) / np.minimum(rays[:, 2], -1e-6)
+        places = pose.eye + away[:, None] * rays
+        level = lanes.heights(places[:, :2])
+    return np.where((away < _FAR) & lanes.covers(places[:, :2]), away, np.inf)
 
 
 def _share(pose: Pose, triangles: Floats) -> float:

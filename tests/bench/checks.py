@@ -71,8 +71,8 @@ def scene_of(folder: Path, scratch: Path) -> Path:
 def table(rows: dict[str, dict[str, Any]]) -> str:
     """Return the table of the manual."""
     lines = [
-        "| scenario | lanes | shots | CPU-s | s | said first [s] |",
-        "|---|--:|--:|--:|--:|--:|",
+        "| scenario | lanes | shots | CPU-s | s | said first [s] | load |",
+        "|---|--:|--:|--:|--:|--:|--:|",
     ]
     for name, row in rows.items():
         cells = (row["cpu_seconds"], row["wall_seconds"], row["said_seconds"], row["load"])

@@ -14,7 +14,15 @@ import pytest
 from any_network.known import expect
 from any_network.laws import before_camera, blocked_ways, standing_on_roads
 from any_network.programs import why_missing
-from any_network.proposed import Pose, badly_placed, filled, furnished, lonely, poses_of
+from any_network.proposed import (
+    Pose,
+    badly_placed,
+    filled,
+    furnished,
+    lonely,
+    planted,
+    poses_of,
+)
 from any_network.towns import PICTURED, Town, made_town, name_of
 from needed import skip_if
 
@@ -23,6 +31,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.scene import StaticPart
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 
 SIZE = (96, 54)
 
@@ -82,6 +91,12 @@ def test_eyes_of_proposed_cameras_are_in_the_open(built, request):
         for name, pose in _poses(built)
         for law in (badly_placed, filled, furnished)
         for fault in law(pose, built.static)
+    ]
+    lanes = build_lane_index(built.town.scenario.network)
+    faults += [
+        f"{name}: {fault}"
+        for name, pose in _poses(built)
+        for fault in planted(pose, built.static, lanes)
     ]
     assert not faults, "\n".join(faults[:20])
 

@@ -17,7 +17,7 @@ from needed import lacking
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "sumo3dviz_pt"
 MODULES = sorted(PACKAGE.rglob("*.py"))
-LONGEST_MODULE = 400  # lines; 300 is what we aim at
+LONGEST_MODULE = 600  # lines
 BANNED_CALLS = {"os.fork", "os.forkpty", "os.system", "sys.exit", "exit", "quit", "eval", "exec"}
 POSIX_ONLY = {"fcntl", "resource", "pwd", "grp", "termios", "pty"}
 MAY_EXIT_AND_PRINT = "cli/"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -12,6 +13,7 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.png import read_text
+from sumo3dviz_pt.pipeline.certificate.delivered import FilmTest, film_faults
 from sumo3dviz_pt.video.picture import film_picture
 from sumo3dviz_pt.video.prober import probe
 
@@ -84,6 +86,21 @@ def test_plain_pictures_come_before_and_after_and_the_account_says_so(films):
     assert 0.9 < grey.mean() < 1.0  # but for the cross
     assert (np.abs(found[7].astype(int) - 0x77) < 12).all()
     assert "00:00:00.080 --> 00:00:00.180" in (films / "with.vtt").read_text(encoding="utf-8")
+
+
+def test_both_films_are_held_against_their_frames_with_and_without_overlays(films):
+    film = films / "with.mp4"
+    account = json.loads((films / "with.json").read_bytes())
+    sha256 = account["delivered"]["with.mp4"]["sha256"]
+    found = film_faults(film, account, sha256=sha256, develop=True)
+    assert found == FilmTest((), pictures=8 + 5, developed=5 + 5)
+    # The twin in the place of the film lacks overlays, and the pictures before and after it.
+    film.rename(films / "kept.mp4")
+    shutil.copy(films / "with.plain.mp4", film)
+    said = {each.what for each in film_faults(film, account, sha256=sha256, develop=True).faults}
+    (films / "kept.mp4").replace(film)
+    assert {"is not the film that was written", "has 5 pictures of 8"} < said
+    assert any("not the one that was developed" in what for what in said)
 
 
 def test_develop_draws_the_same_overlays_and_leaves_them_out_if_asked(films):

@@ -213,13 +213,15 @@ def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, plac
         (table,) = (made / "data").glob("*description-stimuli*")
         rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
         assert {row["duration"] for row in rows} == {seconds}
+    # Frames that are gone are not tested, and their digests stand for them.
+    assert main(["study", "verify", str(folder), "-q"]) == 0
     # What is measured can be measured again: of a film's own frames, not of pictures before it.
     study(place, "overlaid", "--resume", "--discard-frames", name="overlaid.yaml")
     again = digests(folder)
     assert {name for name in found | again if found.get(name) != again.get(name)} == set()
 
 
-def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_again(place):
+def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_again(whole, place):
     """No layer was traced for it, and the shares were missing without a word."""
     text = MEASURED + "certificate: {write: false}\n"
     (place / "reported.yaml").write_text(text, encoding="utf-8")
@@ -234,6 +236,9 @@ def test_a_report_without_a_certificate_tells_visible_shares_and_can_be_made_aga
     kept = sorted(path.name for path in (folder / "materials" / "clear.frames").glob("*.exr"))
     assert kept == [f"{number:06d}.exr" for number in (0, 4, 7, 10, 14)]
     once = digests(folder)
+    # Which layers lie beside a film is no part of it.
+    films = [f"materials/{name}.mp4" for name in ("clear", "grey")]
+    assert [once[film] for film in films] == [digests(whole)[film] for film in films]
     study(place, "reported", "--resume", "--discard-frames", name="reported.yaml")
     again = digests(folder)
     assert {name for name in once | again if once.get(name) != again.get(name)} == set()

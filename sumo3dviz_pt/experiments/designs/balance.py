@@ -7,11 +7,14 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+
+_MOST = 6
+"""Most pairs of factors that a sentence names."""
 
 Rows = NDArray[np.int64]
 """A design: the number of each factor's level, row by row, (runs, factors)."""
@@ -48,3 +51,74 @@ def confounded_pairs(rows: Rows, counts: Sequence[int]) -> list[tuple[int, int]]
         if (times * len(rows) != expected).any():
             found.append((one, other))
     return found
+
+
+def aliases(rows: Rows, counts: Sequence[int]) -> dict[int, list[tuple[int, int]]]:
+    """Return by factor the pairs of others whose effect together cannot be told from its own.
+
+    It can where each level of the factor occurs with each pair of their levels in proportion.
+    Factors that already tell about each other are left to `confounded_pairs`.
+
+    Args:
+        rows: The design, (runs, factors).
+        counts: How many levels each factor has.
+    """
+    known = set(confounded_pairs(rows, counts))
+    found: dict[int, list[tuple[int, int]]] = {}
+    for one, other in combinations(range(len(counts)), 2):
+        both = np.column_stack([rows, rows[:, one] * counts[other] + rows[:, other]])
+        sizes = (*counts, counts[one] * counts[other])
+        for factor in range(len(counts)):
+            apart = {(min(factor, n), max(factor, n)) for n in (one, other)}
+            if factor in (one, other) or apart & known:
+                continue
+            times = pair_counts(both, sizes, factor, len(counts))
+            expected = np.outer(times.sum(axis=1), times.sum(axis=0))
+            if (times * len(rows) != expected).any():
+                found.setdefault(factor, []).append((one, other))
+    return found
+
+
+def told_by(rows: Rows, counts: Sequence[int]) -> list[tuple[int, int]]:
+    """Return pairs of factors of which one's level always says the other's.
+
+    Args:
+        rows: The design, (runs, factors).
+        counts: How many levels each factor has.
+    """
+    found = []
+    for one, other in combinations(range(len(counts)), 2):
+        met = pair_counts(rows, counts, one, other) > 0
+        varied = all(len(set(rows[:, n].tolist())) > 1 for n in (one, other))
+        if varied and min(met.sum(axis=0).max(), met.sum(axis=1).max()) == 1:
+            found.append((one, other))
+    return found
+
+
+def hidden_in_words(rows: Rows, levels: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return which factor's effect a design confounds with what, a sentence each.
+
+    Args:
+        rows: The design, (runs, factors).
+        levels: Of each factor, by its name.
+    """
+    names, counts = list(levels), [len(some) for some in levels.values()]
+    found = same_in_words(rows, levels)
+    for factor, pairs in sorted(aliases(rows, counts).items()):
+        words = ", ".join(f"{names[one]} with {names[other]}" for one, other in pairs[:_MOST])
+        more = f" and {len(pairs) - _MOST} more" if len(pairs) > _MOST else ""
+        found.append(
+            f"{names[factor]} is confounded with what two factors do together: {words}{more}; its"
+            " effect is its own only if they do nothing together"
+        )
+    return found
+
+
+def same_in_words(rows: Rows, levels: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return which factors always change together, a sentence each; arguments as above."""
+    names, counts = list(levels), [len(some) for some in levels.values()]
+    return [
+        f"{names[one]} and {names[other]} cannot be told apart: the level of one always says that"
+        " of the other"
+        for one, other in told_by(rows, counts)
+    ]

@@ -12,7 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.designs.arrays import orthogonal_array
-from sumo3dviz_pt.experiments.designs.balance import Rows, confounded_pairs
+from sumo3dviz_pt.experiments.designs.balance import Rows, confounded_pairs, hidden_in_words
 from sumo3dviz_pt.experiments.designs.latin import latin_square
 from sumo3dviz_pt.experiments.shuffles import permutation
 from sumo3dviz_pt.experiments.trials import Levels, Profile
@@ -112,9 +112,9 @@ def _profile(row: Rows, levels: Levels) -> Profile:
 
 
 def _notes(rows: Rows, levels: Levels, gone: int) -> list[str]:
-    """Return what exclusions did to a design."""
+    """Return what a design confounds, by itself or by its exclusions."""
     if not gone:
-        return []
+        return hidden_in_words(rows, levels)
     names = list(levels)
     notes = []
     for factor, some in zip(names, rows.T, strict=True):
@@ -125,4 +125,4 @@ def _notes(rows: Rows, levels: Levels, gone: int) -> list[str]:
         words = ", ".join(f"{names[one]} with {names[other]}" for one, other in pairs[:3])
         more = f" and {len(pairs) - 3} more pairs" if len(pairs) > 3 else ""
         notes.append(f"with the exclusions the design confounds {words}{more}")
-    return notes
+    return notes + hidden_in_words(rows, levels)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.tools.content import Words
@@ -90,20 +90,19 @@ def write_checksums(folder: Path, files: Iterable[Path]) -> Path:
         files: In it.
     """
     path = folder / CHECKSUMS
-    names = sorted({file.relative_to(folder).as_posix() for file in files} - {CHECKSUMS})
-    write_whole(path, _lines({name: digest_of(folder / name) for name in names}))
+    write_whole(path, _digests(folder, [file for file in files if file != path]))
     return path
 
 
-def write_inputs(folder: Path, digests: Mapping[str, str]) -> Path:
-    """Write the digests of what a study was made from.
+def write_inputs(folder: Path, files: Iterable[Path]) -> Path:
+    """Write the digests of what a study was made from, by relative path.
 
     Args:
         folder: The study's.
-        digests: SHA-256 by name.
+        files: In it.
     """
     path = folder / INPUTS
-    write_whole(path, _lines(dict(sorted(digests.items()))))
+    write_whole(path, _digests(folder, files))
     return path
 
 
@@ -113,6 +112,17 @@ def digest_of(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def _lines(digests: Mapping[str, str]) -> str:
-    """Return digests as sha256sum writes them."""
-    return "".join(f"{digest}  {name}\n" for name, digest in digests.items())
+def _digests(folder: Path, files: Iterable[Path]) -> str:
+    """Return digests of files in a folder as sha256sum writes them."""
+    names = sorted({file.relative_to(folder).as_posix() for file in files})
+    return "".join(f"{digest_of(folder / name)}  {name}\n" for name in names)
+
+
+def read_digests(path: Path) -> dict[str, str]:
+    """Return digests by name from a file in the form of sha256sum; none if it is not there."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    pairs = (line.partition("  ") for line in lines)
+    return {name: digest for digest, sign, name in pairs if sign}

@@ -38,7 +38,8 @@ def key_of(production: Production) -> str:
 
     The shot's window counts: wheels turn and people step by the way since its beginning, and the
     room for road users depends on all of its frames. What acts on the developed picture alone
-    (tone curve, glare, codec) does not count, nor do names of files and presets.
+    (tone curve, glare, codec) does not count, nor do layers, which lie beside the pictures, nor
+    names of files and presets.
     """
     job, inputs, times = production.job, production.inputs, production.times
     settings = {name: value for name, value in job.model_dump().items() if name not in _APART}
@@ -52,7 +53,6 @@ def key_of(production: Production) -> str:
         "plan": _plan(production.shot),
         "size": list(job.output.size),
         "half": job.output.half,
-        **({"layers": sorted(job.output.layers)} if job.output.layers else {}),
         "exposure": job.output.exposure,
         **({} if production.metered is None else {"metered": production.metered}),
         "quality": production.quality.model_dump(exclude={"purpose"}),
@@ -96,7 +96,7 @@ def account_of(production: Production) -> dict[str, Any]:
     """Return what all pictures of a production were made from, as plain values.
 
     There is no clock in it, so that the same command gives the same bytes; and no path of this
-    machine but in the command: a file stands by the name under which `inputs` has its hash.
+    machine: a file stands by the name under which `inputs` has its hash.
     """
     job, inputs, data = production.job, production.inputs, production.shot.data
     return {

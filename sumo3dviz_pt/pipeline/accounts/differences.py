@@ -35,8 +35,11 @@ _DIGESTS: Mapping[str, str] = MappingProxyType(
     }
 )
 _HASHED = frozenset({"inputs", "package"})
+_NOT_SEEN = ("output.layers",)
+"""Keys of a scene that act on no picture."""
+
 _NO_PIXELS = ("shots", "template", "quality", "output.codec", "output.fps", "output.tone")
-_NOT_STORED = (*_NO_PIXELS, "output.glare", "scenario")
+_NOT_STORED = (*_NOT_SEEN, *_NO_PIXELS, "output.glare", "scenario")
 """Keys of a scene that act on no stored frame, or whose effect another part of an account tells."""
 
 
@@ -57,7 +60,7 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
             dict(_leaves(_content(account, section, stored=stored))) for account in (one, other)
         )
         for key in sorted(old.keys() | new.keys()):
-            left_out = stored and section == "scene" and key.startswith(_NOT_STORED)
+            left_out = section == "scene" and key.startswith(_NOT_STORED if stored else _NOT_SEEN)
             if old.get(key) != new.get(key) and not left_out:
                 said.append(words + _changed(key, old, new, hashed=section in _HASHED))
     plain = [key for key in _PLAIN if not (stored and key == "time")]

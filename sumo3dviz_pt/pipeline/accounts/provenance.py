@@ -60,7 +60,7 @@ def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
         camera: The camera's name.
     """
     found = files_of(job, files)
-    names = _short_names(path for path in found if not path.is_dir())
+    names = short_names(path for path in found if not path.is_dir())
     presets = _presets(job, camera)
     hashes = {name: file_hash(path) for path, name in names.items()}
     return Inputs(names, hashes | {name: file_hash(path) for name, path in presets.items()})
@@ -158,7 +158,7 @@ def _kept_hash(path: Path, changed: int, size: int) -> str:
     return file_hash(path)
 
 
-def _short_names(paths: Iterable[Path]) -> dict[Path, str]:
+def short_names(paths: Iterable[Path]) -> dict[Path, str]:
     """Return the shortest end of each path that no other path has."""
     parts = {path: path.absolute().parts for path in paths}
 

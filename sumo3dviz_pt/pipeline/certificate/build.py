@@ -13,14 +13,27 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
-from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
+from sumo3dviz_pt.pipeline.certificate.delivered import codec_most
 from sumo3dviz_pt.pipeline.certificate.evidence import (
     Evidence,
     check_same_size,
     compared_frames,
     read_evidence,
+)
+from sumo3dviz_pt.pipeline.certificate.links import (
+    CERTIFICATE,
+    CLAIMS,
+    Fault,
+    StudyFolder,
+    all_film_faults,
+    frame_faults,
+    input_files,
+    rider_in,
+    seal_faults,
 )
 from sumo3dviz_pt.pipeline.certificate.page import write_page
 from sumo3dviz_pt.pipeline.certificate.verdicts import (
@@ -30,11 +43,16 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
     pixel_verdict,
 )
 from sumo3dviz_pt.pipeline.films.frames import write_json
+from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
+from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
-from sumo3dviz_pt.pipeline.studies.records import film_path, read_film_account
+from sumo3dviz_pt.pipeline.studies.records import RECORD, film_path, read_film_account
 
-CERTIFICATE, PAGE, FOLDER = "certificate.json", "certificate.html", "certificate"
+PAGE, FOLDER = "certificate.html", "certificate"
+
+_APART = ("shade", "block", "pixel", "worst")
+"""What the numbers of `Apart` are called."""
 
 _WIDEST = 480
 """Width of each picture on the page, at most [px]."""
@@ -52,10 +70,12 @@ class Certificate:
     Attributes:
         pairs: A verdict on each.
         files: All that was written.
+        faults: What is wrong with the folder itself: files, frames, films.
     """
 
     pairs: tuple[PairVerdict, ...]
     files: tuple[Path, ...]
+    faults: tuple[Fault, ...] = ()
 
     @property
     def failed(self) -> tuple[PairVerdict, ...]:
@@ -64,8 +84,8 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether all pairs are clean."""
-        return not self.failed
+        """Whether all pairs are clean, and all else is what it says."""
+        return not (self.failed or self.faults)
 
     def __str__(self) -> str:
         if not self.pairs:
@@ -89,25 +109,20 @@ def certify(folder: Path, plan: StudyPlan) -> Certificate:
         verdicts.append(_verdict(folder, plan, pair))
         announce(Doing.MEASURE, number, len(plan.pairs))
     pictures = [folder / each.picture for each in verdicts if each.picture]
-    files = (_write(folder, verdicts), write_page(folder / PAGE, verdicts), *pictures)
-    return Certificate(tuple(verdicts), files)
+    study = replace(StudyFolder.read(folder), certificate=None)
+    faults = _folder_faults(study)
+    content = sealed(_content(study, plan, verdicts, faults))
+    write_json(folder / CERTIFICATE, content, indent=1)
+    page = write_page(folder / PAGE, content, verdicts)
+    return Certificate(tuple(verdicts), (folder / CERTIFICATE, page, *pictures), faults)
 
 
-def where(plan: StudyPlan, pair: StimulusPair, *, rider: str = "") -> Acts:
-    """Return where the factor of a pair acts.
-
-    Args:
-        plan: The study.
-        pair: Two of its films.
-        rider: Id of the vehicle that the camera of the first rides in, if it does.
-    """
-    asked = plan.file.settings.factors[pair.factor].acts_on
-    return acts_of(pair.changed, rider=rider) if asked is None else Acts.asked(asked)
-
-
-def _rider(account: Mapping[str, Any]) -> str:
-    """Return the id of the vehicle that a film's camera rides in, or nothing."""
-    return str(account["scene"]["cameras"][account["camera"]].get("vehicle") or "")
+def _folder_faults(study: StudyFolder) -> tuple[Fault, ...]:
+    """Return what is wrong with a folder's files, frames and films."""
+    frames, _ = frame_faults(study)
+    # Films were measured against their frames when they were made.
+    films, _ = all_film_faults(study, frames, develop=False)
+    return (*seal_faults(study), *frames, *films)
 
 
 def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
@@ -115,15 +130,19 @@ def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
     stimuli = {each.name: each for each in plan.stimuli}
     films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
     accounts = [read_film_account(film) for film in films]
-    acts = where(plan, pair, rider=_rider(accounts[0]))
+    subject = subject_of_pair(plan.file, pair, rider=rider_in(accounts[0]))
+    acts, confounds = subject.acts, tuple(subject.confounds)
+    found = account_faults(accounts[0], accounts[1], acts, pair.changed)
     verdict = PairVerdict(
         pair.factor,
         pair.levels,
         pair.one,
         pair.other,
         str(acts),
-        tuple(account_faults(accounts[0], accounts[1], acts, pair.changed)),
+        (*(f"levels also set {each}" for each in confounds), *found),
         tuple(named_differences(accounts[0], accounts[1], acts)),
+        confounds=confounds,
+        told=len(confounds) + len(found),
     )
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
@@ -165,7 +184,8 @@ def _compared(
     return replace(
         verdict,
         faults=(*verdict.faults, *(() if unlike else said.faults)),
-        named=(*verdict.named, *said.named, *unlike),
+        named=(*verdict.named, *said.named),
+        not_judged=(*verdict.not_judged, *unlike),
         frames=tuple(numbers),
         differing=said.differing,
         wrong=0.0 if unlike else said.wrong,
@@ -221,19 +241,76 @@ def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
     return cut.reshape(rows, step, columns, step, *picture.shape[2:])
 
 
-def _write(folder: Path, verdicts: Sequence[PairVerdict]) -> Path:
-    """Write `certificate.json`."""
-    content = {
-        "passed": all(each.passed for each in verdicts),
-        "limits": {"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES},
+def _content(
+    study: StudyFolder, plan: StudyPlan, verdicts: Sequence[PairVerdict], faults: Sequence[Fault]
+) -> dict[str, Any]:
+    """Return what `certificate.json` holds; there is no clock in it."""
+    about, factors = plan.file.settings.about, plan.file.settings.factors
+    return {
+        "title": about.title,
+        "description": about.description,
+        "authors": list(about.authors),
+        "date": about.date,
+        "licence": about.licence,
+        "versions": versions(),
+        "passed": not faults and all(each.passed for each in verdicts),
+        "links": _links(verdicts, faults),
+        "factors": {
+            name: {"about": factor.about, "levels": list(factor.levels)}
+            for name, factor in factors.items()
+        },
+        "limits": {
+            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES},
+            "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
+        },
+        "codec": _codec(study),
+        "digests": {
+            RECORD: study.record[DIGEST],
+            "accounts": {name: film["account"] for name, film in study.films.items()},
+            "films": {film["file"]: film["sha256"] for film in study.films.values()},
+            "inputs": input_files(study.path),
+        },
         "pairs": [_plain(each) for each in verdicts],
     }
-    path = folder / CERTIFICATE
-    write_json(path, content, indent=1)
-    return path
+
+
+def _links(verdicts: Sequence[PairVerdict], faults: Sequence[Fault]) -> dict[str, Any]:
+    """Return what is claimed of each link of the proof."""
+    wrong = {link: [str(each) for each in faults if each.link == link] for link in CLAIMS}
+    for pair in verdicts:
+        wrong["inputs"] += [f"{pair}: {what}" for what in pair.faults[: pair.told]]
+        wrong["pictures"] += [f"{pair}: {what}" for what in pair.faults[pair.told :]]
+    claims = {link: "failed" if wrong[link] else "proven" for link in CLAIMS}
+    judged = verdicts and all(each.claim != "not judged" for each in verdicts)
+    if not (judged or wrong["pictures"]):
+        claims["pictures"] = "not judged"
+    return {
+        link: {"claim": claims[link], "what": what, "faults": wrong[link]}
+        for link, what in CLAIMS.items()
+    }
+
+
+def _size(study: StudyFolder) -> tuple[int, int]:
+    """Return the size of the smallest film [px], in which single pixels count most."""
+    return min((tuple(own["size"]) for own in study.accounts.values()), default=(1, 1))
+
+
+def _codec(study: StudyFolder) -> dict[str, Any]:
+    """Return how far codecs brought pictures from their frames: of all, the median and the most."""
+    errors = [
+        picture["codec_error"]
+        for account in study.accounts.values()
+        for film in account["delivered"].values()
+        for picture in film["pictures"]
+    ]
+    values = np.array(errors, dtype=np.float64).reshape(-1, len(_APART))
+    said: dict[str, Any] = {"pictures": len(values)}
+    for name, column in zip(_APART, values.T, strict=True) if errors else ():
+        said[name] = {"median": round(float(np.median(column)), 2), "most": float(column.max())}
+    return said
 
 
 def _plain(verdict: PairVerdict) -> dict[str, Any]:
     """Return a verdict as JSON holds it; unknown numbers are null."""
-    values = {"passed": verdict.passed, **asdict(verdict)}
+    values = {"claim": verdict.claim, "passed": verdict.passed, **asdict(verdict)}
     return {key: None if value != value else value for key, value in values.items()}

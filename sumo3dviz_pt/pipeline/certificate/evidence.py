@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.settings import LayerName
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside
+from sumo3dviz_pt.pipeline.layers.read import Camera, read_frame
 from sumo3dviz_pt.pipeline.overlays.files import plain_twin
 
 COUNTED: LayerName = "instance"
@@ -42,8 +43,10 @@ class Evidence:
         names: Of those numbers.
         labels: Of those names, such as `vegetation`.
         layers: `depth` (h, w) [m], `normals` and `albedo` (h, w, 3).
-        radiance: In units of white, (h, w, 3); None if the frame is gone.
+        radiance: With lamps that are seen directly, in units of white, (h, w, 3); None if the frame
+            is gone.
         picture: Of the film, (h, w, 3) in 0 .. 255.
+        rays: Unit vectors from the eye, east, north and up, (h, w, 3).
     """
 
     things: NDArray[np.int64]
@@ -52,6 +55,7 @@ class Evidence:
     layers: Mapping[str, Image]
     radiance: Image | None
     picture: NDArray[np.uint8]
+    rays: Floats
 
 
 def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evidence:
@@ -65,7 +69,6 @@ def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evi
     Raises:
         InputError: If layers or the film's picture are missing or damaged.
     """
-    from sumo3dviz_pt.pipeline.layers.read import read_frame
     from sumo3dviz_pt.video.picture import film_picture
 
     seen = read_frame(beside(frames_folder(film)), number)
@@ -80,7 +83,18 @@ def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evi
         {name: seen.layers[name] for name in LAYERS if name != COUNTED},
         _radiance(film, number, float(str(account["exposure"]))),
         film_picture(without_overlays(film), time, size=(width, height)),
+        _rays(seen.camera),
     )
+
+
+def _rays(camera: Camera) -> Floats:
+    """Return unit vectors from the eye through the pixels' centres, (h, w, 3)."""
+    (width, height), (across, down) = camera.size, camera.centre
+    columns, rows = np.meshgrid(np.arange(width), np.arange(height))
+    left, up = (across - columns) / camera.focal, (down - rows) / camera.focal
+    rays = np.stack([np.ones_like(left), left, up], axis=-1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    return np.asarray(rays @ camera.world_from_camera.matrix[:3, :3].T)
 
 
 def without_overlays(film: Path) -> Path:
@@ -91,12 +105,14 @@ def without_overlays(film: Path) -> Path:
 
 def _radiance(film: Path, number: int, exposure: float) -> Image | None:
     """Return a stored frame's radiance in units of white; None if it is gone."""
-    from sumo3dviz_pt.image.exr import read_exr
+    from sumo3dviz_pt.image.exr import read_layers
 
     path = frame_file(frames_folder(film), number)
     if not path.is_file():
         return None
-    radiance, _ = read_exr(path)
+    layers, _ = read_layers(path)
+    # Light of lamps that are seen directly is stored apart where frames help each other.
+    radiance = layers["radiance"] + layers.get("excess", np.float32(0.0))
     return np.asarray(radiance * np.float32(2.0**exposure))
 
 

@@ -1,87 +1,281 @@
-"""Writes the page of the certificate: a table of all pairs, and each with its pictures."""
+"""Writes the page of the certificate for people: two sheets of A4, and each pair with its pictures.
+
+The two sheets are what is printed: what was claimed, what was found, by which limits, and how
+anybody can verify it. The pairs with their pictures follow on the screen only.
+"""
 
 from __future__ import annotations
 
 import base64
 import html
 import math
-from collections.abc import Iterator, Sequence
+import statistics
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.pipeline.certificate.comparison import ThingDifference
-from sumo3dviz_pt.pipeline.certificate.verdicts import TYPICAL_CODES, TYPICAL_LIGHT, PairVerdict
+from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
 
 _MOST_THINGS = 12
 """Most objects that a pair's table lists; `certificate.json` has all."""
 
+_MOST_FILMS, _MOST_WORDS, _MOST_FAULTS = 16, 140, 6
+"""Most films, letters of a text, and faults that the printed sheets show."""
+
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 2rem auto;
   max-width: 1200px; padding: 0 1rem }
-h1 { font-size: 1.7rem } h2 { font-size: 1.2rem; margin: 2.5rem 0 .3rem }
-table { border-collapse: collapse; margin: .8rem 0; font-size: .93rem }
+h1 { font-size: 1.7rem; margin-bottom: .2rem } h2 { font-size: 1.2rem; margin: 1.6rem 0 .3rem }
+table { border-collapse: collapse; margin: .6rem 0; font-size: .93rem; width: 100% }
 caption { text-align: left; color: #444; padding-bottom: .3rem }
 th, td { text-align: left; padding: .25rem .8rem .25rem 0; border-bottom: 1px solid #ddd;
   vertical-align: top }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
+code { font-size: .85em; overflow-wrap: anywhere }
 figure { margin: .6rem 0 } figure img { width: 100%; image-rendering: auto; display: block }
 figcaption { color: #444; font-size: .9rem; margin-top: .3rem }
-.passed { color: #0a5c2b; font-weight: 600 } .failed { color: #a30000; font-weight: 700 }
+.proven { color: #0a5c2b; font-weight: 600 } .failed { color: #a30000; font-weight: 700 }
+.not { color: #6b4a00; font-weight: 600 }
 .faults { border-left: 4px solid #a30000; padding-left: 1rem; list-style: none; margin: .6rem 0 }
-.scroll { overflow-x: auto }
+.scroll { overflow-x: auto } .pairs section { border-top: 2px solid #ddd; margin-top: 2rem }
+@page { size: A4; margin: 13mm }
+@media print { body { font-size: 9pt; line-height: 1.3; margin: 0; padding: 0; max-width: none }
+  h1 { font-size: 15pt } h2 { font-size: 11pt; margin: 8pt 0 2pt }
+  table { font-size: 8pt; margin: 3pt 0 } th, td { padding: 1.5pt 6pt 1.5pt 0 } p { margin: 4pt 0 }
+  .pairs { display: none } .sheet + .sheet { break-before: page } }
 """
 
+Content = Mapping[str, Any]
 
-def write_page(path: Path, verdicts: Sequence[PairVerdict]) -> Path:
+
+def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) -> Path:
     """Write `certificate.html`; pictures are within it, so that it can be sent as it is.
 
     Args:
         path: In the study's folder, below which the pictures of verdicts lie.
+        content: Of `certificate.json`.
         verdicts: On all pairs.
     """
     lines = [
         "<!doctype html>",
-        '<html lang="en"><head><meta charset="utf-8"><title>Certificate of the stimuli</title>',
+        f'<html lang="en"><head><meta charset="utf-8"><title>{_text(content["title"])}:'
+        " certificate of the stimuli</title>",
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<style>{_STYLE}</style></head><body><main><h1>Certificate of the stimuli</h1>",
-        *_summary(verdicts),
+        f"<style>{_STYLE}</style></head><body><main>",
+        *('<section class="sheet">', *_claims(content), "</section>"),
+        *('<section class="sheet">', *_proof(content), "</section>"),
+        '<section class="pairs"><h2>Pairs</h2>',
     ]
-    for number, verdict in enumerate(verdicts, start=1):
-        lines += _section(path.parent, number, verdict)
-    write_whole(path, "\n".join([*lines, "</main></body></html>", ""]))
+    claims = [pair["claim"] for pair in content["pairs"]]
+    lines += _table(verdicts, claims)
+    for number, (verdict, claim) in enumerate(zip(verdicts, claims, strict=True), start=1):
+        lines += _section(path.parent, number, verdict, claim)
+    write_whole(path, "\n".join([*lines, "</section></main></body></html>", ""]))
     return path
 
 
-def _summary(verdicts: Sequence[PairVerdict]) -> Iterator[str]:
-    """Yield what was found on all pairs together."""
-    failed = [each for each in verdicts if not each.passed]
-    if not verdicts:
-        yield "<p>No two films of this design differ in one factor alone: there are no pairs.</p>"
-        return
-    if failed:
-        some = "One pair differs" if len(failed) == 1 else f"{len(failed)} pairs differ"
-        yield f'<p class="failed">{some} where nothing should, of {len(verdicts)}.</p>'
-    else:
-        yield f'<p class="passed">All {len(verdicts)} pairs differ in their factor alone.</p>'
-    yield (
-        "<p>Two films of a pair differ by design in one factor. Frames, times, camera, road users,"
-        " signals, exposure and tone curve were compared in all frames, as the films' accounts tell"
-        " them; what pixels show was compared in some frames: which thing, how far away, facing"
-        " where and of which colour must be exactly the same where the factor does not act. Light"
-        " spreads, as shadows and reflections do; it may differ anywhere, but a typical pixel where"
-        f" the factor does not act must not, by more than {TYPICAL_LIGHT:.0%} or"
-        f" {TYPICAL_CODES:g} of 255 codes of the film's picture.</p>"
-    )
-    yield '<div class="scroll"><table><caption>Differs: pixels that differ in any way. Wrongly: in'
-    yield " shape or colour, where the factor does not act. Light, codes: by how much a typical"
-    yield " pixel differs there; - where the factor acts on all of them</caption><thead><tr>"
-    for title, numeric in _COLUMNS:
+# First sheet: what is claimed ---------------------------------------------------------------
+
+
+def _claims(content: Content) -> Iterator[str]:
+    """Yield what the study is, and what was found of its factors."""
+    yield f"<h1>{_text(content['title'])}</h1>"
+    about = [", ".join(content["authors"]), content["date"], content["licence"]]
+    made = f"sumo3dviz_pt {content['versions']['sumo3dviz_pt']}"
+    said = " &middot; ".join(_text(each) for each in [*about, f"films by {made}"] if each)
+    yield f"<p>Certificate of the stimuli. {said}</p>"
+    yield f"<p>{_text(content['description'])}</p>"
+    yield _headline(content)
+    yield "<p><b>Proven</b>: tested wherever the claim is about, and nothing is wrong."
+    yield "<b>Not judged</b>: it was looked at, and could not be told apart from what is allowed."
+    yield "<b>Not tested</b>: nothing was compared. Nothing is claimed beyond what is proven.</p>"
+    yield from _factors(content)
+    yield from _links(content["links"])
+
+
+def _headline(content: Content) -> str:
+    """Return what was found, in a sentence."""
+    found = Counter(each["claim"] for each in content["pairs"])
+    broken = [link for link, said in content["links"].items() if said["claim"] == "failed"]
+    count = sum(found.values())
+    if broken:
+        failed = f"; {found['failed']} of {count} pairs fail" if found["failed"] else ""
+        return f'<p class="failed">Not proven: {" and ".join(broken)} failed{failed}.</p>'
+    if not count:
+        return '<p class="not">Not judged: there are no pairs of films to compare.</p>'
+    rest = f"; {found['not judged']} not judged" if found["not judged"] else ""
+    said = f"{found['proven']} of {count} pairs differ in their factor alone{rest}"
+    return f'<p class="{"not" if rest else "proven"}">Proven: {said}.</p>'
+
+
+def _factors(content: Content) -> Iterator[str]:
+    """Yield a table of what varies, and how many pairs say what of it."""
+    yield "<h2>What varies, and what was found</h2><table><thead><tr>"
+    for title in ("factor", "in words", "levels"):
+        yield f'<th scope="col">{title}</th>'
+    for title in ("proven", "failed", "not judged"):
+        yield f'<th scope="col" class="n">{title}</th>'
+    yield '<th scope="col">worst pair</th></tr></thead><tbody>'
+    for name, factor in content["factors"].items():
+        pairs = [each for each in content["pairs"] if name in _factors_of(each)]
+        found = Counter(each["claim"] for each in pairs)
+        counts = (
+            f'<td class="n">{found[word]}</td>' for word in ("proven", "failed", "not judged")
+        )
+        yield (
+            f"<tr><td>{_text(name)}</td><td>{_text(factor['about'] or '-')}</td>"
+            f"<td>{_text(', '.join(factor['levels']))}</td>{''.join(counts)}"
+            f"<td>{_worst_pair(pairs)}</td></tr>"
+        )
+    yield "</tbody></table>"
+
+
+def _factors_of(pair: Content) -> Sequence[str]:
+    """Return the factors in which two films should differ."""
+    return str(pair["factor"]).split(" and ")
+
+
+def _worst_pair(pairs: Sequence[Content]) -> str:
+    """Return what is most wrong with pairs of a factor, or that nothing was compared."""
+    if not pairs:
+        return '<span class="not">not tested: no pair of films shows it</span>'
+    failed = next((each for each in pairs if each["claim"] != "proven"), None)
+    if failed is None:
+        return "nothing is wrong"
+    why = [*failed["faults"], *failed["not_judged"]]
+    said = f"{failed['one']} and {failed['other']}: {why[0] if why else failed['claim']}"
+    return _text(said)
+
+
+def _links(links: Content) -> Iterator[str]:
+    """Yield a table of the links of the proof."""
+    yield "<h2>The proof, link by link</h2><table><thead><tr>"
+    for title in ("link", "claims that", "is"):
+        yield f'<th scope="col">{title}</th>'
+    yield "</tr></thead><tbody>"
+    for link, said in links.items():
+        claim = _word(said["claim"])
+        yield f"<tr><td>{link}</td><td>{_text(said['what'])}</td><td>{claim}</td></tr>"
+    yield "</tbody></table>"
+    faults = [fault for said in links.values() for fault in said["faults"]]
+    if faults:
+        more = len(faults) - _MOST_FAULTS
+        items = [f"<li>{_text(fault)}</li>" for fault in faults[:_MOST_FAULTS]]
+        items += [f"<li>and {more} more, in certificate.json</li>"] if more > 0 else []
+        yield f'<ul class="faults">{"".join(items)}</ul>'
+
+
+# Second sheet: numbers, digests, how to verify ---------------------------------------------
+
+_NUMBERS = (
+    (
+        *("wrong", "pixels of another shape or colour where the factor does not act", "{:.2%}"),
+        0.0,
+        "layers hold no noise: where two scenes are the same, so is every pixel",
+    ),
+    (
+        *("light", "light of a typical pixel there", "{:.2%}"),
+        "light",
+        "shadows and reflections do not move a median; a tenth of an EV moves it by 5 %",
+    ),
+    (
+        *("codes", "brightness of a typical pixel there, in 255 codes", "{:.1f}"),
+        "codes",
+        "as small as one step of the film's own picture",
+    ),
+)
+"""Numbers of pairs: key, words, form, limit, why that limit."""
+
+_CODEC = {
+    "shade": "whole picture lighter, darker or of another colour than its frame, in 255 codes",
+    "block": "the same of one of 144 blocks, the worst of each picture",
+    "pixel": "root mean square of single pixels",
+}
+"""Numbers of films, in words."""
+
+_WHY_CODEC = "1.5 times what the codec did when the film was made, picture by picture, and .1 to .5"
+
+
+def _proof(content: Content) -> Iterator[str]:
+    """Yield numbers with their limits, digests, and how to verify them."""
+    yield "<h2>Numbers, their limits, and why these</h2><table><thead><tr>"
+    for title, numeric in (("number", 0), ("median", 1), ("worst", 1), ("limit", 1), ("why", 0)):
         yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
     yield "</tr></thead><tbody>"
-    for number, verdict in enumerate(verdicts, start=1):
-        yield _row(number, verdict)
-    yield "</tbody></table></div>"
+    for key, words, form, limit, why in _NUMBERS:
+        values = [each[key] for each in content["pairs"] if each.get(key) is not None]
+        most = content["limits"][limit] if isinstance(limit, str) else limit
+        yield _number(words, _both(form, values), form.format(most), why)
+    for key, words in _CODEC.items() if content["codec"]["pictures"] else ():
+        said = content["codec"][key]
+        both = (f"{said['median']:.2f}", f"{said['most']:.2f}")
+        yield _number(f"film: {words}", both, f"{content['limits']['codec'][key]:g}", _WHY_CODEC)
+    yield "</tbody></table>"
+    yield f"<p>Decoded and measured: {content['codec']['pictures']} pictures, which are all.</p>"
+    yield from _digests(content)
+    yield from _how(content)
 
+
+def _both(form: str, values: Sequence[float]) -> tuple[str, str]:
+    """Return the median and the largest of some numbers."""
+    if not values:
+        return "not tested", "not tested"
+    return form.format(statistics.median(values)), form.format(max(values))
+
+
+def _number(words: str, both: tuple[str, str], limit: str, why: str) -> str:
+    """Return a row of the table of numbers."""
+    cells = "".join(f'<td class="n">{value}</td>' for value in (*both, limit))
+    return f"<tr><td>{words}</td>{cells}<td>{why}</td></tr>"
+
+
+def _digests(content: Content) -> Iterator[str]:
+    """Yield what stands for the certificate and the films."""
+    films = content["digests"]["films"]
+    yield "<h2>Digests (SHA-256)</h2><table><tbody>"
+    yield f"<tr><td>this certificate</td><td><code>{content['digest']}</code></td></tr>"
+    for file, digest in list(films.items())[:_MOST_FILMS]:
+        yield f"<tr><td>{_text(file)}</td><td><code>{digest}</code></td></tr>"
+    yield "</tbody></table><p>The certificate's digest stands for all of them"
+    if len(films) > _MOST_FILMS:
+        yield f" (and {len(films) - _MOST_FILMS} more films)"
+    yield (
+        ", for every account, frame and input file: publish it, with the preregistration or in the"
+        " paper, and nothing can be changed unseen. Whoever can change the folder can also write"
+        " new digests; only a published one shows that.</p>"
+    )
+
+
+def _how(content: Content) -> Iterator[str]:
+    """Yield how anybody can verify a study."""
+    digest = content["digest"]
+    yield "<h2>How to verify it</h2><p>On any machine, in seconds, without rendering:</p>"
+    yield f"<p><code>sumo3dviz-pt study verify FOLDER --published {digest}</code></p>"
+    yield "<p>With three frames that are drawn by lot, rendered anew and compared bit by bit:</p>"
+    yield "<p><code>sumo3dviz-pt study verify FOLDER --replay 3</code></p>"
+    kept = ("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy")
+    named = [f"{name} {content['versions'][name]}" for name in kept if name in content["versions"]]
+    yield f"<p>Made with {_text(', '.join(named))}. It ends with exit code 0 if nothing is wrong,"
+    yield "and else names link, file and frame. What each link proves, and what it cannot: the"
+    yield "manual's page <i>The certificate</i>.</p>"
+
+
+def _word(claim: str) -> str:
+    """Return a claim, in a word that is not told by colour alone."""
+    kind = claim if claim in ("proven", "failed") else "not"
+    return f'<span class="{kind}">{claim}</span>'
+
+
+def _text(value: object) -> str:
+    """Return a text as HTML, cut where it is too long for the sheets."""
+    text = str(value)
+    return html.escape(text if len(text) <= _MOST_WORDS else f"{text[: _MOST_WORDS - 3]}...")
+
+
+# Pairs, on the screen ----------------------------------------------------------------------
 
 _NUMBER = ' class="n"'
 _COLUMNS = (
@@ -90,14 +284,27 @@ _COLUMNS = (
 )
 
 
-def _row(number: int, verdict: PairVerdict) -> str:
+def _table(verdicts: Sequence[PairVerdict], claims: Sequence[str]) -> Iterator[str]:
+    """Yield a table of all pairs."""
+    yield '<div class="scroll"><table><caption>Differs: pixels that differ in any way. Wrongly: in'
+    yield " shape or colour, where the factor does not act. Light, codes: by how much a typical"
+    yield " pixel differs there; - where the factor acts on all of them</caption><thead><tr>"
+    for title, numeric in _COLUMNS:
+        yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
+    yield "</tr></thead><tbody>"
+    for number, (verdict, claim) in enumerate(zip(verdicts, claims, strict=True), start=1):
+        yield _row(number, verdict, claim)
+    yield "</tbody></table></div>"
+
+
+def _row(number: int, verdict: PairVerdict, claim: str) -> str:
     """Return a row of the table of all pairs."""
     levels = f"{verdict.factor}: {verdict.levels[0]} / {verdict.levels[1]}"
     cells = [
         f'<td><a href="#pair{number}">{number}</a></td>',
         f"<td>{html.escape(levels)}</td>",
         f"<td>{html.escape(verdict.one)}<br>{html.escape(verdict.other)}</td>",
-        f"<td>{_verdict(verdict)}</td>",
+        f"<td>{_word(claim)}</td>",
     ]
     values = _values(verdict)
     cells += [f'<td class="n">{value}</td>' for value in values]
@@ -113,27 +320,22 @@ def _values(verdict: PairVerdict) -> tuple[str, str, str, str]:
     return f"{verdict.differing:.1%}", f"{verdict.wrong:.2%}", light, codes
 
 
-def _verdict(verdict: PairVerdict) -> str:
-    """Return whether a pair passed, in a word that is not told by colour alone."""
-    return (
-        '<span class="passed">passed</span>'
-        if verdict.passed
-        else '<span class="failed">failed</span>'
-    )
-
-
-def _section(folder: Path, number: int, verdict: PairVerdict) -> Iterator[str]:
+def _section(folder: Path, number: int, verdict: PairVerdict, claim: str) -> Iterator[str]:
     """Yield what there is to say of a pair."""
     one, other = (html.escape(level) for level in verdict.levels)
     yield f'<section id="pair{number}"><h2>{number}. {html.escape(verdict.factor)}: {one} and'
-    yield f"{other}, {_verdict(verdict)}</h2>"
+    yield f"{other}, {_word(claim)}</h2>"
     yield f"<p>The factor acts on: {html.escape(verdict.acts)}.</p>"
     if verdict.faults:
         items = "".join(f"<li>{html.escape(_sentence(fault))}</li>" for fault in verdict.faults)
         yield f'<ul class="faults">{items}</ul>'
-    if verdict.named:
-        items = "".join(f"<li>{html.escape(_sentence(each))}</li>" for each in verdict.named)
-        yield f"<p>Part of the levels, or worth knowing:</p><ul>{items}</ul>"
+    for words, some in (
+        ("Not judged", verdict.not_judged),
+        ("Not tested", verdict.not_tested),
+        ("Part of the levels, or worth knowing", verdict.named),
+    ):
+        items = "".join(f"<li>{html.escape(_sentence(each))}</li>" for each in some)
+        yield f"<p>{words}:</p><ul>{items}</ul>" if items else ""
     if verdict.picture:
         yield from _figure(folder, verdict)
     yield from _things(verdict.things)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -27,6 +28,10 @@ TYPICAL_CODES = 1.0
 sign counts, so that what an encoder does to single pixels cancels."""
 
 _FEW = 3
+
+Claim = Literal["proven", "failed", "not judged"]
+"""What is claimed of a pair: that it differs where its factors act and nowhere else, that it does
+not, or nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +54,10 @@ class PairVerdict:
             codes]; NaN if the factor acts on all pictures.
         things: What differs, object by object.
         picture: File with the two and where they differ, relative to the study's folder; or empty.
+        confounds: Which settings the levels change beside what their factor is about.
+        not_judged: Why what should be judged cannot be, a sentence each.
+        told: How many of the faults accounts tell; pixels tell the others.
+        not_tested: What is not looked at, because the factor acts on all of it, a sentence each.
     """
 
     factor: str
@@ -65,11 +74,22 @@ class PairVerdict:
     codes: float = 0.0
     things: tuple[ThingDifference, ...] = ()
     picture: str = ""
+    confounds: tuple[str, ...] = ()
+    not_judged: tuple[str, ...] = ()
+    not_tested: tuple[str, ...] = ()
+    told: int = 0
 
     @property
     def passed(self) -> bool:
         """Whether nothing is wrong."""
         return not self.faults
+
+    @property
+    def claim(self) -> Claim:
+        """What is claimed of the pair."""
+        if self.faults:
+            return "failed"
+        return "not judged" if self.not_judged else "proven"
 
     def __str__(self) -> str:
         return f"{self.factor} {self.levels[0]} and {self.levels[1]}: {self.one} and {self.other}"

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
 from sumo3dviz_pt.pipeline.films.orders import ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.films.proof import files_beside, noted, sealed
 from sumo3dviz_pt.pipeline.films.rendering import FrameDone as FrameDone
 from sumo3dviz_pt.pipeline.films.rendering import Frames
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
@@ -243,13 +243,14 @@ def _render_shot(
             deque(frames.rendered(cpu), maxlen=0)
         if order.frames is not None:
             return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
-        _make_film(frames, path, order, pace, cpu)
+        digests, films = _make_film(frames, path, order, pace, cpu)
         if frames.layers is not None:
             frames.layers.finish()
+        write_sound(path, production, pace)
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
         whole |= _overlays(production.job, path, float(pace.fps))
-        write_json(account_file(path), whole, indent=1)
-        write_sound(path, production, pace)
+        whole |= {"files": digests | files_beside(path, frames.files), "delivered": films}
+        write_json(account_file(path), sealed(whole), indent=1)
         if order.discard_frames:
             discard(folder, wanted)
     return FilmReport(path, folder, len(wanted), _with_rest(cpu, started))
@@ -266,25 +267,28 @@ def _overlays(job: Job, path: Path, rate: float) -> dict[str, Any]:
 
 def _make_film(
     frames: Frames, path: Path, order: FilmOrder, pace: Pace, cpu: dict[str, float]
-) -> None:
-    """Make a film of its frames; those that do not stay are rendered as it asks for them."""
+) -> tuple[dict[str, str], dict[str, Any]]:
+    """Make a film of its frames; those that do not stay are rendered as it asks for them.
+
+    Returns:
+        The frames' digests, and what the film can be held against.
+    """
     masters = masters_folder(path) if order.final_exr else None
     if masters is not None:
         masters.mkdir(exist_ok=True)
-    encode = partial(
-        encode_frames,
-        frames.files,
-        path,
-        production=frames.production,
-        fps=pace.fps,
-        masters=masters,
-    )
+    digests: dict[str, str] = {}
     if not order.discard_frames:
         announce(Doing.ENCODE)
-        encode()
-        return
-    with closing(frames.passing(cpu)) as turns:
-        encode(turns=turns)
+    with frames.turns(cpu, discard=order.discard_frames) as turns:
+        films = encode_frames(
+            frames.files,
+            path,
+            production=frames.production,
+            fps=pace.fps,
+            masters=masters,
+            turns=noted(turns, digests),
+        )
+    return digests, films
 
 
 def _with_rest(cpu: Mapping[str, float], started: float) -> dict[str, float]:

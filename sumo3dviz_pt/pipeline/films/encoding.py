@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
+from typing import Any
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.settings import OutputSettings
@@ -14,6 +14,7 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.random import frame_seed
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.frames import intact
+from sumo3dviz_pt.pipeline.films.proof import delivered
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, write_sequence
 from sumo3dviz_pt.pipeline.films.traced import Shelf
 from sumo3dviz_pt.pipeline.overlays.files import overlaid, plain_twin, read_facts, write_captions
@@ -28,9 +29,9 @@ def encode_frames(
     *,
     production: Production,
     fps: Fraction,
+    turns: Iterable[Path],
     masters: Path | None = None,
-    turns: Iterable[Path] | None = None,
-) -> None:
+) -> dict[str, Any]:
     """Develop stored frames and encode them in constant memory; with overlays, also without them.
 
     Args:
@@ -38,15 +39,18 @@ def encode_frames(
         path: The film, or its numbered pictures.
         production: What the frames show; says size, codec, tone, glare and overlays.
         fps: Frames per second.
+        turns: The same files, each when it can be developed.
         masters: Folder for the finished frames' radiance, or None.
-        turns: The same files, each when it can be developed; None if all can be now.
+
+    Returns:
+        What each film that was written can be held against, by its name.
 
     Raises:
         InputError: If a frame is of another film by now, missing or damaged.
     """
     output = production.job.output
     pictures = developed(
-        files if turns is None else turns,
+        turns,
         tone=output.tone,
         glare=output.glare,
         key=production.key,
@@ -54,7 +58,14 @@ def encode_frames(
     )
     film = None if production.job.overlays is None else read_facts(files[0].parent)
     lens = production.shot.frame_at(float(production.times[0])).view.lens
-    write = partial(_write, files=files, output=output, fps=fps, spherical=spherical_of(lens))
+    found: dict[str, Any] = {}
+
+    def write(pictures: Iterable[Image], path: Path) -> None:
+        if is_sequence(path):
+            write_sequence(path, files, pictures)
+            return
+        found[path.name] = _film(pictures, path, output, fps=fps, spherical=spherical_of(lens))
+
     if film is None:
         write(pictures, path)
     elif is_sequence(path):
@@ -68,6 +79,7 @@ def encode_frames(
         )
     if film is not None:
         write_captions(film, path)
+    return found
 
 
 def _with_plain(pictures: Iterable[Image], files: Sequence[Path], path: Path) -> Iterator[Image]:
@@ -77,22 +89,18 @@ def _with_plain(pictures: Iterable[Image], files: Sequence[Path], path: Path) ->
         yield picture
 
 
-def _write(
+def _film(
     pictures: Iterable[Image],
     path: Path,
-    *,
-    files: Sequence[Path],
     output: OutputSettings,
+    *,
     fps: Fraction,
     spherical: Spherical | None,
-) -> None:
-    """Write developed pictures as a film, or as numbered pictures."""
+) -> dict[str, Any]:
+    """Write developed pictures as a film; return what it can be held against."""
     from sumo3dviz_pt.video import encode
 
-    if is_sequence(path):
-        write_sequence(path, files, pictures)
-        return
-    encode(
+    prints = encode(
         pictures,
         path,
         size=output.size,
@@ -102,6 +110,7 @@ def _write(
     )
     if spherical is not None and path.suffix.lower() in ENDINGS:
         write_boxes(path, spherical)
+    return delivered(path, prints, codec=output.codec, size=output.size)
 
 
 def developed(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -174,6 +174,20 @@ class Frames:
                 yield frame_file(self.folder, number)
                 if number - window in own:
                     frame_file(self.folder, number - window).unlink()
+
+    @contextmanager
+    def turns(self, cpu: dict[str, float], *, discard: bool) -> Iterator[Iterable[Path]]:
+        """Give all files in order; those that do not stay are rendered as they are asked for.
+
+        Args:
+            cpu: As in `rendered`.
+            discard: Whether they do not stay; else they are there already.
+        """
+        if not discard:
+            yield self.files
+            return
+        with closing(self.passing(cpu)) as files:
+            yield files
 
     def tell_kept(self) -> None:
         """Say how many frames were there before."""

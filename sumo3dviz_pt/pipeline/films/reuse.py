@@ -142,11 +142,15 @@ def _stale(
         )
         for number in wanted
     }
-    if production.job.output.layers:
-        layers = beside(folder)
-        for number, state in states.items():
-            if state == "done" and not is_written(layers, number, key=production.key):
-                states[number] = "absent"
+    bare = _without_layers(
+        production, folder, [n for n, state in states.items() if state == "done"]
+    )
+    states |= dict.fromkeys(bare, "absent")
+    if bare:
+        layers = ", ".join(production.job.output.layers)
+        log.warning(
+            "%s: rendered anew for their layers (%s): %s", folder, layers, counted(len(bare))
+        )
     counts = Counter(states.values())
     if counts["damaged"]:
         log.warning("%s: rendered anew as damaged: %s", folder, counted(counts["damaged"]))
@@ -159,6 +163,14 @@ def _stale(
             why_other(read_account(frame_file(folder, first)), shared),
         )
     return [number for number in wanted if states[number] != "done"]
+
+
+def _without_layers(production: Production, folder: Path, there: Sequence[int]) -> list[int]:
+    """Return the numbers of frames that are there without all layers that are asked for."""
+    wanted, place = production.job.output.layers, beside(folder)
+    if not wanted:
+        return []
+    return [n for n in there if not is_written(place, n, key=production.key, layers=wanted)]
 
 
 def discard(folder: Path, wanted: Sequence[int]) -> None:

@@ -7,6 +7,9 @@ from pathlib import Path
 FOLDERS = ("frames", "ids", "semantic", "flow", "kitti")
 """Folders of files of single frames."""
 
+WHOLE = ("cameras.json", "instances.csv", "coco.json", "lamps.csv")
+"""Files of a whole film."""
+
 
 def beside(frames: Path) -> Path:
     """Return where the layers of a film go whose frames lie in a folder."""
@@ -42,3 +45,9 @@ def kitti_files(folder: Path, number: int) -> tuple[Path, Path]:
     """Return the files of a frame's boxes and of its camera, as KITTI has them."""
     kitti = folder / "kitti"
     return kitti / f"{number:06d}.txt", kitti / f"calib.{number:06d}.txt"
+
+
+def files_of(folder: Path, number: int) -> tuple[Path, ...]:
+    """Return all files that a frame's layers may have."""
+    own = (said_file, channels_file, mattes_file, classes_file, flow_file)
+    return *(place(folder, number) for place in own), *kitti_files(folder, number)

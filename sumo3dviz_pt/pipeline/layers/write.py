@@ -77,6 +77,7 @@ class LayerWriter:
         # What says that all is there comes last.
         location = self.production.shot.fleet.location
         said = _said(seen, number, key=self.production.key, location=location)
+        said["layers"] = sorted(wanted)
         write_whole(places.said_file(self.folder, number), json.dumps(said))
 
     def _write_pictures(self, seen: FrameFacts, number: int) -> None:
@@ -119,13 +120,15 @@ class LayerWriter:
             _write_csv(self.folder / "lamps.csv", ("frame", "time", "lamp"), lit)
 
 
-def is_written(folder: Path, number: int, *, key: str) -> bool:
-    """Return whether the layers of a frame are there, of a film with that key."""
+def is_written(folder: Path, number: int, *, key: str, layers: Iterable[str]) -> bool:
+    """Return whether some layers of a frame are there, of a film with that key."""
     try:
         said = json.loads(places.said_file(folder, number).read_bytes())
     except (OSError, ValueError):
         return False
-    return isinstance(said, dict) and said.get("key") == key
+    if not isinstance(said, dict) or said.get("key") != key:
+        return False
+    return {*layers} <= {*map(str, said.get("layers", ()))}
 
 
 def _parts(seen: FrameFacts) -> dict[str, dict[str, Any]]:

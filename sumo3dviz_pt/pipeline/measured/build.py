@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +12,19 @@ from sumo3dviz_pt.experiments.tools.rows import write_table
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import write_json
 from sumo3dviz_pt.pipeline.measured.effects import Effect, effects
-from sumo3dviz_pt.pipeline.measured.film import MEASURES, SHARE, FilmMeasures, measure_film
-from sumo3dviz_pt.pipeline.measured.page import write_page
+from sumo3dviz_pt.pipeline.measured.film import (
+    MEASURES,
+    SHARE,
+    TABLES,
+    FilmMeasures,
+    measure_film,
+)
+from sumo3dviz_pt.pipeline.measured.page import ReportPage, write_page
+from sumo3dviz_pt.pipeline.measured.safety import flashes_too_often, safety_words
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import film_path, read_film_account
 
 REPORT, PAGE, FOLDER = "report.json", "report.html", "report"
-TABLES = ("frames", "traffic", "events", "shares")
-"""Tables by frame, each with a column for the film's name."""
 
 
 def report_study(folder: Path, plan: StudyPlan) -> tuple[Path, ...]:
@@ -52,25 +57,23 @@ def report_study(folder: Path, plan: StudyPlan) -> tuple[Path, ...]:
         announce(Doing.MEASURE, number, len(plan.stimuli))
     films = _filled(films)
     found = _effects(plan, films)
-    words = _words(films)
-    record = _write(folder, films, found, white=settings.report.white, words=words)
-    page = write_page(folder / PAGE, films, found, white=settings.report.white, words=words)
-    return (record, page, *_tables(folder / FOLDER, plan, films))
+    page = ReportPage(
+        films,
+        found,
+        settings.report.white,
+        _words(films),
+        safety_words(settings.report.connections),
+    )
+    record = _write(folder, page)
+    write_page(folder / PAGE, page)
+    return (record, folder / PAGE, *_tables(folder / FOLDER, plan, films))
 
 
 def _filled(films: Sequence[FilmMeasures]) -> list[FilmMeasures]:
     """Return films that all have the same measures: a class that one never shows has share 0."""
     names = dict.fromkeys(name for film in films for name in film.whole)
     return [
-        FilmMeasures(
-            film.name,
-            {name: film.whole.get(name, 0.0) for name in names},
-            film.frames,
-            film.traffic,
-            film.events,
-            film.shares,
-        )
-        for film in films
+        replace(film, whole={name: film.whole.get(name, 0.0) for name in names}) for film in films
     ]
 
 
@@ -97,11 +100,12 @@ def _tables(folder: Path, plan: StudyPlan, films: Sequence[FilmMeasures]) -> lis
         for stimulus in plan.stimuli
     }
     rows: dict[str, list[Mapping[str, Any]]] = {
-        "films": [_film_row(film, levels[film.name]) for film in films]
+        "films": [_film_row(film, levels[film.name]) for film in films],
+        "safety": [{"stimulus": film.name, **_blank(film.safety)} for film in films],
     }
     for name in TABLES:
         rows[name] = [
-            {"stimulus": film.name, **_blank(row)} for film in films for row in getattr(film, name)
+            {"stimulus": film.name, **_blank(row)} for film in films for row in film.tables[name]
         ]
     return [write_table(folder / f"{name}.csv", some) for name, some in rows.items() if some]
 
@@ -123,27 +127,33 @@ def _short(value: Any) -> Any:
     return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
-def _write(
-    folder: Path,
-    films: Sequence[FilmMeasures],
-    found: Sequence[Effect],
-    *,
-    white: float,
-    words: Mapping[str, str],
-) -> Path:
+def _write(folder: Path, page: ReportPage) -> Path:
     """Write `report.json`; unknown numbers are null."""
     content = {
-        "white": white,
-        "measures": dict(words),
-        "films": {
-            film.name: {
-                name: None if math.isnan(value) else _short(value)
-                for name, value in film.whole.items()
-            }
-            for film in films
+        "white": page.white,
+        "measures": dict(page.words),
+        "films": {film.name: _null(film.whole) for film in page.films},
+        "effects": [
+            {**asdict(each), "eta_squared": round(each.eta_squared, 6)} for each in page.found
+        ],
+        "gaps": {
+            film.name: [{name: _short(value) for name, value in row.items()} for row in gaps]
+            for film in page.films
+            if (gaps := film.tables["gaps"])
         },
-        "effects": [{**asdict(each), "eta_squared": round(each.eta_squared, 6)} for each in found],
+        "safety": {
+            "measures": dict(page.safety),
+            "films": {
+                film.name: {"too_often": flashes_too_often(film.safety), **_null(film.safety)}
+                for film in page.films
+            },
+        },
     }
     path = folder / REPORT
     write_json(path, content, indent=1)
     return path
+
+
+def _null(row: Mapping[str, float]) -> dict[str, Any]:
+    """Return numbers for JSON: unknown ones are null and others have six digits."""
+    return {name: None if math.isnan(value) else _short(value) for name, value in row.items()}

@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sumo3dviz_pt.job.study import ReportSettings
+from sumo3dviz_pt.job.report import ReportSettings
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.pipeline.accounts.road_users import brake_onsets
 from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames, without_overlays
-from sumo3dviz_pt.pipeline.films.frames import frames_folder
-from sumo3dviz_pt.pipeline.layers.places import beside, said_file
-from sumo3dviz_pt.pipeline.measured.events import event_rows
+from sumo3dviz_pt.pipeline.measured.observer import (
+    HORIZON,
+    STEP,
+    arrival_rows,
+    arrivals,
+    camera_observer,
+    named_observer,
+)
 from sumo3dviz_pt.pipeline.measured.pictures import picture_rows, scene_row
-from sumo3dviz_pt.pipeline.measured.shares import share_rows
-from sumo3dviz_pt.pipeline.measured.traffic import traffic_of, traffic_rows
+from sumo3dviz_pt.pipeline.measured.safety import FIELD, FlashMeter, SignalColours, size_row
+from sumo3dviz_pt.pipeline.measured.sights import observer_rows
+from sumo3dviz_pt.pipeline.measured.things import Shown, lens_of, shown_in
+from sumo3dviz_pt.pipeline.measured.traffic import (
+    Row,
+    Traffic,
+    film_traffic,
+    gap_rows,
+    traffic_at,
+    traffic_rows,
+)
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
-
-Row = dict[str, str | int | float]
 
 MEASURES: Mapping[str, str] = MappingProxyType(
     {
@@ -33,7 +49,8 @@ MEASURES: Mapping[str, str] = MappingProxyType(
         "contrast": "RMS contrast of the picture",
         "motion_energy": "change from frame to frame [cd/m2]",
         "clutter": "edge density",
-        "speed": "mean speed of the ridden vehicle [km/h]",
+        "speed": "mean speed of the ridden vehicle, as drawn [km/h]",
+        "logged_speed": "mean speed of the ridden vehicle, as the log says [km/h]",
         "least_gap": "least gap of the ridden vehicle [m]",
         "least_headway": "least headway of the ridden vehicle [s]",
         "least_time_to_collision": "least time to collision of the ridden vehicle [s]",
@@ -56,18 +73,28 @@ class FilmMeasures:
     Attributes:
         name: The film's.
         whole: By names as in `MEASURES`, and shares of classes; NaN where there is none.
-        frames: A row for each frame: light, contrast, motion energy, clutter.
-        traffic: A row for the ridden and the nearest road users of each frame.
-        events: A row for each change of a light and each onset of brake lamps.
-        shares: A row for each class and named thing of each frame.
+        safety: What ethics boards ask, by names as in `safety_words`; NaN where there is none.
+        tables: Rows by the names of the report's tables, as in `TABLES`.
     """
 
     name: str
     whole: Mapping[str, float]
-    frames: tuple[Row, ...]
-    traffic: tuple[Row, ...]
-    events: tuple[Row, ...]
-    shares: tuple[Row, ...]
+    safety: Mapping[str, float]
+    tables: Mapping[str, tuple[Row, ...]]
+
+
+TABLES: Mapping[str, str] = MappingProxyType(
+    {
+        "frames": "light, contrast, motion energy and clutter by frame",
+        "traffic": "the ridden and the nearest road users by frame",
+        "observer": "road users as observers see them, by frame",
+        "arrivals": "who comes to an observer's way across, when, and the gaps between",
+        "gaps": "gaps that the scene file asks for, and what was kept",
+        "events": "changes of traffic lights and onsets of brake lamps",
+        "shares": "visible shares by frame",
+    }
+)
+"""Tables of the report with a column for the film's name, and what they hold."""
 
 
 def measure_film(
@@ -88,48 +115,141 @@ def measure_film(
         compared: In how many frames the scene's light is measured.
 
     Raises:
+        ConfigError: If an observer is a road user that is not there.
         InputError: If the film or a frame is damaged.
     """
     cameras = [frame["camera"] for frame in account["frames"]]
-    frames = _frame_rows(film, account, white=settings.white, compared=compared)
     eyes = np.array([camera["position"][:2] for camera in cameras])
-    traffic = tuple(traffic_rows(traffic_of(stimulus, eyes), cameras))
-    events, shares = tuple(event_rows(account)), tuple(_share_rows(film, account, settings))
-    whole = {
-        **{name: _mean(row[name] for row in frames) for name in list(MEASURES)[:9]},
-        **_ridden([row for row in traffic if row["role"] == "ridden"]),
+    also = [each.position for each in settings.observers.values() if each.position is not None]
+    near = np.concatenate([eyes, np.reshape(also, (-1, 2))])
+    traffic, scenario = film_traffic(stimulus, near, count=len(eyes))
+    shown = shown_in(film, account, traffic, named=settings.things, within=settings.within)
+    meter, colours = _meter(account), SignalColours()
+    frames = _frame_rows(film, account, shown, (meter, colours), settings.white, compared)
+    tables = {
+        "frames": frames,
+        "traffic": tuple(traffic_rows(traffic, cameras)),
+        **_observer_tables(stimulus, (traffic, scenario), cameras, shown, settings, near),
+        "gaps": tuple(gap_rows(stimulus, traffic)),
+        "events": tuple(event_rows(account)),
+        "shares": shown.shares,
+    }
+    safety = {
+        **meter.result(),
+        **colours.differences(),
+        "shown_peak": max((float(row["shown_peak"]) for row in frames), default=np.nan),
+        **size_row([film], settings.connections),
+    }
+    return FilmMeasures(stimulus.name, _whole(tables), safety, tables)
+
+
+def _meter(account: Mapping[str, Any]) -> FlashMeter:
+    """Return what counts a film's flashes, which is seen as wide as its lens opens."""
+    width, height = account["size"]
+    lens = lens_of(account["frames"][0]["camera"])
+    across = 2.0 * float(np.tan(FIELD / 2.0)) / lens.pixel_width(width)
+    return FlashMeter((width, height), float(account["fps"]), across)
+
+
+def _observer_tables(
+    stimulus: Stimulus,
+    simulated: tuple[Traffic, Scenario],
+    cameras: Sequence[Mapping[str, Any]],
+    shown: Shown,
+    settings: ReportSettings,
+    near: Floats,
+) -> dict[str, tuple[Row, ...]]:
+    """Return what observers see by frame, and who arrives at them."""
+    traffic, scenario = simulated
+    begin, end = float(traffic.times[0]), float(traffic.times[-1])
+    grid = np.arange(begin - HORIZON, end + HORIZON + STEP, STEP)
+    around = traffic_at(stimulus.job, scenario, grid, near=near)
+    network = scenario.network
+    observers = [camera_observer(cameras, traffic, network)]
+    observers += [
+        named_observer(name, each, traffic, network) for name, each in settings.observers.items()
+    ]
+    rows: list[Row] = []
+    came: list[Row] = []
+    for observer in observers:
+        found = arrivals(observer, around)
+        seen = shown.seen if observer is observers[0] else {}
+        rows += observer_rows(observer, (traffic, around), found, within=settings.within, seen=seen)
+        came += arrival_rows(observer, found, traffic.keys, (begin, end))
+    return {"observer": tuple(rows), "arrivals": tuple(came)}
+
+
+def _whole(tables: Mapping[str, Sequence[Row]]) -> dict[str, float]:
+    """Return what stands for a whole film."""
+    events = tables["events"]
+    return {
+        **{name: _mean(row[name] for row in tables["frames"]) for name in list(MEASURES)[:9]},
+        **_ridden([row for row in tables["traffic"] if row["role"] == "ridden"]),
         "brake_onsets": float(sum(row["kind"] == "brake" for row in events)),
         "signal_changes": float(sum(row["kind"] == "signal" for row in events)),
-        **_class_shares(shares),
+        **_class_shares(tables["shares"]),
     }
-    return FilmMeasures(stimulus.name, whole, frames, traffic, events, shares)
 
 
 def _frame_rows(
-    film: Path, account: Mapping[str, Any], *, white: float, compared: int
+    film: Path,
+    account: Mapping[str, Any],
+    shown: Shown,
+    watching: tuple[FlashMeter, SignalColours],
+    white: float,
+    compared: int,
 ) -> tuple[Row, ...]:
-    """Return what pictures measure, frame by frame."""
-    width, height = account["size"]
+    """Return what pictures measure, frame by frame; others watch them, too."""
     count = len(account["frames"])
     lit = compared_frames(count, compared)
     rows: list[Row] = []
-    seen = without_overlays(film)
-    for number, row in enumerate(picture_rows(seen, size=(width, height), white=white)):
+    pictures = _watched(film, account, shown, watching)
+    for number, row in enumerate(picture_rows(pictures, white=white)):
         scene = scene_row(film, number) if number in lit else _NO_SCENE
         time = round(float(account["frames"][min(number, count - 1)]["time"]), 6)
         rows.append({"frame": number, "time": time, **scene, **row})
     return tuple(rows)
 
 
+def _watched(
+    film: Path,
+    account: Mapping[str, Any],
+    shown: Shown,
+    watching: tuple[FlashMeter, SignalColours],
+) -> Iterator[NDArray[np.uint8]]:
+    """Yield a film's pictures without overlays; flashes and colours of lights are noted."""
+    from sumo3dviz_pt.video.picture import film_pictures
+
+    width, height = account["size"]
+    meter, colours = watching
+    for number, picture in enumerate(film_pictures(without_overlays(film), size=(width, height))):
+        meter.add(picture)
+        if number in shown.lights:
+            colours.add(picture, shown.lights[number])
+        yield picture
+
+
+def event_rows(account: Mapping[str, Any]) -> Iterator[Row]:
+    """Yield a row for each change of a traffic light and each onset of brake lamps, by frames.
+
+    What the first frame shows has begun before and is none.
+
+    Args:
+        account: The film's.
+    """
+    times = [float(frame["time"]) for frame in account["frames"]]
+    found = [
+        (int(change["frame"]), "signal", str(change["tls"]), str(change["state"]))
+        for change in account["signal_changes"]
+        if change["frame"] > 0
+    ]
+    for key, user in account["road_users"].items():
+        found += [(number, "brake", key, "on") for number in brake_onsets(user["lamps"])]
+    for number, kind, who, state in sorted(found):
+        yield {"frame": number, "time": times[number], "kind": kind, "id": who, "state": state}
+
+
 _NO_SCENE = dict.fromkeys(("scene_mean", "scene_p1", "scene_p99"), float("nan"))
-
-
-def _share_rows(film: Path, account: Mapping[str, Any], settings: ReportSettings) -> Iterable[Row]:
-    """Yield which share of the picture shows what; nothing for frames without layers."""
-    folder = beside(frames_folder(film))
-    for number in range(len(account["frames"])):
-        if said_file(folder, number).is_file():
-            yield from share_rows(film, number, settings.things)
 
 
 def _ridden(rows: Sequence[Row]) -> dict[str, float]:
@@ -138,7 +258,8 @@ def _ridden(rows: Sequence[Row]) -> dict[str, float]:
         f"least_{name}": min((float(row[name]) for row in rows if row[name] != ""), default=np.nan)
         for name in ("gap", "headway", "time_to_collision")
     }
-    return {"speed": _KMH * _mean(row["speed"] for row in rows), **least}
+    speeds = {name: _KMH * _mean(row[name] for row in rows) for name in ("speed", "logged_speed")}
+    return {**speeds, **least}
 
 
 def _class_shares(rows: Sequence[Row]) -> dict[str, float]:
@@ -154,5 +275,5 @@ def _class_shares(rows: Sequence[Row]) -> dict[str, float]:
 
 def _mean(values: Iterable[str | int | float]) -> float:
     """Return the mean of the values that there are; NaN if there are none."""
-    known = [float(value) for value in values if value == value]
+    known = [float(value) for value in values if value == value and value != ""]
     return float(np.mean(known)) if known else float("nan")

@@ -5,11 +5,13 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.pipeline.measured.effects import Effect
-from sumo3dviz_pt.pipeline.measured.film import SHARE, FilmMeasures
+from sumo3dviz_pt.pipeline.measured.film import SHARE, TABLES, FilmMeasures
+from sumo3dviz_pt.pipeline.measured.safety import flashes_too_often
 
 _STRONG = 0.5
 """A factor that makes more of a measure's variance than this is printed bold."""
@@ -33,8 +35,23 @@ has {white:g} cd/m<sup>2</sup> and whose curve is sRGB's: set <code>report: {{wh
 the study file to what a photometer reads. RMS contrast is the standard deviation of luminance over
 its mean; edge density the share of pixels that are edges (Mack &amp; Oliva 2004); change is the
 mean absolute difference of luminance from the frame before. Gap, headway and time to collision are
-those to whoever is straight ahead of the ridden vehicle. The tables by frame lie in the folder
-<code>report</code>: {tables}.</p>"""
+those to whoever is straight ahead of the ridden vehicle; speeds are as the film draws them, and
+beside that as the log says. The tables lie in the folder <code>report</code>:</p>{tables}"""
+
+_SAFETY = """<p>A film passes if no more than three flashes, and no more than three red flashes,
+happen within any second over more than a quarter of any field of view of 10 degrees (WCAG 2.2,
+success criterion 2.3.1; see also ITU-R BT.1702). A flash is a pair of opposing changes of a tenth
+or more of relative luminance whose darker side is below 0.8; a red flash is a pair of changes into
+or out of a saturated red. Films are taken as seen as wide as their lens opens: seen from farther
+away, a field holds more of the picture. Colour differences of lights are CIEDE2000, of the lights
+as the films show them; people without long (protanopia) or middle wavelength cones (deuteranopia)
+are simulated after Machado, Oliveira and Fernandes
+(<a href="https://doi.org/10.1109/TVCG.2009.113">2009</a>, severity 1). This is a computation on
+pictures and no clinical test: warn people with photosensitive epilepsy all the same.</p>"""
+
+_GAPS = """<p>What <code>traffic.rides</code> asks for, and what the films show. <em>Kept at</em> is
+the time from the leader's rear at a place to the follower's front there, at the moment that was
+asked for; the others are distances over the follower's speed, frame by frame.</p>"""
 
 _EFFECTS = """<p>Which measures differ between levels of a factor? The number is eta squared, the
 share of the measure's variance over all profiles that lies between the levels: 1 says that it
@@ -45,40 +62,94 @@ difference that is too small to matter. Measures that are the same in all films 
 out.</p>"""
 
 
-def write_page(
-    path: Path,
-    films: Sequence[FilmMeasures],
-    found: Sequence[Effect],
-    *,
-    white: float,
-    words: Mapping[str, str],
-) -> Path:
-    """Write `report.html`.
+@dataclass(frozen=True, slots=True)
+class ReportPage:
+    """What a report says.
 
-    Args:
-        path: Where to.
+    Attributes:
         films: All with the same measures.
         found: What factors do to measures.
         white: Luminance of the display's white [cd/m2].
         words: What measures mean, in order.
+        safety: What the numbers mean that ethics boards ask for, in order.
     """
-    tables = "films.csv, frames.csv, traffic.csv, events.csv, shares.csv"
+
+    films: Sequence[FilmMeasures]
+    found: Sequence[Effect]
+    white: float
+    words: Mapping[str, str]
+    safety: Mapping[str, str]
+
+
+def write_page(path: Path, page: ReportPage) -> None:
+    """Write `report.html`.
+
+    Args:
+        path: Where to.
+        page: What it says.
+    """
+    tables = {"films": "measures of whole films", "safety": "what ethics boards ask", **TABLES}
+    listed = "".join(f"<li><code>{name}.csv</code>: {word}</li>" for name, word in tables.items())
+    wholes = {film.name: film.whole for film in page.films}
     lines = [
         "<!doctype html>",
         '<html lang="en"><head><meta charset="utf-8"><title>Stimulus report</title>',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f"<style>{_STYLE}</style></head><body><main><h1>Stimulus report</h1>",
-        _ABOUT.format(white=white, tables=tables),
+        _ABOUT.format(white=page.white, tables=f"<ul>{listed}</ul>"),
         "<h2>What factors do to measures</h2>",
         _EFFECTS,
-        *_effect_table(found, words),
+        *_effect_table(page.found, page.words),
+        *_gaps(page.films),
+        "<h2>What ethics boards ask</h2>",
+        *_verdict(page.films),
+        _SAFETY,
+        *_film_table({film.name: film.safety for film in page.films}, page.safety),
         "<h2>Films</h2>",
-        *_film_table(films, words),
+        "<p>Measures of whole films; light is the mean over frames.</p>",
+        *_film_table(wholes, page.words),
         "</main></body></html>",
         "",
     ]
     write_whole(path, "\n".join(lines))
-    return path
+
+
+def _verdict(films: Sequence[FilmMeasures]) -> Iterator[str]:
+    """Yield which films flash too often."""
+    bad = {film.name: often for film in films if (often := flashes_too_often(film.safety))}
+    if not bad:
+        yield "<p><strong>No film flashes more often than the criterion allows.</strong></p>"
+    for name, often in bad.items():
+        words = " and ".join(often)
+        yield f"<p><strong>{html.escape(name)} has too many {words}.</strong></p>"
+
+
+def _gaps(films: Sequence[FilmMeasures]) -> Iterator[str]:
+    """Yield a table of the gaps that were asked for; nothing if there are none."""
+    rows = [(film.name, row) for film in films for row in film.tables["gaps"]]
+    if not rows:
+        return
+    yield "<h2>Gaps</h2>"
+    yield _GAPS
+    heads = {
+        **{"follower": "follower", "leader": "leader", "moved": "moved", "at": "at [s]"},
+        **{"asked": "asked [s]", "kept_at": "kept at [s]", "time_gap_mean": "mean [s]"},
+        **{"time_gap_min": "least [s]", "time_gap_max": "largest [s]", "gap_mean": "mean [m]"},
+    }
+    yield '<div class="scroll"><table><thead><tr><th scope="col">film</th>'
+    yield "".join(f'<th scope="col">{word}</th>' for word in heads.values())
+    yield "</tr></thead><tbody>"
+    for film, row in rows:
+        cells = "".join(f"<td>{_cell(row[name])}</td>" for name in heads)
+        yield f'<tr><th scope="row">{html.escape(film)}</th>{cells}</tr>'
+    yield "</tbody></table></div>"
+
+
+def _cell(value: str | int | float) -> str:
+    """Return a value of a row; a dash where there is none."""
+    if isinstance(value, str):
+        return html.escape(value) or "-"
+    return f"{value:.2f}"
 
 
 def _effect_table(found: Sequence[Effect], words: Mapping[str, str]) -> Iterator[str]:
@@ -110,17 +181,18 @@ def _effect_cell(effect: Effect | None) -> str:
     return f"<td>{strong}<small>{means}</small></td>"
 
 
-def _film_table(films: Sequence[FilmMeasures], words: Mapping[str, str]) -> Iterator[str]:
+def _film_table(
+    films: Mapping[str, Mapping[str, float]], words: Mapping[str, str]
+) -> Iterator[str]:
     """Yield a table with a row for each measure and a column for each film."""
-    yield '<div class="scroll"><table><caption>Measures of whole films; light is the mean over'
-    yield ' frames</caption><thead><tr><th scope="col">measure</th>'
+    yield '<div class="scroll"><table><thead><tr><th scope="col">measure</th>'
     for film in films:
         # Long names break where they are joined.
-        name = html.escape(film.name).replace("_", "_<wbr>")
+        name = html.escape(film).replace("_", "_<wbr>")
         yield f'<th scope="col" class="n">{name}</th>'
     yield "</tr></thead><tbody>"
     for name, word in words.items():
-        cells = "".join(f'<td class="n">{_value(name, film.whole[name])}</td>' for film in films)
+        cells = "".join(f'<td class="n">{_value(name, own[name])}</td>' for own in films.values())
         yield f'<tr><th scope="row">{_superscript(word)}</th>{cells}</tr>'
     yield "</tbody></table></div>"
 

@@ -12,7 +12,7 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -33,25 +33,20 @@ _ENDS = (1, 99)
 Row = dict[str, float]
 
 
-def picture_rows(film: Path, *, size: tuple[int, int], white: float) -> Iterator[Row]:
+def picture_rows(pictures: Iterable[NDArray[np.uint8]], *, white: float) -> Iterator[Row]:
     """Yield what each picture of a film measures, in order.
 
     Args:
-        film: The film.
-        size: Width, height [px].
+        pictures: Of the film, (h, w, 3), sRGB codes.
         white: Luminance of the display's white [cd/m2].
-
-    Raises:
-        InputError: If the film cannot be read.
     """
-    from sumo3dviz_pt.video.picture import film_pictures
-
     before: Floats | None = None
-    for picture in film_pictures(film, size=size):
+    for picture in pictures:
         shown = white * (_LINEAR[picture] @ LUMINANCE)
         mean = float(shown.mean())
         yield {
             **_spread("shown", shown),
+            "shown_peak": float(shown.max()),
             "contrast": float(shown.std()) / mean if mean > 0.0 else 0.0,
             "motion_energy": float("nan")
             if before is None

@@ -1,5 +1,7 @@
 """How far road users are behind those ahead of them: gaps, headways, times to collision.
 
+The stimulus report and `vehicles --follow` ask here, so that both say the same.
+
 Who is ahead is asked of bodies and not of lanes: the nearest road user whose body reaches into the
 corridor straight ahead, half a metre wider than the own body on each side, and that does not come
 towards it. On a bend the corridor leaves the road, so that far gaps are missing there.
@@ -7,6 +9,10 @@ towards it. On a bend the corridor leaves the road, so that far gaps are missing
 * gap: from the own front to the other's rear, along the own heading [m];
 * time gap: gap / own speed; headway: (gap + the other's length) / own speed, from front to front;
 * time to collision: gap / (own speed - the other's speed along it), while the gap closes.
+
+Speeds are those of the drawn motion, which the smoother makes of logged places; `logged_speed` is
+the log's own word, interpolated between its rows. In a log of SUMO's Euler steps that word is about
+the step before: whoever speeds up is drawn faster than logged, by half a step's acceleration.
 
 References:
     Hayward, "Near-miss determination through use of a scale of danger", Highway Research Record
@@ -16,14 +22,18 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.job.traffic import RideEdit
 from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace
 from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.gaps import kept_gap, mover_of, plain_id
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
@@ -45,7 +55,7 @@ _TOWARDS = -0.2
 _OVERLAP = 0.5
 """How far rears may lie behind the own front [m]; further back is beside, not ahead."""
 
-_STANDS = 0.1
+STANDS = 0.1
 """Slower than this somebody stands, and times to where others are have no meaning [m/s]."""
 
 Row = dict[str, str | int | float]
@@ -53,15 +63,16 @@ Row = dict[str, str | int | float]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Traffic:
-    """Everyone at the times of a film's frames.
+    """Everyone at some times, such as those of a film's frames.
 
     Attributes:
         keys: Such as `vehicle:car.7`, (n).
-        sizes: Length and width, (n, 2) [m].
+        sizes: Length, width and height, (n, 3) [m].
         alive: Who exists when, (n, t).
-        fronts: Middles of front bumpers in SUMO's coordinates, (n, t, 2) [m].
+        fronts: Middles of front bumpers on the ground in SUMO's coordinates, (n, t, 3) [m].
         yaws: Counter-clockwise from east, (n, t) [rad].
-        speeds: (n, t) [m/s].
+        speeds: As drawn, (n, t) [m/s].
+        logged: As the log says, (n, t) [m/s]; NaN where it says nothing.
         times: (t,) [s].
         ridden: Key of the one that the camera rides with; empty for none.
     """
@@ -72,40 +83,65 @@ class Traffic:
     fronts: Floats
     yaws: Floats
     speeds: Floats
+    logged: Floats
     times: Floats
     ridden: str = ""
 
+    def number(self, name: str) -> int | None:
+        """Return the number of a road user by its id or key; None if there is none."""
+        wanted = (name, *(f"{kind}:{name}" for kind in ("vehicle", "person", "container")))
+        return next((k for k, key in enumerate(self.keys) if key in wanted), None)
 
-def traffic_of(stimulus: Stimulus, eyes: Floats) -> Traffic:
-    """Read who drives where in a film, of all who come near its camera.
+
+def film_traffic(stimulus: Stimulus, near: Floats, *, count: int) -> tuple[Traffic, Scenario]:
+    """Read who drives where in a film, of all who come near some places, and the simulation.
 
     Args:
         stimulus: What the film shows.
-        eyes: Where its camera is in SUMO's coordinates, frame by frame, (t, 2) [m].
+        near: Where its camera is in SUMO's coordinates, and further places, (k, 2) [m].
+        count: How many frames it has.
     """
-    times = Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot)[: len(eyes)]
+    times = Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot)[:count]
     _, scenario = read_files(stimulus.job, begin=float(times[0]), end=float(times[-1]))
+    camera = stimulus.job.cameras[stimulus.shot.camera]
+    ridden = camera.vehicle if isinstance(camera, LagrangianCamera) else ""
+    return traffic_at(stimulus.job, scenario, times, near=near, ridden=ridden), scenario
+
+
+def traffic_at(
+    job: Job, scenario: Scenario, times: Floats, *, near: Floats, ridden: str = ""
+) -> Traffic:
+    """Return who drives where at some times, of all who come near some places.
+
+    Args:
+        job: The scene file.
+        scenario: As read around these times.
+        times: (t,) [s].
+        near: In SUMO's coordinates, (k, 2) [m].
+        ridden: Id of the one that the camera rides with; empty for none.
+    """
     location = scenario.network.location
-    inside = location.inside(eyes)
-    near = np.array([_is_near(each, inside) for each in scenario.traffic.traces], dtype=np.bool_)
-    trajectories = motion_of(stimulus.job, scenario).smooth(near)
+    inside = location.inside(near)
+    logs = scenario.traffic.traces
+    there = np.array([_is_near(each, inside) for each in logs], dtype=np.bool_)
+    trajectories = motion_of(job, scenario).smooth(there)
+    traces = [trace for trace, kept in zip(logs, there.tolist(), strict=True) if kept]
     types = scenario.vehicle_types
     kinds = [types.get(each.type_id, UNKNOWN_TYPES[each.kind]) for each in trajectories]
     motions = [each.sample(times) for each in trajectories]
-    camera = stimulus.job.cameras[stimulus.shot.camera]
-    ridden = camera.vehicle if isinstance(camera, LagrangianCamera) else ""
-    keys = [each.key for each in trajectories]
-    shape = (len(keys), len(times))
-    return Traffic(
-        keys,
-        np.array([(kind.length, kind.width) for kind in kinds]).reshape(-1, 2),
+    shape = (len(motions), len(times))
+    known = Traffic(
+        [each.key for each in trajectories],
+        np.array([(kind.length, kind.width, kind.height) for kind in kinds]).reshape(-1, 3),
         np.array([motion.alive for motion in motions], dtype=np.bool_).reshape(shape),
-        location.outside([motion.positions[:, :2] for motion in motions]).reshape(*shape, 2),
+        location.outside([motion.positions for motion in motions]).reshape(*shape, 3),
         np.array([motion.yaws for motion in motions]).reshape(shape),
         np.array([motion.speeds for motion in motions]).reshape(shape),
+        np.array([np.interp(times, trace.times, trace.speeds) for trace in traces]).reshape(shape),
         times,
-        next((key for key in keys if ridden and ridden in (key, key.partition(":")[2])), ""),
     )
+    rider = known.number(ridden) if ridden else None
+    return known if rider is None else replace(known, ridden=known.keys[rider])
 
 
 def _is_near(trace: Trace, eyes: Floats) -> bool:
@@ -113,6 +149,9 @@ def _is_near(trace: Trace, eyes: Floats) -> bool:
     inside = trace.positions[:, :2] > eyes.min(axis=0) - _NEAR
     inside &= trace.positions[:, :2] < eyes.max(axis=0) + _NEAR
     return bool(inside.all(axis=1).any())
+
+
+# Rows --------------------------------------------------------------------------------------
 
 
 def traffic_rows(
@@ -132,15 +171,14 @@ def traffic_rows(
                 "role": role,
                 "road_user": traffic.keys[k],
                 "distance": round(away, 3),
-                "speed": round(float(traffic.speeds[k, number]), 3),
-                **_ahead_row(traffic, number, k),
+                **ahead_row(traffic, number, k),
             }
 
 
 def _told(traffic: Traffic, number: int, eye: Floats) -> list[tuple[str, int, float]]:
     """Return who is told of in a frame: role, number and distance of the camera's eye [m]."""
     alive = np.flatnonzero(traffic.alive[:, number])
-    away = np.linalg.norm(traffic.fronts[alive, number] - eye, axis=1)
+    away = np.linalg.norm(traffic.fronts[alive, number, :2] - eye, axis=1)
     ranked = [(int(alive[k]), float(away[k])) for k in np.argsort(away, kind="stable").tolist()]
     ridden = [(k, d) for k, d in ranked if traffic.keys[k] == traffic.ridden]
     others = [(k, d) for k, d in ranked if traffic.keys[k] != traffic.ridden][:NEAREST]
@@ -148,23 +186,50 @@ def _told(traffic: Traffic, number: int, eye: Floats) -> list[tuple[str, int, fl
     return roles + [(f"nearest{place}", *each) for place, each in enumerate(others, start=1)]
 
 
-def _ahead_row(traffic: Traffic, number: int, k: int) -> Row:
-    """Return who is ahead of a road user in a frame, and how far; empty where nobody is."""
-    row: Row = dict.fromkeys(("leader", "gap", "time_gap", "headway", "time_to_collision"), "")
+def ahead_row(traffic: Traffic, number: int, k: int) -> Row:
+    """Return a road user's speed, who is ahead of it, and how far; empty cells where nobody is.
+
+    Args:
+        traffic: Everyone.
+        number: The time's.
+        k: The road user's.
+    """
+    own = float(traffic.speeds[k, number])
+    row: Row = {
+        "speed": round(own, 3),
+        "logged_speed": known(traffic.logged[k, number]),
+        **dict.fromkeys(AHEAD, ""),
+    }
     found = leader(traffic, number, k)
     if found is None:
         return row
     other, gap = found
-    own = float(traffic.speeds[k, number])
+    speed = float(traffic.speeds[other, number])
     turned = float(traffic.yaws[other, number] - traffic.yaws[k, number])
-    closing = own - float(traffic.speeds[other, number]) * float(np.cos(turned))
-    row |= {"leader": traffic.keys[other], "gap": round(gap, 3)}
-    if own > _STANDS:
+    closing = own - speed * float(np.cos(turned))
+    row |= {"leader": traffic.keys[other], "gap": round(gap, 3), "leader_speed": round(speed, 3)}
+    row["leader_logged_speed"] = known(traffic.logged[other, number])
+    if own > STANDS:
         length = float(traffic.sizes[other, 0])
         row |= {"time_gap": round(gap / own, 3), "headway": round((gap + length) / own, 3)}
-    if closing > _STANDS:
+    if closing > STANDS:
         row["time_to_collision"] = round(max(gap, 0.0) / closing, 3)
     return row
+
+
+AHEAD = (
+    *("leader", "gap", "time_gap", "headway", "time_to_collision"),
+    *("leader_speed", "leader_logged_speed"),
+)
+"""Cells about who is ahead."""
+
+
+def known(value: float) -> float | str:
+    """Return a number to a thousandth, or an empty cell where there is none."""
+    return round(float(value), 3) + 0.0 if np.isfinite(value) else ""
+
+
+# Who is ahead ------------------------------------------------------------------------------
 
 
 def leader(traffic: Traffic, number: int, k: int) -> tuple[int, float] | None:
@@ -175,20 +240,12 @@ def leader(traffic: Traffic, number: int, k: int) -> tuple[int, float] | None:
         number: The frame's.
         k: The road user's number.
     """
-    yaw = traffic.yaws[k, number]
-    forward = np.array([np.cos(yaw), np.sin(yaw)])
-    left = np.array([-forward[1], forward[0]])
-    directions = np.stack(
-        [np.cos(traffic.yaws[:, number]), np.sin(traffic.yaws[:, number])], axis=1
-    )
-    fronts = traffic.fronts[:, number] - traffic.fronts[k, number]
-    rears = fronts - directions * traffic.sizes[:, :1]
-    ends = np.stack([fronts, rears], axis=1)
-    along, across = ends @ forward, ends @ left
+    along, across = _before(traffic, number, k)
+    turned = np.cos(traffic.yaws[:, number] - traffic.yaws[k, number])
     reach = (traffic.sizes[k, 1] + traffic.sizes[:, 1]) / 2.0 + _SIDE
     inside = (across.min(axis=1) < reach) & (across.max(axis=1) > -reach)
     gaps = along.min(axis=1)
-    fits = inside & traffic.alive[:, number] & (directions @ forward > _TOWARDS)
+    fits = inside & traffic.alive[:, number] & (turned > _TOWARDS)
     fits &= (along.max(axis=1) > 0.0) & (gaps > -_OVERLAP) & (gaps < _AHEAD)
     fits[k] = False
     if not fits.any():
@@ -196,3 +253,73 @@ def leader(traffic: Traffic, number: int, k: int) -> tuple[int, float] | None:
     found = np.flatnonzero(fits)
     nearest = int(found[np.argmin(gaps[found])])
     return nearest, float(gaps[nearest])
+
+
+def _before(traffic: Traffic, number: int, k: int) -> tuple[Floats, Floats]:
+    """Return how far all fronts and rears are ahead of a front, and left of it, (n, 2) [m] each."""
+    yaws = traffic.yaws[:, number]
+    directions = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
+    fronts = traffic.fronts[:, number, :2] - traffic.fronts[k, number, :2]
+    ends = np.stack([fronts, fronts - directions * traffic.sizes[:, :1]], axis=1)
+    forward = directions[k]
+    return ends @ forward, ends @ np.array([-forward[1], forward[0]])
+
+
+# Gaps that were asked for ------------------------------------------------------------------
+
+
+def gap_rows(stimulus: Stimulus, traffic: Traffic) -> Iterator[Row]:
+    """Yield what was kept of each gap that a scene file asks for, at its moment and in the film.
+
+    Args:
+        stimulus: What the film shows.
+        traffic: Everyone, at the film's times.
+    """
+    edits = {} if stimulus.job.traffic is None else stimulus.job.traffic.rides
+    for name, edit in edits.items():
+        if edit.gap is None or edit.at is None or edit.behind is None:
+            continue
+        own, ahead = traffic.number(name), traffic.number(edit.behind)
+        metres = seconds = np.empty(0)
+        if own is not None and ahead is not None:
+            metres, seconds = _kept(traffic, own, ahead)
+        yield {
+            "follower": name,
+            "leader": edit.behind,
+            "moved": plain_id(mover_of(stimulus.job, name, edit)),
+            "at": edit.at,
+            "asked": edit.gap,
+            "kept_at": _kept_at(stimulus.job, name, edit),
+            **_spread("time_gap", seconds),
+            **_spread("gap", metres),
+        }
+
+
+def _kept(traffic: Traffic, own: int, ahead: int) -> tuple[Floats, Floats]:
+    """Return gaps in all frames that show both, (f,) [m], and time gaps while one moves, [s]."""
+    both = np.flatnonzero(traffic.alive[own] & traffic.alive[ahead]).tolist()
+    metres = np.array([_before(traffic, n, own)[0][ahead].min() for n in both])
+    speeds = traffic.speeds[own, both]
+    moves = speeds > STANDS
+    return metres, metres[moves] / speeds[moves]
+
+
+def _kept_at(job: Job, name: str, edit: RideEdit) -> float | str:
+    """Return the time gap at the moment for which it was asked [s]; empty if it never was."""
+    assert edit.at is not None and edit.gap is not None
+    _, scenario = read_files(job, begin=edit.at, end=edit.at + edit.gap)
+    try:
+        kept = kept_gap(job, scenario, name, edit)
+    except ConfigError:  # the one behind is nowhere near then, which a note has said
+        return ""
+    return "" if kept is None else round(kept, 3)
+
+
+def _spread(name: str, values: Floats) -> Row:
+    """Return mean, least and largest of values; empty cells of none."""
+    if not values.size:
+        return dict.fromkeys((f"{name}_mean", f"{name}_min", f"{name}_max"), "")
+    found = (values.mean(), values.min(), values.max())
+    return {
+        f"{name}_{word}": known(x) for word, x in zip(("mean", "min", "max"), found, strict=True)
+    }

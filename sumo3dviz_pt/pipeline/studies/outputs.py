@@ -12,29 +12,31 @@ from sumo3dviz_pt.experiments.tools.content import Clip, Screen, StudyContent
 from sumo3dviz_pt.experiments.tools.papers import (
     CHECKSUMS,
     digest_of,
+    read_digests,
     write_checksums,
     write_citation,
     write_inputs,
 )
 from sumo3dviz_pt.experiments.tools.sheets import write_sheet
-from sumo3dviz_pt.job.study import StudySettings, TableSettings
+from sumo3dviz_pt.job.study import StudySettings
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.overlays.files import extra_files
 from sumo3dviz_pt.pipeline.sound import sound_folder
 from sumo3dviz_pt.pipeline.studies.calibration import write_calibration
 from sumo3dviz_pt.pipeline.studies.cards import write_cards
+from sumo3dviz_pt.pipeline.studies.inputs import FOLDER
 from sumo3dviz_pt.pipeline.studies.patches import told_only
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import (
     MATERIALS,
     FilmRecord,
     film_path,
-    read_film_account,
 )
 from sumo3dviz_pt.pipeline.studies.sessions import session_of, texts_of, words_of
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
-from sumo3dviz_pt.pipeline.studies.thumbnails import FOLDER, write_thumbnails
+from sumo3dviz_pt.pipeline.studies.thumbnails import FOLDER as THUMBNAILS
+from sumo3dviz_pt.pipeline.studies.thumbnails import write_thumbnails
 
 log = logging.getLogger(__name__)
 
@@ -53,19 +55,21 @@ def write_outputs(
     Returns:
         All files of the study.
     """
-    before = _listed(folder)
+    before = read_digests(folder / CHECKSUMS)
     content = content_of(plan, films)
     if plan.file.settings.tools.cards:
         content = replace(content, cards=write_cards(folder, content))
     files = [*also, *_film_files(folder, plan)]
     files += [folder / card for card in content.cards.values()]
     files += write_thumbnails(folder, content.films)
-    pictures = {clip.name: f"{FOLDER}/{clip.name}.png" for clip in content.films}
+    pictures = {clip.name: f"{THUMBNAILS}/{clip.name}.png" for clip in content.films}
     files.append(write_sheet(folder, content, pictures))
     files += write_tools(folder, content, plan.file.settings.tools.write)
     files += write_calibration(folder, plan.file.settings.calibration, plan.stimuli[0].job.output)
     files.append(write_citation(folder, content.words, version=versions()["sumo3dviz_pt"]))
-    files.append(write_inputs(folder, _inputs(folder, plan)))
+    files.append(
+        write_inputs(folder, [path for path in also if path.is_relative_to(folder / FOLDER)])
+    )
     if content.url is None and ONLINE & set(plan.file.settings.tools.write):
         log.info("files of LimeSurvey and Qualtrics need tools.url, where the films lie online")
     files.append(write_checksums(folder, files))
@@ -136,33 +140,6 @@ def _film_files(folder: Path, plan: StudyPlan) -> list[Path]:
         if stimulus.job.output.sound is not None:
             found += sorted(sound_folder(path).iterdir())
     return found
-
-
-def _inputs(folder: Path, plan: StudyPlan) -> dict[str, str]:
-    """Return the digests of all that the films were made from, by name."""
-    settings = plan.file.settings
-    own = [plan.file.path, settings.scene]
-    if isinstance(settings.design, TableSettings):
-        own.append(settings.design.table)
-    found = {path.name: digest_of(path) for path in own}
-    for stimulus in plan.stimuli:
-        account = read_film_account(film_path(folder, plan, stimulus))
-        for name, digest in account.get("inputs", {}).items():
-            # Two films may each have a file of one name, with other content.
-            known = found.setdefault(name, digest)
-            if known != digest:
-                found[f"{stimulus.name}/{name}"] = digest
-    return found
-
-
-def _listed(folder: Path) -> dict[str, str]:
-    """Return the digests of files that an earlier run wrote, by name."""
-    try:
-        lines = (folder / CHECKSUMS).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return {}
-    pairs = (line.partition("  ") for line in lines)
-    return {name: digest for digest, sign, name in pairs if sign}
 
 
 def _remove_stale(folder: Path, before: Mapping[str, str], files: Sequence[Path]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -63,7 +64,9 @@ def job_of(study: StudyFile, profile: Profile | None, overrides: Patch | None = 
     clip = {} if settings.clip is None else {"shots": [settings.clip.model_dump(by_alias=True)]}
     chosen = zip(settings.factors.values(), profile or (), strict=False)
     patches = [factor.levels[level] for factor, level in chosen]
-    content = study.scene.patched(clip, settings.common, *patches, overrides or {})
+    content = study.scene.patched(
+        clip, settings.common, *patches, settings.overrides, overrides or {}
+    )
     job = make_job(content, folder=study.scene.folder, source=study.scene.source)
     job = _with_one_detail(job)
     return _with_layers(job, measured_layers(settings))
@@ -124,6 +127,11 @@ def _base(study: StudyFile, overrides: Patch | None) -> Job:
     make_job(content, folder=study.scene.folder, source=study.scene.source)
     where = "common" if study.settings.common else "scene"
     with study.blamed(where):
+        plain = replace(study, settings=study.settings.model_copy(update={"overrides": {}}))
+        job = job_of(plain, None, overrides)
+    if not study.settings.overrides:
+        return job
+    with study.blamed("overrides"):
         return job_of(study, None, overrides)
 
 
@@ -132,7 +140,7 @@ def _with_level(study: StudyFile, factor: str, level: str, overrides: Patch | No
     settings = study.settings
     clip = {} if settings.clip is None else {"shots": [settings.clip.model_dump(by_alias=True)]}
     patch = settings.factors[factor].levels[level]
-    content = study.scene.patched(clip, settings.common, patch, overrides or {})
+    content = study.scene.patched(clip, settings.common, patch, settings.overrides, overrides or {})
     return make_job(content, folder=study.scene.folder)
 
 

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+
+import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.experiments.designs.balance import confounded_pairs, same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
-from sumo3dviz_pt.experiments.playlists import Playlist, build_playlists
+from sumo3dviz_pt.experiments.designs.parts import uneven
+from sumo3dviz_pt.experiments.playlists import (
+    Playlist,
+    build_playlists,
+    most_placed,
+    uneven_groups,
+    with_even_places,
+)
 from sumo3dviz_pt.experiments.tables.build import trials_in
 from sumo3dviz_pt.experiments.tables.cells import read_table
 from sumo3dviz_pt.experiments.tables.forms import TableRequest
@@ -31,6 +41,7 @@ class StudyPlan:
         stimuli: The films, each once.
         playlists: Who sees what in which order.
         notes: What there is to know of the design, in sentences.
+        overrides: Values of the scene file that won over all others, beside the study file's own.
     """
 
     file: StudyFile
@@ -38,6 +49,7 @@ class StudyPlan:
     stimuli: tuple[Stimulus, ...]
     playlists: tuple[Playlist, ...]
     notes: tuple[str, ...]
+    overrides: Patch = field(default_factory=dict)
 
     @property
     def factors(self) -> tuple[str, ...]:
@@ -61,8 +73,9 @@ class StudyPlan:
 
     @cached_property
     def pairs(self) -> tuple[StimulusPair, ...]:
-        """Films that should differ in one factor only."""
-        return pairs_of(self.file.levels, self.stimuli)
+        """Films that are compared: they should differ in their factors only."""
+        told = [name for name in self.factors if told_only(self.file, name)]
+        return pairs_of(self.file.levels, self.stimuli, told=told)
 
     def only(self, name: str) -> StudyPlan:
         """Return the plan of one of its films.
@@ -92,15 +105,29 @@ def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:
     stimuli = build_stimuli(study, profiles_of(trials), overrides)
     asked = study.settings.playlists
     with study.blamed():
+        even = asked.places == "balanced"
+        most = most_placed(trials) if even else 1
         playlists = build_playlists(
             trials,
             order=asked.order,
-            count=asked.count,
+            count=None if asked.count is None else -(-asked.count // most),
             parts=asked.parts,
             repeat=asked.repeat,
             seed=study.settings.seed,
         )
-    return StudyPlan(study, trials, stimuli, playlists, (*notes, *_hidden(study, stimuli)))
+        if even:
+            playlists = with_even_places(playlists, count=asked.count, seed=study.settings.seed)
+    notes = (*notes, *_hidden(study, stimuli), *_playlist_notes(study, playlists))
+    # Tasks whose films changed places are trials of their own.
+    shown = (trial for playlist in playlists for trial in playlist.trials)
+    return StudyPlan(
+        study,
+        tuple(dict.fromkeys((*trials, *shown))),
+        stimuli,
+        playlists,
+        notes,
+        dict(overrides or {}),
+    )
 
 
 def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
@@ -153,6 +180,13 @@ def _table_notes(
     for place, (factor, levels) in enumerate(study.levels.items()):
         missing = [name for name in levels if name not in {p[place] for p in profiles}]
         notes += [f"the table never shows {factor} {name}" for name in missing]
+    numbers = [{name: n for n, name in enumerate(some)} for some in study.levels.values()]
+    rows = np.array([[own[n] for own, n in zip(numbers, p, strict=True)] for p in profiles])
+    notes += same_in_words(rows, study.levels)
+    unequal = len(confounded_pairs(rows, [len(some) for some in numbers]))
+    if unequal:
+        pairs = len(numbers) * (len(numbers) - 1) // 2
+        notes.append(f"{unequal} of {pairs} pairs of factors go together in part over the profiles")
     seen: set[tuple[str, frozenset[Profile | None]]] = set()
     again = []
     for trial in trials:
@@ -169,6 +203,29 @@ def _table_notes(
         if some:
             first = f"the first is task {some[0].task} of block {some[0].block}"
             notes.append(f"{len(some)} of {len(trials)} tasks {what}, {first}")
+    return notes
+
+
+def _playlist_notes(study: StudyFile, playlists: Sequence[Playlist]) -> list[str]:
+    """Return what playlists do not balance, in sentences."""
+    asked, notes = study.settings.playlists, []
+    uneven_there = uneven_groups(playlists) if asked.order == "latin" else []
+    if uneven_there:
+        notes.append(
+            f"{len(playlists)} playlists are no multiple of what the order takes, so some trials"
+            " stand at some positions more often than others; leave playlists.count out"
+        )
+    groups = {each.block: list(dict.fromkeys(each.trials)) for each in playlists}
+    blocks: dict[str, list[list[Trial]]] = {}
+    for name, own in groups.items() if asked.parts > 1 else ():
+        blocks.setdefault(name.rpartition(".")[0], []).append(own)
+    for name, parts in blocks.items():
+        confounded = uneven(parts, tuple(study.settings.factors))
+        if confounded:
+            notes.append(
+                f"parts of block {name} do not share {', '.join(confounded[:3])} evenly:"
+                " who sees which part is confounded with that"
+            )
     return notes
 
 

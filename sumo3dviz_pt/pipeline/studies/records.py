@@ -11,7 +11,9 @@ from typing import Any
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
-from sumo3dviz_pt.pipeline.films.frames import account_file, write_json
+from sumo3dviz_pt.pipeline.films.frames import account_file, frames_folder, write_json
+from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in, sealed
+from sumo3dviz_pt.pipeline.layers.places import beside
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
@@ -31,21 +33,25 @@ class FilmRecord:
         digest: Of all that it was made from.
         variant: The renderer's.
         sha256: Of the film's file.
+        account: Digest of its account.
         frames: How many it has.
         rate: Frames per second, such as 25 or 30000/1001.
         duration: Of the film [s].
         size: Width, height [px].
         fov: Horizontal opening angle of its lens [deg]; None if it zooms.
+        layers: What was traced beside it.
     """
 
     digest: str
     variant: str
     sha256: str
+    account: str
     frames: int
     rate: str
     duration: float
     size: tuple[int, int]
     fov: float | None = None
+    layers: tuple[str, ...] = ()
 
 
 def film_path(folder: Path, plan: StudyPlan, stimulus: Stimulus) -> Path:
@@ -58,11 +64,13 @@ def finished_films(
 ) -> dict[str, FilmRecord]:
     """Return the films that need not be rendered: whole, and made from what they would be now.
 
+    A film that lacks a layer that is asked for now has to be rendered; one that has more has not.
+
     Args:
         folder: The study's; it need not exist.
         plan: What is wanted.
         variant: The renderer's.
-        hashed: Whether the films themselves are compared with their digests; else they only are
+        hashed: Whether films and accounts are compared with their digests; else they only are
             there.
     """
     known = _films(folder)
@@ -72,8 +80,44 @@ def finished_films(
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
             continue
         path = film_path(folder, plan, stimulus)
-        if path.is_file() and (not hashed or file_hash(path) == record.sha256):
+        if _lacking(path, record, stimulus):
+            continue
+        if path.is_file() and (not hashed or _is_whole(path, record)):
             found[stimulus.name] = record
+    return found
+
+
+def _is_whole(path: Path, record: FilmRecord) -> bool:
+    """Return whether a film and its account are those of a record."""
+    try:
+        account = read_film_account(path)
+    except InputError:
+        return False
+    return digest_in(account) == record.account and file_hash(path) == record.sha256
+
+
+def _lacking(path: Path, record: FilmRecord, stimulus: Stimulus) -> tuple[str, ...]:
+    """Return the layers that are asked for now and do not lie beside a film."""
+    wanted = stimulus.job.output.layers
+    there = record.layers if beside(frames_folder(path)).is_dir() else ()
+    return tuple(name for name in wanted if name not in there)
+
+
+def lacking_layers(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, tuple[str, ...]]:
+    """Return what films lack that would have to be rendered for nothing but their layers.
+
+    Args:
+        folder: The study's.
+        plan: What is wanted.
+        variant: The renderer's.
+    """
+    known, found = _films(folder), dict[str, tuple[str, ...]]()
+    for stimulus in plan.stimuli:
+        record = known.get(stimulus.name)
+        if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
+            continue
+        lacking = _lacking(film_path(folder, plan, stimulus), record, stimulus)
+        found |= {stimulus.name: lacking} if lacking else {}
     return found
 
 
@@ -93,11 +137,13 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
         digest=stimulus.digest,
         variant=variant,
         sha256=file_hash(path),
+        account=str(account[DIGEST]),
         frames=frames,
         rate=str(account["frame_rate"]),
         duration=round(frames / fps, 6),
         size=stimulus.job.output.size,
         fov=_fov(account),
+        layers=tuple(stimulus.job.output.layers),
     )
 
 
@@ -131,7 +177,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "design": settings.design if isinstance(settings.design, str) else settings.design.form,
         "seed": settings.seed,
         "factors": {
-            name: {"about": factor.about, "levels": dict(factor.levels)}
+            name: {"about": factor.about, "levels": _without_places(factor.levels)}
             for name, factor in settings.factors.items()
         },
         "films": {
@@ -149,9 +195,18 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
         "versions": versions(),
     }
     path = folder / RECORD
-    write_json(path, json.loads(json.dumps(content, default=str)), indent=1)
+    write_json(path, sealed(content), indent=1)
     _drop_parts(folder, films)
     return path
+
+
+def _without_places(value: Any) -> Any:
+    """Return settings in which files that are named by whole paths stand by their names."""
+    if isinstance(value, Mapping):
+        return {key: _without_places(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_places(item) for item in value]
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
 
 
 def write_part(folder: Path, name: str, film: FilmRecord) -> None:
@@ -191,5 +246,6 @@ def _films(folder: Path) -> dict[str, FilmRecord]:
 def _film(values: Mapping[str, Any]) -> FilmRecord:
     """Return a film as a record names it."""
     width, height = values["size"]
-    own = {name: values[name] for name in FilmRecord.__slots__ if name != "size"}
-    return FilmRecord(**own, size=(int(width), int(height)))
+    own = {name: values[name] for name in FilmRecord.__slots__ if name not in ("size", "layers")}
+    layers = tuple(map(str, values["layers"]))
+    return FilmRecord(**own, size=(int(width), int(height)), layers=layers)

@@ -7,7 +7,7 @@ writes the files of tools and the digests of all that lies in the folder.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +15,6 @@ from typing import Annotated
 from pydantic import Field
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.job.asked import settle
 from sumo3dviz_pt.job.ranges import Target
 from sumo3dviz_pt.job.settings import LagrangianCamera
@@ -28,6 +27,7 @@ from sumo3dviz_pt.pipeline.films.reuse import discard
 from sumo3dviz_pt.pipeline.measured.build import report_study
 from sumo3dviz_pt.pipeline.preflight import check_choices
 from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.studies.inputs import check_study_inputs, write_study_inputs
 from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import (
@@ -35,6 +35,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     FilmRecord,
     film_path,
     finished_films,
+    lacking_layers,
     read_film_account,
     record_of,
     write_part,
@@ -119,6 +120,7 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
                 rides.add(repr(ride))
                 check_rides(stimulus.job, FilmOrder(path), [ShotFilm(stimulus.shot, path)])
     _check_places(plan, order)
+    check_study_inputs(order.folder, plan)
 
 
 def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
@@ -126,6 +128,8 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
     done = finished_films(order.folder, plan, variant=order.variant) if order.resume else {}
     if all(stimulus.name in done for stimulus in plan.stimuli):
         return []
+    if order.resume:
+        _tell_lacking(lacking_layers(order.folder, plan, variant=order.variant))
     request = Request(variant=order.variant, command=order.command)
     request = replace(request, metered=_shared_exposure(plan, request))
     return [
@@ -143,6 +147,19 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
         for stimulus in plan.stimuli
         if stimulus.name not in done
     ]
+
+
+def _tell_lacking(films: Mapping[str, Sequence[str]]) -> None:
+    """Say that films are rendered again for nothing but their layers."""
+    if films:
+        names, layers = sorted(films), dict.fromkeys(one for some in films.values() for one in some)
+        log.warning(
+            "%s (the first is %s): rendered again for %s, which the study asks for now and which"
+            " do not lie beside them; the films stay as they are",
+            f"{len(names)} films" if len(names) > 1 else "1 film",
+            names[0],
+            " and ".join(filter(None, [", ".join([*layers][:-1]), [*layers][-1]])),
+        )
 
 
 def _shared_exposure(plan: StudyPlan, request: Request) -> float | None:
@@ -240,16 +257,14 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
         )
     plan = replace(plan, notes=(*plan.notes, *_unseen(plan, films)))
     record = write_record(folder, plan, films)
-    copy = folder / "study.yaml"
-    if copy.absolute() != plan.file.path.absolute():
-        write_whole(copy, plan.file.path.read_text(encoding="utf-8"))
+    inputs = write_study_inputs(folder, plan, variant=order.variant)
     certificate = certify(folder, plan) if plan.file.settings.certificate.write else None
     measured = certificate.files if certificate else ()
     if plan.file.settings.report.write:
         measured += report_study(folder, plan)
     if order.discard_frames:
         _discard_frames(folder, plan)
-    files = write_outputs(folder, plan, films, also=[record, copy, *measured])
+    files = write_outputs(folder, plan, films, also=[record, *inputs, *measured])
     return FinishedStudy(tuple(files), certificate)
 
 

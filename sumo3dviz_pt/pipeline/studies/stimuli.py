@@ -106,10 +106,12 @@ class _Digests:
         """Return a hash of all that a film is made from, and a code; files count by content.
 
         No simulation is read for it: it says which films have to be rendered at all. Whether
-        stored frames fit is said by their own keys. The code does not hang on our versions, so
-        that it stays when the program gets better; it begins with a letter, as some tools want.
+        stored frames fit is said by their own keys. Layers lie beside a film and are no part of it.
+        The code does not hang on our versions, so that it stays when the program gets better; it
+        begins with a letter, as some tools want.
         """
         settings = {key: value for key, value in job.model_dump().items() if key not in _APART}
+        settings["output"] = {k: v for k, v in settings["output"].items() if k != "layers"}
         camera = job.cameras.get(shot.camera)
         view = camera.view if isinstance(camera, LagrangianCamera) else ""
         content = {

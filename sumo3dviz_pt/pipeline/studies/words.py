@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 from sumo3dviz_pt.pipeline.progress.costs import time_in_words
 from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
+from sumo3dviz_pt.pipeline.studies.foresight import foresight
+from sumo3dviz_pt.pipeline.studies.pairs import possible_pairs
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import finished_films
 from sumo3dviz_pt.pipeline.studies.run import StudyOrder
@@ -47,10 +49,11 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         *(_film(each, there=each.name not in names) for each in plan.stimuli[:_MOST_ROWS]),
         *_rest(len(plan.stimuli)),
         "",
-        "pairs that differ in one factor, and in what",
+        f"pairs that are compared, {len(plan.pairs)} of {possible_pairs(plan.stimuli)}, and in what"
+        " they differ",
         *_pairs(plan),
         "",
-        *(f"note: {note}" for note in plan.notes),
+        *(f"note: {note}" for note in (*plan.notes, *foresight(plan))),
         *more,
         f"cost     {forecast(plan, todo)}",
     ]
@@ -77,8 +80,11 @@ def _pairs(plan: StudyPlan) -> list[str]:
     lines = []
     for factor in plan.factors:
         own = [pair for pair in plan.pairs if pair.factor == factor]
+        more = sum(factor in pair.factors for pair in plan.pairs) - len(own)
         keys = dict.fromkeys(change.partition(":")[0] for pair in own for change in pair.changed)
-        lines.append(f"  {factor:<16} {_many(len(own), 'pair')}: {', '.join(keys) or 'nothing'}")
+        words = [f"{_many(len(own), 'pair')}: {', '.join(keys) or 'nothing'}"] if own else []
+        words += [f"{_many(more, 'pair')} together with others"] if more else []
+        lines.append(f"  {factor:<16} {', '.join(words) or '0 pairs: nothing'}")
     return lines
 
 

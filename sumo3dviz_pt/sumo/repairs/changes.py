@@ -78,7 +78,7 @@ class TypeChanges:
         types = np.repeat(list(tables), [len(each) for each in tables.values()])
         order = np.argsort(table[:, 0], kind="stable")
         table, types = table[order], types[order]
-        # Who is twice at one time is two.
+        # Two rows of one id at one time are two road users.
         if not (np.diff(table[:, 0]) > 0.0).all():
             return
         last = self.last.get(user)

@@ -19,6 +19,7 @@ from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.areas.covers import Cover
 from sumo3dviz_pt.world.areas.zones import Area
 from sumo3dviz_pt.world.land.far_woods import grown
+from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.plants.build import Plot, planted
 
@@ -33,7 +34,6 @@ MOST_TREES, MOST_SHRUBS, MOST_FAR = 260, 160, 90_000
 
 _OFF_ROAD = {True: 3.2, False: 1.4}  # of trees and of shrubs, from what is paved [m]
 _RIM = 1.2  # of stems from the edge of their area [m]
-_CAMERA = 6.0  # distance of trees from cameras [m]
 _SHRUB_REACH = 90.0
 _GROVE = 450.0  # farther away one far tree stands for several [m]
 _TUFTS = {False: 30, True: 14}
@@ -124,7 +124,7 @@ def _spots(stands: Sequence[Stand], plot: Plot, around: Surroundings, *, tall: b
         for name in ("places", "cells", "shares", "stands")
     )
     spots = _Spots(*columns)
-    keep = around.clearance.distances(spots.places) > _CAMERA
+    keep = ~in_the_way(spots.places, around, crown=TREE if tall else SHRUB)
     keep[keep] = plot.free(spots.places[keep], margin=_OFF_ROAD[tall])
     return _some(spots, np.flatnonzero(keep))
 

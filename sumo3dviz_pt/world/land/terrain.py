@@ -10,12 +10,14 @@ win, so the space between its embankments stays open.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
 from scipy import sparse, spatial
 from scipy.sparse.csgraph import dijkstra
 
+from sumo3dviz_pt.library.mesh.planar import sides
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.vectors import area_vectors, unit
@@ -28,6 +30,7 @@ from sumo3dviz_pt.world.land.between import (
     shaping_of,
 )
 from sumo3dviz_pt.world.land.horizon import Land, built_points, land_around, land_mesh
+from sumo3dviz_pt.world.roads.cells import Polygons
 from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.levels import levels_of, lowest_surface
@@ -174,14 +177,14 @@ def _height_at(vertices: Floats, faces: Ints, net: spatial.Delaunay, number: Int
 def _points(roads: RoadLayout, samples: Samples, land: Land) -> _Points:
     """All points of the terrain from above, with the heights that are known."""
     at, out, z = samples.points[:, :2], samples.outward, samples.points[:, 2]
-    tree = shapely.STRtree(roads.outline)
+    away_from = partial(_away_from, roads.outline, shapely.STRtree(sides(list(roads.outline))))
     # Along the borders, and on the shoulders beside them where there is room.
     edge = at + _EDGE * out
     shoulder = at + _SHOULDER * out
-    free = _away_from(tree, shoulder, 0.7 * _SHOULDER)
+    free = away_from(shoulder, 0.7 * _SHOULDER)
     beside = np.concatenate([at[1::2] + distance * out[1::2] for distance in _BESIDE])
     reach = np.repeat(_BESIDE, len(at[1::2]))
-    beside = beside[_away_from(tree, beside, 0.7 * reach)]
+    beside = beside[away_from(beside, 0.7 * reach)]
     # On a grid, fine near roads, and on rings out to the horizon.
     grid = _grid(samples.points, land)
     border, _ = spatial.cKDTree(at).query(grid)
@@ -203,12 +206,25 @@ def _points(roads: RoadLayout, samples: Samples, land: Land) -> _Points:
     return _Points(flat, known, below)
 
 
-def _away_from(tree: shapely.STRtree, points: Floats, least: Floats | float) -> Bools:
-    """Which points, (n, 2), are at least so far from all areas of a tree [m]."""
+def _away_from(
+    areas: Polygons, borders: shapely.STRtree, points: Floats, least: Floats | float
+) -> Bools:
+    """Which points are at least so far from all areas.
+
+    Args:
+        areas: Polygons, prepared here, for most points lie in a few large ones.
+        borders: Their sides: a tree of many short ones tells distances faster.
+        points: (n, 2) [m].
+        least: Distance of each or of all [m].
+    """
     free = np.ones(len(points), dtype=np.bool_)
-    if len(points) and len(tree.geometries):
-        hits = tree.query(shapely.points(points), predicate="dwithin", distance=least)
-        free[hits[0]] = False
+    if len(points) and len(areas):
+        shapely.prepare(areas)
+        where = shapely.points(points)
+        free[borders.query(where, predicate="dwithin", distance=least)[0]] = False
+        point, area = shapely.STRtree(areas).query(where[free])
+        inside = shapely.intersects(areas[area], where[free][point])
+        free[np.flatnonzero(free)[point[inside]]] = False
     return free
 
 

@@ -24,8 +24,9 @@ from sumo3dviz_pt.model.scene import LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.land.horizon import GREEN
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.street.places import Border, borders_near
+from sumo3dviz_pt.world.street.places import Border, borders_near, drives
 
 TREE_OFF, SHRUB_OFF = 8.0, 4.0
 """Distance of trees and shrubs from everything paved, at least [m]."""
@@ -42,7 +43,6 @@ MOST_TREES, MOST_SHRUBS = 900, 280
 MARGIN = 6.0
 """Distance from the scenario's own objects [m]."""
 
-_SHRUB_HEIGHT, _SHRUB_RADIUS = 2.5, 1.5  # of tall ones [m]
 _CROWN = 8.0  # height of the middle of a tree's crown [m]
 
 SOURCE = "planting"
@@ -158,7 +158,8 @@ def plot_of(
 
 def is_fast(border: Border) -> bool:
     """Return whether a border is that of a motorway or of a wide road without sidewalks."""
-    lanes = border.edge.lanes
+    # A cycle lane makes no motorway of a street.
+    lanes = [lane for lane in border.edge.lanes if drives(lane)]
     wide = len(lanes) >= _WIDE and border.walk == 0.0
     return wide or border.edge.told_speed > _FAST
 
@@ -300,7 +301,9 @@ def _kept(
     away = around.distances(places)
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
-    keep &= ~(in_sight(places, around) if tall else before_lens(places, around))
+    keep &= ~in_the_way(places, around, crown=TREE if tall else SHRUB)
+    if tall:
+        keep &= ~in_sight(places, around)
     near = np.flatnonzero(keep)
     margin = TREE_OFF if tall else SHRUB_OFF
     near = near[plot.free(places[near], margin=margin)]
@@ -311,8 +314,8 @@ def _kept(
 
 
 def in_sight(places: Floats, around: Surroundings) -> Bools:
-    """Return at which places, (n, 2) [m], a tree stands in or before a camera, (n,)."""
-    hidden = around.clearance.distances(places) < MARGIN
+    """Return at which places, (n, 2) [m], a tree would close the view of open country, (n,)."""
+    hidden = np.zeros(len(places), dtype=np.bool_)
     for outlook in around.clearance.outlooks:
         near = np.flatnonzero(np.hypot(*(places - outlook.positions[0, :2]).T) < CLEAR)
         if not len(near):
@@ -325,11 +328,28 @@ def in_sight(places: Floats, around: Surroundings) -> Bools:
     return hidden
 
 
-def before_lens(places: Floats, around: Surroundings) -> Bools:
-    """Return at which places, (n, 2) [m], a shrub would fill much of a camera's picture, (n,)."""
-    ground = around.height_at(places)
-    hides = around.clearance.before_lens
-    return hides(places, ground, height=_SHRUB_HEIGHT, reach=_SHRUB_RADIUS)
+def before_cameras(
+    pois: Sequence[Poi], network: Network, around: Surroundings
+) -> tuple[LeftOut, ...]:
+    """Say which trees and shrubs of the scenario spoil a camera's view: they stay.
+
+    Args:
+        pois: All points of interest of the scenario that are drawn.
+        network: Places are told in its file's coordinates.
+        around: Cameras.
+    """
+    found = []
+    for kind, crown in (("trees", TREE), ("shrubs", SHRUB)):
+        own = [poi.position for poi in pois if kind_of(poi.type, poi.source) == kind]
+        places = settled(own).reshape(-1, 2)
+        spoils = in_the_way(places, around, crown=crown)
+        if spoils.any():
+            what = f"a clear view past {int(spoils.sum())} {kind} of the scenario"
+            outside = network.location.outside(places[int(np.argmax(spoils))])
+            first = "({:.0f}, {:.0f})".format(*outside)
+            why = f"they hide much of a camera's picture, the first at {first}; another eye sees"
+            found.append(LeftOut(what, f"{why} past them"))
+    return tuple(found)
 
 
 def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:

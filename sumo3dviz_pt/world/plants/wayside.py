@@ -22,12 +22,12 @@ from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.land.far_woods import grown
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.plants.build import (
     SHRUB_OFF,
     TREE_OFF,
     Plot,
-    before_lens,
     is_fast,
     planted,
 )
@@ -113,10 +113,11 @@ def wayside(
     trees = _free(_belt(borders, _ROWS, around, "tree"), plot, pois, margin=TREE_OFF)
     trees = trees.some(_beyond(trees.places, borders, CLEAR_ZONE))
     trees = trees.some(_leaves_sight(trees.places, lines, around))
+    trees = trees.some(~in_the_way(trees.places, around, crown=TREE))
     shrubs = _belt(borders, _SHRUB_ROWS, around, "shrub")
     shrubs = shrubs.some(around.distances(shrubs.places) < 0.7 * NEAR_REACH)
     shrubs = _free(shrubs, plot, pois, margin=SHRUB_OFF)
-    shrubs = shrubs.some(~before_lens(shrubs.places, around))
+    shrubs = shrubs.some(~in_the_way(shrubs.places, around, crown=SHRUB))
     # The nearest are built in detail, up to a number.
     away = around.distances(trees.places)
     order = np.argsort(away, kind="stable")

@@ -13,14 +13,13 @@ import shapely
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.world.placement.sightlines import hides
+from sumo3dviz_pt.world.placement.sightlines import TREE, hides, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.plants.build import planted
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows, Yard
 
 _GAP = 5.5  # between trees [m]
 _EDGE = 2.6  # distance of trunks from the border of the lot [m]
-_CROWN = 3.0  # radius of a tree that may hide something [m]
 _DENSE = 0.9  # share of places that bear one
 _OVERLAP = 0.15  # by how much neighbours may overlap [m]
 _HEDGE = 0.7  # how far the hedge's middle lies behind the building line [m]
@@ -49,11 +48,15 @@ def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:
         yards: The lots.
         around: Trees keep clear of cameras and of what they look at.
     """
-    return tuple(
-        planted(f"yard:{yard.id}:{number}", place, species, tall=True)
+    found = [
+        (f"yard:{yard.id}:{number}", place, species)
         for yard in yards
         for number, (place, species) in enumerate(_trees(yard, around.seed))
-        if not hides(shapely.Point(place).buffer(_CROWN, quad_segs=2), around)
+    ]
+    places = np.array([place for _, place, _ in found]).reshape(-1, 2)
+    gone = in_the_way(places, around, crown=TREE).tolist()
+    return tuple(
+        planted(*tree, tall=True) for tree, yields in zip(found, gone, strict=True) if not yields
     )
 
 

@@ -27,7 +27,7 @@ from sumo3dviz_pt.world.roads.cells import (
     lane_cells,
     without_overlaps,
 )
-from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area, without_crumbs
+from sumo3dviz_pt.world.roads.mesh import outer_area, without_crumbs
 from sumo3dviz_pt.world.roads.plain import PlainRoads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
 from sumo3dviz_pt.world.roads.style import with_style
@@ -92,8 +92,9 @@ def layout_roads(
         network, settings, insides=insides, lanes=around, known=known, memory=memory
     )
     junctions = without_ways(junctions, insides)
-    cells = without_crumbs(without_overlaps(join_cells([lanes, walks, slivers, junctions])))
-    return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells), memory)
+    joined = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
+    cells, raised = without_crumbs(joined)
+    return RoadLayout(cells, strips, insides, raised, outer_area(cells), memory)
 
 
 def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:

@@ -81,18 +81,21 @@ def raised_area(cells: Cells) -> Polygons:
     return np.concatenate([_joined(cells, some) for some in _raised_levels(cells)])
 
 
-def without_crumbs(cells: Cells) -> Cells:
+def without_crumbs(cells: Cells) -> tuple[Cells, Polygons]:
     """Return cells in which small pieces of footway amid carriageways are part of these.
 
     Ways through junctions cut footways that cross them; kerbs around what little is left would
     stand where people drive.
+
+    Returns:
+        The cells, and what `raised_area` gives of them.
     """
     areas = raised_area(cells)
     tree = shapely.STRtree(areas)
     small = [k for k, area in enumerate(areas) if area.area < _LEAST_ISLAND]
     lone = [k for k in small if len(tree.query(areas[k], predicate="dwithin", distance=0.05)) == 1]
     if not lone:
-        return cells
+        return cells, areas
     zone = union(areas[lone]).buffer(0.02)
     found = shapely.STRtree(cells.polygons).query(zone, predicate="intersects")
     cut = np.sort(found[cells.raised[found]])
@@ -102,7 +105,7 @@ def without_crumbs(cells: Cells) -> Cells:
     count = len(polygons)
     knots = {count + n: cells.knots[k] for n, k in enumerate(cut.tolist()) if k in cells.knots}
     around = np.flatnonzero(~cells.raised)
-    return Cells(
+    freed = Cells(
         np.concatenate([polygons, inside]),
         np.concatenate([cells.quads, cells.quads[cut]]),
         {**cells.knots, **knots},
@@ -111,6 +114,7 @@ def without_crumbs(cells: Cells) -> Cells:
         (*cells.owners, *(cells.owners[k] for k in cut.tolist())),
         cells.cutters,
     )
+    return freed, raised_area(freed)
 
 
 def _surface_around(cells: Cells, among: Ints, piece: shapely.Geometry) -> str:

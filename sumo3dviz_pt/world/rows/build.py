@@ -46,7 +46,7 @@ BUDGET = 300_000
 _LIMITS = np.array([75.0, 260.0])  # where coarser levels begin [m]
 _COST = {NEAR: 190.0, MIDDLE: 48.0, FAR: 13.0}  # triangles per metre of walls, about
 _QUARTER = 140.0  # houses in a cell of this size are about equally high [m]
-_ABOVE = 0.003  # how far forecourts lie above footways, whose rim they cover [m]
+_ABOVE = 0.004  # how far forecourts lie above footways, whose rim and small stones they cover [m]
 _DEEP = 0.5  # of their sides [m]
 
 

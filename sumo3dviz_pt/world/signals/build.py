@@ -185,7 +185,7 @@ def build_signals(
         style=style,
     )
     power = NIGHT_POWER if around is not None and around.dark else 1.0
-    left_out += _in_the_way(heads, around)
+    left_out += _in_the_way(heads, network, around)
     return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)
 
 
@@ -257,7 +257,9 @@ def _signalled(
     return right, tuple(left_out)
 
 
-def _in_the_way(heads: Sequence[Head], around: Surroundings | None) -> tuple[LeftOut, ...]:
+def _in_the_way(
+    heads: Sequence[Head], network: Network, around: Surroundings | None
+) -> tuple[LeftOut, ...]:
     """Say which heads and poles fill much of a camera's picture: they stay, being signals."""
     if around is None:
         return ()
@@ -270,7 +272,8 @@ def _in_the_way(heads: Sequence[Head], around: Surroundings | None) -> tuple[Lef
     if not hides.any():
         return ()
     what = f"a clear view past {int(hides.sum())} heads of traffic lights"
-    first = "({:.0f}, {:.0f})".format(*places[int(np.argmax(hides)), :2])
+    outside = network.location.outside(places[int(np.argmax(hides)), :2])
+    first = "({:.0f}, {:.0f})".format(*outside)
     why = f"they stand right before a camera, the first at {first}; another eye sees past them"
     return (LeftOut(what, why),)
 

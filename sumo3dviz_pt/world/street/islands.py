@@ -22,7 +22,7 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
-from sumo3dviz_pt.world.placement.sightlines import hides
+from sumo3dviz_pt.world.placement.sightlines import SHRUB, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.plants.build import planted
 from sumo3dviz_pt.world.roads.heights import heights_near
@@ -40,7 +40,7 @@ _BESIDE = 3.2  # from an island to the middles of the lanes around it [m]
 _AROUND = 0.9  # share of an island's border that lanes pass on the inner side
 _STEP = 2.0  # distance of places on a border [m]
 _GAP, _INSIDE = 2.4, 2.2  # between shrubs, and from a kerb to them [m]
-_DENSE, _CROWN = 0.35, 1.2  # share of places with a shrub, and its radius [m]
+_DENSE = 0.35  # share of places with a shrub
 _SHRUBS = ("privet", "broom")
 
 
@@ -119,11 +119,13 @@ def island_shrubs(islands: Sequence[Island], around: Surroundings) -> tuple[Poi,
         islands: All of them.
         around: Shrubs keep clear of cameras and of what they look at.
     """
+    found = [shrub for island in islands for shrub in _shrubs(island, around.seed)]
+    places = np.array([place for place, _ in found]).reshape(-1, 2)
+    gone = in_the_way(places, around, crown=SHRUB).tolist()
     return tuple(
         planted(f"island:{place[0]:.0f}:{place[1]:.0f}", place, species, tall=False)
-        for island in islands
-        for place, species in _shrubs(island, around.seed)
-        if not hides(shapely.Point(place).buffer(_CROWN, quad_segs=2), around)
+        for (place, species), yields in zip(found, gone, strict=True)
+        if not yields
     )
 
 

@@ -88,7 +88,7 @@ class Border:
 
 def border_of(network: Network, edge: Edge) -> Border | None:
     """Return the outer border of an edge, or None for one without a carriageway."""
-    roads = [lane for lane in edge.lanes if _drives(lane)]
+    roads = [lane for lane in edge.lanes if drives(lane)]
     if edge.function != "normal" or not roads:
         return None
     outermost = min(lane.index for lane in edge.lanes if lane.allowed - {"pedestrian"})
@@ -280,7 +280,7 @@ def spread(
     return at
 
 
-def _drives(lane: Lane) -> bool:
+def drives(lane: Lane) -> bool:
     """Whether cars or buses drive on a lane."""
     return bool(lane.allowed & {"passenger", "bus", "truck", "delivery"})
 

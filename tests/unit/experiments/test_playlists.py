@@ -5,7 +5,13 @@ from collections import Counter
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.experiments.playlists import build_playlists
+from sumo3dviz_pt.experiments.designs.build import build_design
+from sumo3dviz_pt.experiments.designs.parts import shared_out, uneven
+from sumo3dviz_pt.experiments.playlists import (
+    build_playlists,
+    uneven_groups,
+    with_even_places,
+)
 from sumo3dviz_pt.experiments.trials import Trial, dominated, profiles_of, single_trials
 
 
@@ -43,6 +49,101 @@ def test_parts_share_out_all_trials():
     assert {playlist.block for playlist in found} == {"1.1", "1.2"}
     shown = {playlist.block: set(playlist.trials) for playlist in found}
     assert shown["1.1"] | shown["1.2"] == set(FOUR) and not shown["1.1"] & shown["1.2"]
+
+
+def factorial(*counts, seed=0):
+    levels = {f"f{n}": tuple(f"l{k}" for k in range(count)) for n, count in enumerate(counts)}
+    return single_trials(build_design("full", levels, exclude=(), seed=seed).profiles)
+
+
+def test_two_parts_of_three_factors_are_balanced_for_every_seed():
+    """They were drawn by lot: for 177 of 200 seeds a level stood more often in one part."""
+    for seed in range(200):
+        parts = shared_out(factorial(2, 2, 2, seed=seed), 2, seed=seed, block="1")
+        for part in parts:
+            assert len(part) == 4
+            for place in range(3):
+                assert {*Counter(t.alternatives[0][place] for t in part).values()} == {2}
+
+
+@pytest.mark.parametrize(
+    ("counts", "parts"),
+    [
+        *(((2,) * 4, 2), ((2,) * 5, 4), ((2,) * 6, 8), ((3, 3, 3), 3), ((3,) * 4, 9)),
+        ((2, 4, 4), 2),
+    ],
+)
+def test_parts_are_confounded_with_interactions_alone(counts, parts):
+    """Each part has each level, and each pair of levels, equally often."""
+    names = [f"f{n}" for n in range(len(counts))]
+    trials = factorial(*counts)
+    for seed in range(3):
+        own = shared_out(trials, parts, seed=seed, block="1")
+        assert {len(part) for part in own} == {len(trials) // parts}
+        assert {trial for part in own for trial in part} == {*trials}
+        assert not uneven(own, names)
+
+
+@pytest.mark.parametrize(
+    ("counts", "parts"), [((2, 2, 3), 4), ((2, 3, 4), 2), ((2, 3, 4), 5), ((4, 4), 4)]
+)
+def test_parts_are_as_even_as_whole_numbers_can_be(counts, parts):
+    trials = factorial(*counts)
+    own = shared_out(trials, parts, seed=1, block="1")
+    assert {len(part) for part in own} <= {len(trials) // parts, -(-len(trials) // parts)}
+    for place, count in enumerate(counts):
+        for part in own:
+            times = Counter(trial.alternatives[0][place] for trial in part)
+            assert {times[f"l{k}"] for k in range(count)} <= {
+                len(part) // count, -(-len(part) // count)
+            }  # fmt: skip
+
+
+def test_what_parts_cannot_share_evenly_is_named():
+    own = shared_out(factorial(2, 2), 2, seed=1, block="1")
+    assert uneven(own, ["light", "trees"]) == ["light x trees"]
+    four = factorial(2, 2)
+    by_first = sorted(four, key=lambda trial: trial.alternatives)
+    assert uneven([by_first[:2], by_first[2:]], ["light", "trees"]) == ["light"]
+
+
+def test_parts_of_choice_tasks_count_all_that_they_show():
+    tasks = [
+        Trial("1", str(n), ((a, "x"), (b, "y"), None))
+        for n, (a, b) in enumerate([("p", "q"), ("q", "p"), ("p", "p"), ("q", "q")])
+    ]
+    assert not uneven(shared_out(tasks, 2, seed=3, block="1"), ["one", "two"])
+
+
+CHOICES = [Trial("1", str(n), ((f"{n}a",), (f"{n}b",), None)) for n in range(6)]
+
+
+@pytest.mark.parametrize("order", ["latin", "random", "as_written"])
+def test_each_film_of_a_task_stands_at_each_place_equally_often(order):
+    """Also at each position of a playlist, and in half of the tasks of each playlist."""
+    plain = lists(CHOICES, order=order)
+    found = with_even_places(plain, count=None, seed=3)
+    assert len(found) == 2 * len(plain)
+    first = Counter(
+        (position, trial.alternatives[0])
+        for playlist in found
+        for position, trial in enumerate(playlist.trials)
+    )
+    for (position, profile), times in first.items():
+        twin = (profile[0][:-1] + ("b" if profile[0].endswith("a") else "a"),)
+        assert first[position, twin] == times
+    for playlist in found:
+        assert sum(trial.alternatives[0][0].endswith("b") for trial in playlist.trials) == 3
+        assert all(trial.alternatives[2] is None for trial in playlist.trials)
+    names = {(trial.task, trial.alternatives) for each in found for trial in each.trials}
+    assert len({task for task, _ in names}) == len(names) == 12
+    assert len(with_even_places(plain, count=2, seed=3)) == 2
+
+
+def test_a_count_that_balances_nothing_is_found():
+    assert not uneven_groups(lists(FOUR)) and not uneven_groups(lists(FOUR, count=8))
+    assert uneven_groups(lists(FOUR, count=5)) == uneven_groups(lists(FOUR, count=3)) == ["1"]
+    assert not uneven_groups(with_even_places(lists(FOUR), count=None, seed=1))
 
 
 def test_repeats_come_after_all_others():

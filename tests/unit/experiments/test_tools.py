@@ -432,4 +432,4 @@ def test_digests_are_those_of_the_files(tmp_path, ratings):
         assert digest == hashlib.sha256((tmp_path / name).read_bytes()).hexdigest()
     again = write_checksums(tmp_path, [*files, path, *(tmp_path / "materials").iterdir()])
     assert len(again.read_text("utf-8").splitlines()) == len(lines)
-    assert write_inputs(tmp_path, {"b": "2", "a": "1"}).read_text("utf-8") == "1  a\n2  b\n"
+    assert len(write_inputs(tmp_path, files[:2]).read_text("utf-8").splitlines()) == 2

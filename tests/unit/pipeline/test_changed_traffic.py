@@ -39,10 +39,20 @@ def test_a_ride_comes_later(scene):
     assert east(found["v2"], 5.0) == pytest.approx(-40 + 18 + 50, abs=0.01)
 
 
-def test_a_gap_is_kept_from_rear_to_front(scene):
-    found = asked(scene, **ride(behind="v2", gap="0.8 s", at=5.0))
+@pytest.mark.parametrize("gap", [0.3, 0.8, 2.5, 6.0])
+@pytest.mark.parametrize(("moves", "stays"), [("self", "v2"), ("behind", "v0"), ("auto", "v0")])
+def test_a_gap_is_kept_from_rear_to_front_whoever_moves(scene, gap, moves, stays):
+    """A camera rides with v0, so that by itself the one ahead moves, and the film's view stays."""
+    found = asked(scene, **ride(behind="v2", gap=gap, at=5.0, moves=moves), leave_out=["v4"])
     rear = east(found["v2"], 5.0) - 4.6
-    assert east(found["v0"], 5.8) == pytest.approx(rear, abs=0.01)
+    assert east(found["v0"], 5.0 + gap) == pytest.approx(rear, abs=0.01)
+    assert east(found[stays], 5.0) == pytest.approx({"v0": 10.0, "v2": 28.0}[stays], abs=0.01)
+
+
+def test_the_one_behind_moves_where_no_camera_rides_with_it(scene):
+    found = asked(scene, rides={"v2": {"behind": "v4", "gap": 1.0, "at": 5.0}})
+    assert east(found["v4"], 5.0) == pytest.approx(46.0, abs=0.01)
+    assert east(found["v2"], 6.0) == pytest.approx(46.0 - 4.6, abs=0.01)
 
 
 def test_a_pace_leaves_one_moment_as_it_is(scene):
@@ -60,7 +70,7 @@ def test_gap_and_pace_go_together(scene):
 
 def test_all_others_ride_as_recorded_and_in_their_order(scene):
     _, plain = read_files(load_job(scene), begin=4.0, end=6.0)
-    job = load_job(scene, {"traffic": ride(behind="v2", gap="2 s", at=5.0)})
+    job = load_job(scene, {"traffic": ride(behind="v2", gap="2 s", at=5.0, moves="self")})
     _, other = read_files(job, begin=4.0, end=6.0)
     assert [t.key for t in other.traffic.traces] == [t.key for t in plain.traffic.traces]
     for a, b in zip(plain.traffic.traces, other.traffic.traces, strict=True):
@@ -96,8 +106,14 @@ def test_nobody_rides_through_anybody(scene):
     ("edit", "said"),
     [
         ({"behind": "v9", "gap": 1, "at": 5}, "nobody near 5 s is called 'v9'"),
-        ({"behind": "v2", "gap": 1, "at": 25}, "v2 is not on the road at 25 s"),
-        ({"behind": "v1", "gap": 1, "at": 5}, "does not come by where the rear of v1"),
+        ({"behind": "v2", "gap": 1, "at": 25, "moves": "self"}, "v2 is not on the road at 25 s"),
+        ({"behind": "v2", "gap": 1, "at": 25}, "v0 is not on the road at 26 s"),
+        (
+            {"behind": "v1", "gap": 1, "at": 5, "moves": "self"},
+            "v0 does not come by where the rear of v1 is at 5 s",
+        ),
+        ({"behind": "v1", "gap": 1, "at": 5}, "rear of v1 does not come by where v0 is at 6 s"),
+        ({"delay": 1, "moves": "behind"}, "it needs behind, gap and at"),
         ({"behind": "v2", "gap": 1}, "a gap needs behind, gap and at"),
         ({"delay": 1, "behind": "v2", "gap": 1, "at": 5}, "either delay or gap"),
         ({"pace": 1.5}, "a pace needs around"),
@@ -119,8 +135,13 @@ def test_a_name_that_nobody_has_changes_nothing_and_is_told(scene, caplog):
 
 def test_what_was_done_is_told(scene, caplog):
     with caplog.at_level(logging.WARNING):
+        asked(scene, **ride(behind="v2", gap="0.8 s", at=5.0, moves="self"))
         asked(scene, **ride(behind="v2", gap="0.8 s", at=5.0))
     assert "v0 rides 0.54 s earlier, 0.80 s behind v2 at 5 s (1.34 s in the log)" in caplog.text
+    assert (
+        "v2 rides 0.54 s later, so that v0 keeps its drive and is 0.80 s behind v2 at 5 s (1.34 s"
+        " in the log)" in caplog.text
+    )
 
 
 def test_fewer_vehicles_are_some_of_more(tmp_path):

@@ -103,3 +103,59 @@ def test_flights_and_headings_in_words():
     scene = sv.Scene(network="a", trajectories="b", cameras={"a": post})
     assert repr(scene.cameras) == "a  stands at (1, 2, 3), heading 90°, 50° wide"
     assert repr(sv.Scene(network="a", trajectories="b").cameras) == "no cameras"
+
+
+# v0 drives at 10 m/s, 18 m behind v2, which is 4.6 m long.
+
+
+def test_whom_somebody_follows(scene, capsys):
+    assert (
+        main(["vehicles", str(scene), "--follow", "v0", "--json", "--from", "3", "--to", "9"]) == 0
+    )
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["time"] for row in rows] == [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    for row in rows:
+        assert row["leader"] == "vehicle:v2" and row["time_to_collision"] is None
+        assert row["gap"] == pytest.approx(13.4, abs=0.01)
+        assert row["time_gap"] == pytest.approx(1.34, abs=0.01)
+        assert row["speed"] == pytest.approx(10.0, abs=0.01) and row["logged_speed"] == 10.0
+
+
+def test_who_follows_nobody_has_empty_cells(scene, tmp_path, capsys):
+    out = tmp_path / "follow.csv"
+    assert main(["vehicles", str(scene), "--follow", "v2", "-o", str(out)]) == 0
+    head, first, *_ = out.read_text("utf-8").splitlines()
+    assert head.startswith("time,speed,logged_speed,leader,gap,time_gap,headway,time_to_collision")
+    assert first == "0.0,10.0,10.0,,,,,,,"
+    assert main(["vehicles", str(scene), "--follow", "v2", "-o", str(out)]) == 2
+    assert "exists" in capsys.readouterr().err
+
+
+def test_ids_with_colons_are_whole(tmp_path, capsys):
+    path = write_scenario(tmp_path, vehicles=4)
+    log = tmp_path / "fcd.xml"
+    log.write_text(log.read_text("utf-8").replace('"v2"', '"car@1:2.3"'), "utf-8")
+    assert main(["vehicles", str(path), "--follow", "v0"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split()[:2] == ["time", "[s]"] and "car@1:2.3" in lines[1].split()
+    edit = "{v0: {behind: 'car@1:2.3', gap: 1.0 s, at: 5}}"
+    asked = ["vehicles", str(path), "--follow", "v0", "--set", f"traffic.rides={edit}"]
+    assert main([*asked, "--from", "5", "--to", "5"]) == 0
+    said = capsys.readouterr()
+    assert "car@1:2.3 rides 0.34 s later, so that v0 keeps its drive" in said.err
+    assert "1.00 s behind car@1:2.3 at 5 s" in said.err and " 1.00 " in said.out
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--from", "3"), "--from: goes with --follow"),
+        (("--follow", "v0", "--near", "1,2"), "--near: goes with a list"),
+        (("--follow", "vo"), "is called 'vo'; for example 'v0'"),
+        (("--follow", "v0", "--from", "99"), "the log goes from 0 s to 12 s"),
+        (("--follow", "v0", "-o", "a.txt"), "must end in .csv"),
+    ],
+)
+def test_what_cannot_be_followed(scene, capsys, options, said):
+    assert main(["vehicles", str(scene), *options]) == 2
+    assert said in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """`compare`: what differs between two pictures or films, in words."""
 
 import json
+import shlex
 from dataclasses import replace
 
 import numpy as np
@@ -154,6 +155,24 @@ def test_other_options_stay():
     words = ["render", "a.yaml", "--final-exr", "--set", "output.half=false", "-o", "x.mp4"]
     told = "sumo3dviz-pt render a.yaml --final-exr --set output.half=false"
     assert command_in(words) == told
+
+
+@pytest.mark.parametrize(
+    ("word", "told"),
+    [
+        ("/srv/ann/my study/scene.yaml", "scene.yaml"),
+        ("../../ann/scene.yaml", "scene.yaml"),
+        (r"D:\ann\scene.yaml", "scene.yaml"),
+        ("sky.file=/srv/ann/a sky.exr", "sky.file=a sky.exr"),
+        ("sky={file: /srv/ann/a.exr, rotation: 3}", "sky={file: a.exr, rotation: 3}"),
+        ("scenario.additional=[/srv/ann/a.xml, ~/b.xml]", "scenario.additional=[a.xml, b.xml]"),
+        ("examples/crossing/scene.yaml", "examples/crossing/scene.yaml"),
+        ("output.fps=30000/1001", "output.fps=30000/1001"),
+        ("tools.url=https://example.org/s/", "tools.url=https://example.org/s/"),
+    ],
+)
+def test_commands_tell_no_place_of_this_machine(word, told):
+    assert shlex.split(command_in(["study", word]))[-1] == told
 
 
 # Digests ----------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.lamps import LENS_THAT_SHINES
-from sumo3dviz_pt.pipeline.certificate.acts import Acts
+from sumo3dviz_pt.pipeline.certificate.acts import ROAD_LIFT, WATER_TILT, Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import compare, differing_things
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence, compared_frames
 from sumo3dviz_pt.pipeline.certificate.verdicts import pixel_verdict
@@ -31,6 +31,7 @@ def frame(*, noise=0):
         },
         rng.uniform(0.4, 0.6, (6, 8, 3)).astype(np.float32),
         np.full((6, 8, 3), 120, np.uint8),
+        np.tile([0.8, 0.0, -0.6], (6, 8, 1)),
     )
 
 
@@ -96,20 +97,56 @@ def test_the_car_keeps_its_shape_if_only_its_looks_may_differ():
     assert not verdict(frame(), nearer, Acts(things=("vehicle:car",))).faults
 
 
-def test_water_fills_the_grain_of_what_may_look_otherwise_and_of_nothing_else():
-    wet = altered(frame(), "normals", np.s_[5, 0], (0.054, 0.013, 0.9985))
-    rain = Acts(looks=("*",), light=True)
-    assert not verdict(frame(), wet, rain).faults
-    assert verdict(frame(), wet, Acts(light=True)).faults
-    # What rain takes away, or moves, is still found.
-    away = altered(wet, "depth", np.s_[5, 0], 20.1)
-    assert verdict(frame(), away, rain).faults
+WET = Acts(looks=("*",), light=True, tilt=WATER_TILT)
+
+
+def test_rings_of_drops_are_no_steeper_than_the_rule_says():
+    """By the model of the renderer: so many layers of rings, each with its steepest wave."""
+    from sumo3dviz_pt.render.kernel.ripples import _RINGS, _STEEP
+
+    off = np.linspace(-2, 2, 4001)
+    steepest = _RINGS * _STEEP * np.abs(np.sin(2 * np.pi * off) * np.exp(-2 * off**2)).max()
+    assert WATER_TILT - 1.5 < np.degrees(np.arctan(steepest)) < WATER_TILT
+
+
+def test_water_lies_on_level_ground_and_leans_as_far_as_its_rings():
+    rippled = altered(frame(), "normals", np.s_[5, 0], (0.45, 0.2, 0.87))
+    assert not verdict(frame(), rippled, WET).faults
+    # Not without water, not steeper, not on road users, and nothing moves.
+    assert verdict(frame(), rippled, Acts(looks=("*",), light=True)).faults
+    steep = altered(frame(), "normals", np.s_[5, 0], (0.6, 0.0, 0.8))
+    assert verdict(frame(), steep, WET).faults
+    assert verdict(frame(), altered(frame(), "normals", np.s_[2, 2], (0.45, 0.2, 0.87)), WET).faults
+    assert verdict(frame(), altered(rippled, "depth", np.s_[5, 0], 20.1), WET).faults
+
+
+def test_a_coloured_road_is_lower_by_its_wear_and_no_more():
+    """Seen at 37 degrees: 2 mm of height are 3.3 mm along the ray."""
+    road = Acts(looks=("edge:*",), lift=ROAD_LIFT)
+    assert not verdict(frame(), altered(frame(), "depth", np.s_[5, 0], 20.0033), road).faults
+    assert verdict(frame(), altered(frame(), "depth", np.s_[5, 0], 20.02), road).faults
+    assert verdict(frame(), altered(frame(), "depth", np.s_[5, 0], 20.0033), CAR_MAY_LOOK).faults
+
+
+def test_surfaces_in_one_plane_are_one_place():
+    """A court and a sidewalk of `examples/crossing`: 15.477878 and 15.477879 m."""
+    court = altered(frame(), "depth", np.s_[5, 0], 20.000001)
+    court = replace(court, things=np.array(court.things), names={**court.names, 9: "court:1_2"})
+    court.things[5, 0] = 9
+    assert not verdict(frame(), court, CAR_MAY_LOOK).faults
+    assert verdict(frame(), altered(court, "albedo", np.s_[5, 0], 0.4), CAR_MAY_LOOK).faults
+    assert verdict(frame(), altered(court, "depth", np.s_[5, 0], 20.0004), CAR_MAY_LOOK).faults
+    # Somebody in another's place is somebody else.
+    taken = replace(frame(), things=np.array(frame().things), names={**court.names, 9: "vehicle:x"})
+    taken.things[2, 2] = 9
+    assert verdict(frame(), taken, Acts(looks=("vehicle:*",))).faults
 
 
 def test_a_missing_tree_is_found_behind_whatever_it_uncovers():
     without = frame()
     with_tree = replace(frame(), things=np.where(frame().things == CAR, CAR, ROAD))
     with_tree.things[0:2, 6:8] = TREE
+    with_tree = altered(with_tree, "depth", np.s_[0:2, 6:8], 15.0)
     (fault,) = verdict(with_tree, without, CAR_MAY_LOOK).faults
     assert "in 4 pixels" in fault and "tree:1" in fault
     assert not verdict(with_tree, without, Acts(things=("label:vegetation",))).faults

@@ -6,7 +6,7 @@ import pytest
 
 from sumo3dviz_pt.pipeline.accounts.road_users import brake_onsets
 from sumo3dviz_pt.pipeline.measured.effects import effects
-from sumo3dviz_pt.pipeline.measured.events import event_rows
+from sumo3dviz_pt.pipeline.measured.film import event_rows
 
 LEVELS = {"light": ("night", "day"), "trees": ("some", "none", "never shown")}
 PROFILES = [(a, b) for a in ("day", "night") for b in ("some", "none")]

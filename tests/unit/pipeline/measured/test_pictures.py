@@ -29,7 +29,7 @@ def test_all_pictures_come_in_order(tmp_path):
 
 def test_luminance_and_change_of_plain_pictures(tmp_path):
     film = film_of(tmp_path / "a.mp4", 120, 120, 180)
-    rows = list(picture_rows(film, size=SIZE, white=200.0))
+    rows = list(picture_rows(film_pictures(film, size=SIZE), white=200.0))
     dark, bright = (200.0 * linear_from_srgb(shade / 255.0) for shade in (120, 180))
     assert rows[0]["shown_mean"] == pytest.approx(dark, rel=0.05)
     assert rows[2]["shown_p99"] == pytest.approx(bright, rel=0.05)
@@ -43,7 +43,7 @@ def test_contrast_of_two_halves(tmp_path):
     picture = np.zeros((36, 64, 3), np.float32)
     picture[:, 32:] = 1.0
     encode([picture], tmp_path / "a.mp4", size=SIZE, fps=10)
-    (row,) = picture_rows(tmp_path / "a.mp4", size=SIZE, white=100.0)
+    (row,) = picture_rows(film_pictures(tmp_path / "a.mp4", size=SIZE), white=100.0)
     assert row["contrast"] == pytest.approx(1.0, abs=0.03)  # half black, half white
 
 

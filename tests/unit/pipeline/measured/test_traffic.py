@@ -5,7 +5,7 @@ import pytest
 
 from sumo3dviz_pt.pipeline.measured.traffic import Traffic, leader, traffic_rows
 
-CAR = (4.0, 1.8)
+CAR = (4.0, 1.8, 1.5)
 
 
 def traffic(*cars, ridden="vehicle:c0"):
@@ -17,9 +17,10 @@ def traffic(*cars, ridden="vehicle:c0"):
         [f"vehicle:c{k}" for k in range(len(cars))],
         np.tile(CAR, (len(cars), 1)),
         np.ones((len(cars), 1), dtype=bool),
-        np.stack([x, y], axis=-1),
+        np.stack([x, y, 0.0 * x], axis=-1),
         np.radians(yaw),
         speed,
+        0.9 * speed,
         np.array([7.0]),
         ridden,
     )
@@ -34,7 +35,8 @@ def test_gap_headway_and_time_to_collision_in_closed_form():
     assert (row["role"], row["road_user"], row["leader"]) == ("ridden", "vehicle:c0", "vehicle:c1")
     assert row["gap"] == 20.0
     assert (row["time_gap"], row["headway"], row["time_to_collision"]) == (2.0, 2.4, 4.0)
-    assert row["speed"] == 10.0
+    assert (row["speed"], row["logged_speed"]) == (10.0, 9.0)
+    assert (row["leader_speed"], row["leader_logged_speed"]) == (5.0, 4.5)
 
 
 @pytest.mark.parametrize("turn", [30.0, 90.0, 200.0])

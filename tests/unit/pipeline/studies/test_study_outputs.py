@@ -60,8 +60,10 @@ def filmed(folder, plan, *, shades=(40, 80, 120, 160)):
         account = '{"frames": [{}, {}], "fps": 10.0, "frame_rate": "10", "inputs": {"a.xml": "12"}}'
         path.with_suffix(".json").write_text(account, encoding="utf-8")
         films[stimulus.name] = FilmRecord(
-            stimulus.digest, "scalar", digest_of(path), 2, "10", 0.2, (64, 36)
-        )
+            stimulus.digest, "scalar", digest_of(path), 2, "10", 0.2, (64, 36),
+            layers=stimulus.job.output.layers,
+        )  # fmt: skip
+        path.with_suffix(".layers").mkdir(exist_ok=True)
     write_record(folder, plan, films)
     return films
 
@@ -76,6 +78,41 @@ def test_films_that_are_there_are_not_rendered_again(place):
     assert not film_tasks(plan, order(out, resume=True))
     assert len(film_tasks(plan, order(out, overwrite=True))) == 4
     assert len(film_tasks(plan, StudyOrder(out, resume=True, variant="llvm"))) == 4
+
+
+FULL = STUDY.replace("certificate: {write: false}\nreport: {write: false}\n", "")
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "certificate: {write: false}",
+        "certificate: {frames: 9}",
+        "report: {write: false}",
+        "report: {white: 250, things: ['sign:*']}",
+        "certificate: {write: false}\nreport: {write: false}",
+        "tools: {write: [psychopy], cards: true}",
+        "calibration: null",
+        "playlists: {order: random, count: 3}",
+        "question: {text: How fast?}\nabout: {title: Speeds}",
+    ],
+)
+def test_what_no_pixel_hangs_on_renders_nothing_again(place, more):
+    """All films were rendered again: what a study measures was part of what a film is."""
+    plan, out = planned(place, FULL), place / "out"
+    filmed(out, plan)
+    toggled = planned(place, f"{FULL}{more}\n")
+    assert [each.digest for each in toggled.stimuli] == [each.digest for each in plan.stimuli]
+    assert not film_tasks(toggled, StudyOrder(out, resume=True, variant="scalar"))
+
+
+def test_films_are_rendered_again_for_layers_that_are_missing(place, caplog):
+    plan, out = planned(place), place / "out"
+    filmed(out, plan)
+    again = film_tasks(planned(place, FULL), StudyOrder(out, resume=True, variant="scalar"))
+    assert len(again) == 4
+    (said,) = [r.getMessage() for r in caplog.records if "rendered again" in r.getMessage()]
+    assert "4 films" in said and "for instance, depth, normals and albedo, which" in said
 
 
 def test_a_film_that_somebody_changed_is_rendered_again(place):
@@ -182,7 +219,7 @@ def test_python_makes_the_same_folder(place):
     filmed(out, plan)
     study = sv.Study(place / "study.yaml")
     assert repr(study).endswith("study.yaml: 4 films, 4 trials, 4 playlists>")
-    assert "pairs that differ in one factor" in str(study)
+    assert "pairs that are compared, 4 of 6, and in what they differ" in str(study)
     films = study.render(out, resume=True, variant="scalar")
     assert [path.stem for path in films] == [stimulus.name for stimulus in plan.stimuli]
     assert (out / "index.html").exists() and (out / "checksums.sha256").exists()

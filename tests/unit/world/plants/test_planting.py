@@ -1,17 +1,27 @@
 """Planting: never on what is paved or built, nor in a camera's sight; always the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
+from any_network.proposed import Pose
+from any_network.proposed import planted as planted_before
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
+from sumo3dviz_pt.job.settings import ObjectsSettings
 from sumo3dviz_pt.library.plants.build import SHRUBS, SPECIES
 from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.network import Location, Network
+from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi
+from sumo3dviz_pt.world.areas.covers import Cover
+from sumo3dviz_pt.world.areas.planting import Stand, grow
+from sumo3dviz_pt.world.areas.zones import Area
+from sumo3dviz_pt.world.objects.build import build_scenery
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.plants.build import (
     CLEAR,
@@ -21,12 +31,16 @@ from sumo3dviz_pt.world.plants.build import (
     SHRUB_OFF,
     TREE_OFF,
     Plot,
+    before_cameras,
     in_sight,
     plant,
     why_bare,
     why_nowhere,
 )
 from sumo3dviz_pt.world.plants.far import MOST, plant_far
+from sumo3dviz_pt.world.plants.wayside import wayside
+from sumo3dviz_pt.world.plants.yards import yard_trees
+from sumo3dviz_pt.world.rows.lots import Yard
 
 EMPTY = Network({}, {}, (), Location())
 ROAD = shapely.box(-900.0, -6.0, 900.0, 6.0)
@@ -136,3 +150,91 @@ def test_only_land_without_trees_in_view_is_planted(pois, bare):
 @pytest.mark.parametrize(("surface", "bare"), [("ground_grass", False), ("ground_sand", True)])
 def test_only_green_land_is_planted(surface, bare):
     assert (why_nowhere(surface) is not None) == bare
+
+
+def street(speed=13.9):
+    """A straight road of three lanes along the x axis."""
+    places = [np.array([[-400.0, 3.5 * k, 0.0], [400.0, 3.5 * k, 0.0]]) for k in (-1, 0, 1)]
+    lanes = tuple(
+        Lane(f"e_{k}", "e", k, line, 3.5, speed, 800.0, frozenset({"passenger"}))
+        for k, line in enumerate(places)
+    )
+    return Network({"e": Edge("e", "normal", "A", "B", lanes)}, {}, (), Location())
+
+
+def in_woods(_, around):
+    """A wood beside the street."""
+    shape = shapely.box(-90.0, 10.0, 90.0, 60.0)
+    cover = Cover(surface="ground", trees=250.0, shrubs=120.0, species={"oak": 1.0, "pine": 1.0})
+    return grow(
+        [Stand(Area("wood", "wood", shape), cover, shape)], Plot([ROAD]), around=around
+    ).pois
+
+
+def in_yards(_, around):
+    """Gardens beside the street, in a row."""
+    plans = [shapely.box(x, 10.0, x + 19.0, 30.0) for x in np.arange(-80.0, 80.0, 20.0)]
+    corners = [shapely.get_coordinates(plan)[:4] for plan in plans]
+    return yard_trees([Yard(f"{k}:0", plan, 1) for k, plan in enumerate(corners)], around)
+
+
+PLANTERS = {
+    "country": lambda network, around: plant(network, Plot([ROAD]), around=around).pois,
+    "belts": lambda network, around: wayside(network, Plot([ROAD]), (), around=around)[0],
+    "woods": in_woods,
+    "yards": in_yards,
+}
+
+
+def flight_past(pois):
+    """Somebody who knows nothing of plants flies a camera past them, at the road or at them."""
+    rng = np.random.default_rng(33)
+    spots = np.array([poi.position for poi in pois if np.hypot(*poi.position) < 100.0])
+    for number, place in enumerate(spots[rng.permutation(len(spots))[:6]]):
+        away, turn = rng.uniform(3.0, 24.0), rng.uniform(0.3, np.pi - 0.3)
+        eye = np.array([*(place + away * np.array([np.cos(turn), np.sin(turn)])), 0.0])
+        eye[2] = rng.uniform(1.8, 16.0)
+        aim = [place[0], 0.0, 0.5] if number % 2 else [*place, 2.0]
+        yield Pose(eye, np.array(aim), 60.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planter", PLANTERS)
+def test_no_plant_of_ours_hides_much_of_a_picture_whoever_chose_the_camera(planter):
+    """What grows is looked at through pictures, not by the rule that planted it."""
+    network = street(speed=36.0 if planter == "belts" else 13.9)
+    bare = surroundings(network, seed=1, viewpoints=np.zeros((1, 3)), clearance=Clearance())
+    poses = list(flight_past(PLANTERS[planter](network, bare)))
+    half = np.arctan(np.tan(np.radians(30.0)) * np.hypot(1.0, 9.0 / 16.0))
+    way = CameraPath(
+        np.array([pose.eye for pose in poses]),
+        np.array([pose.axes()[0] for pose in poses]),
+        np.full(len(poses), half),
+    )
+    faults = {}
+    for clear in (False, True):
+        clearance = Clearance((way,) if clear else ())
+        here = surroundings(network, seed=1, camera_path=way, clearance=clearance)
+        pois = [
+            poi
+            for poi in PLANTERS[planter](network, here)
+            if np.hypot(*(way.positions[:, :2] - poi.position).T).min() < 60.0
+        ]
+        static = build_scenery(pois, (), ObjectsSettings(), around=here, budget=90_000).static
+        faults[clear] = [
+            fault for pose in poses for fault in planted_before(pose, static, here.index)
+        ]
+    assert len(faults[False]) > 5, "the law sees what stands in the way"
+    assert not faults[True], "\n".join(faults[True])
+
+
+def test_trees_of_the_scenario_stay_before_a_camera_and_that_is_said_where_its_file_has_them():
+    far = replace(street(), location=Location(origin=(400_000.0, 5_000_000.0)))
+    own = [
+        Poi(name, kind, (x, 1.0), None, None, "a.xml")
+        for name, kind, x in (("a", "tree", 12.0), ("b", "tree", -30.0), ("c", "shrub", 300.0))
+    ]
+    (said,) = before_cameras(own, far, around(eye=(0.0, 0.0, 3.0)))
+    assert said.what == "a clear view past 1 trees of the scenario"
+    assert "(400012, 5000001)" in said.why
+    assert not before_cameras(own[1:], far, around(eye=(0.0, 0.0, 3.0)))

@@ -24,8 +24,8 @@ PAVED = shapely.box(-900.0, -5.25, 900.0, 5.25)
 EYE = (0.0, 0.0, 1.5)
 
 
-def road(speed=36.0, lanes=3):
-    """A straight road to the east along the x axis."""
+def road(speed=36.0, lanes=3, cycles=0):
+    """A straight road to the east along the x axis; its outermost lanes may be for cycles."""
     made = tuple(
         Lane(
             f"e_{k}",
@@ -35,7 +35,7 @@ def road(speed=36.0, lanes=3):
             3.5,
             speed,
             1800.0,
-            frozenset({"passenger", "bus", "truck"}),
+            frozenset({"bicycle"} if k < cycles else {"passenger", "bus", "truck"}),
         )
         for k in range(lanes)
     )
@@ -59,12 +59,14 @@ def spots(pois, kind):
 
 
 @pytest.mark.parametrize(
-    ("speed", "lanes", "some"), [(36.0, 2, True), (13.9, 3, True), (13.9, 2, False)]
+    ("speed", "lanes", "cycles", "some"),
+    [(36.0, 2, 0, True), (13.9, 3, 0, True), (13.9, 2, 0, False), (13.9, 3, 1, False)],
 )
-def test_only_fast_and_wide_roads_have_belts_and_verges(speed, lanes, some):
-    network = road(speed, lanes)
-    pois, far = belts(speed=speed, lanes=lanes)
+def test_only_fast_and_wide_roads_have_belts_verges_and_rails(speed, lanes, cycles, some):
+    network = road(speed, lanes, cycles)
+    pois, far = belts(speed=speed, lanes=lanes, cycles=cycles)
     assert bool(pois) == bool(far) == some
+    assert bool(guard_rails(network, [PAVED], (), around=around(network)).polygons) == some
     assert bool(verges(network, Plot([PAVED]), around=around(network))) == some
 
 

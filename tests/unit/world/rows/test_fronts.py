@@ -5,15 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from coincident import shared_area
 
+from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
+from sumo3dviz_pt.world.rows.build import BUDGET, _courts, build_fronts
 from sumo3dviz_pt.world.rows.fronts import REACH, Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE
 
@@ -213,6 +217,22 @@ def test_parts_keep_the_budget_and_stand_on_the_ground(rise):
         if "court" in item.id:
             x, _, z = item.part.mesh.vertices.T
             assert (np.abs(z - rise * x) < 1.0).all()
+
+
+@pytest.mark.slow
+def test_no_court_lies_in_one_plane_with_what_it_covers():
+    """Architecture, law 10: which of two surfaces a ray meets must not hang on anything else.
+
+    Courts cover the rim of pavements, where small stones lie a little above the paving.
+    """
+    net = read_network(data_root("examples") / "crossing" / "crossing.net.xml.gz")
+    rows, layout, _ = grown(net, eyes=np.array([[268.0, 290.0, 1.3]]))
+    courts = enumerate(_courts(rows.forecourts, layout, (0.0, 0.0)))
+    roads = build_roads(net, RoadSettings(), textured=True, focus=(255.0, 280.0, 280.0, 300.0))
+    static = {item.id: item.part.mesh for item in roads.static}
+    covered = {name: static[name] for name in ("road/setts/kerb_stone", "road/stones/kerb_stone")}
+    shared = shared_area(covered | {f"court/{n}": mesh for n, mesh in courts})
+    assert not {pair: area for pair, area in shared.items() if covered.keys() & set(pair)}
 
 
 def test_at_night_windows_and_shops_shine():

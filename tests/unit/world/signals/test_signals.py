@@ -401,6 +401,10 @@ def test_a_head_right_before_a_camera_stays_and_that_is_said(ahead, told):
     eye = head.position + np.array([-ahead, 0.0, 0.5])
     way = CameraPath(eye[None], np.array([[1.0, 0.0, 0.0]]), np.array([0.6]))
     around = surroundings(made, seed=1, camera_path=way)
-    signals = build_signals(made, phases("G"), SignalSettings(), around=around)
+    far = replace(made, location=Location(origin=(7000.0, 0.0)))
+    signals = build_signals(far, phases("G"), SignalSettings(), around=around)
     assert len(signals.heads) == 1
-    assert any("before a camera" in item.why for item in signals.left_out) == told
+    why = [item.why for item in signals.left_out if "before a camera" in item.why]
+    assert bool(why) == told
+    x, y = head.position[:2] + [7000.0, 0.0]
+    assert all(f"the first at ({x:.0f}, {y:.0f})" in said for said in why), "where its file has it"

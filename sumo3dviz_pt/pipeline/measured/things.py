@@ -1,0 +1,182 @@
+"""What the pixels of stored frames show: shares of things, how much of a body is hidden, and gaze.
+
+The layer `instance` says which thing the central ray of each pixel meets first. Rain, fog and
+overlays hide nothing.
+
+* visible share: pixels that show a thing, over all pixels of the frame. It tells how large a thing
+  is seen: what hides behind others, or lies beyond the edge of the picture, does not count, and it
+  is not the share of the thing that is visible. A thing that is thinner than a pixel counts by the
+  rays that meet it;
+* seen: the share of a road user's body that nothing hides. Of the pixels whose rays meet its box
+  (the size of its vehicle type), those that show it, over those that show it or something nearer
+  than the box. So a body alone has 1, whatever room its box leaves; what lies beyond the picture's
+  edge does not count, and what hides an empty corner of the box counts as if it hid the body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.things import number_of
+from sumo3dviz_pt.pipeline.certificate.acts import matches
+from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED
+from sumo3dviz_pt.pipeline.films.frames import frames_folder
+from sumo3dviz_pt.pipeline.layers.places import beside, said_file
+from sumo3dviz_pt.pipeline.layers.read import FrameLayers, read_frame
+from sumo3dviz_pt.pipeline.measured.sights import Seen
+from sumo3dviz_pt.pipeline.measured.traffic import Row, Traffic
+
+_NEARER = 0.05
+"""What lies so much before a body's box hides it [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What the frames of a film show, as far as they have layers.
+
+    Attributes:
+        shares: A row for each class and named thing of each frame.
+        seen: Of each frame's road users, how much is not hidden, and pixels.
+        lights: Which pixels show traffic lights, by frame, as numbers in the flattened picture.
+    """
+
+    shares: tuple[Row, ...]
+    seen: Seen
+    lights: Mapping[int, Ints]
+
+
+def shown_in(
+    film: Path, account: Mapping[str, Any], traffic: Traffic, *, named: Sequence[str], within: float
+) -> Shown:
+    """Return what a film's frames show; nothing of those without layers.
+
+    Args:
+        film: The film.
+        account: The film's.
+        traffic: Everyone, at the frames' times.
+        named: Patterns of names of things whose shares are told.
+        within: Of which road users it is told how much is hidden: so near [m].
+
+    Raises:
+        InputError: If layers are damaged.
+    """
+    folder = beside(frames_folder(film))
+    shares: list[Row] = []
+    seen: dict[tuple[int, str], tuple[float, int]] = {}
+    lights: dict[int, Ints] = {}
+    for number, frame in enumerate(account["frames"]):
+        if said_file(folder, number).is_file():
+            layers = read_frame(folder, number)
+            shares += share_rows(layers, named)
+            own = [key for key, thing in layers.things.items() if thing.label == "traffic light"]
+            lights[number] = np.flatnonzero(np.isin(layers.layers[COUNTED], own))
+            if "depth" in layers.layers and COUNTED in layers.layers:
+                lens = lens_of(frame["camera"])
+                if lens.has_one_centre:
+                    seen |= _seen(layers, lens, traffic, number, within=within)
+    return Shown(tuple(shares), seen, lights)
+
+
+def share_rows(frame: FrameLayers, named: Sequence[str]) -> Iterator[Row]:
+    """Yield the visible share of each class and of named things in a frame.
+
+    Args:
+        frame: Its layers.
+        named: Patterns of names of things that are told apart.
+    """
+    numbers, counts = np.unique(frame.layers[COUNTED], return_counts=True)
+    things: dict[str, int] = {}
+    classes: dict[str, int] = {}
+    for key, pixels in zip(numbers.tolist(), counts.tolist(), strict=True):
+        thing = frame.things.get(int(key))
+        name, label = ("sky", "sky") if thing is None else (thing.name, thing.label)
+        classes[label] = classes.get(label, 0) + pixels
+        if matches(named, name, label):
+            things[name] = things.get(name, 0) + pixels
+    whole = int(counts.sum())
+    for kind, some in (("class", classes), ("thing", things)):
+        for name, pixels in sorted(some.items()):
+            share = round(pixels / whole, 6)
+            yield {"frame": frame.frame, "kind": kind, "name": name, "share": share}
+
+
+# What hides bodies --------------------------------------------------------------------------
+
+
+def lens_of(camera: Mapping[str, Any]) -> Lens:
+    """Return the lens that an account says."""
+    said = {"opening": float(np.radians(camera["fov"])), **camera.get("lens", {})}
+    return Lens.from_dict(said)
+
+
+def _seen(
+    layers: FrameLayers, lens: Lens, traffic: Traffic, number: int, *, within: float
+) -> dict[tuple[int, str], tuple[float, int]]:
+    """Return how much of each near road user nothing hides in a frame, and its pixels."""
+    pose = layers.camera.world_from_camera.matrix
+    rays = lens.rays(layers.camera.size)
+    found = {}
+    for k in np.flatnonzero(traffic.alive[:, number]).tolist():
+        front, yaw = traffic.fronts[k, number], float(traffic.yaws[k, number])
+        if np.linalg.norm(front - pose[:3, 3]) > within + traffic.sizes[k, 0]:
+            continue
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        world_from_body = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        body_from_camera = world_from_body.T @ pose[:3, :3]
+        eye = world_from_body.T @ (pose[:3, 3] - front)
+        length, width, height = traffic.sizes[k]
+        low, high = np.array([-length, -width / 2.0, 0.0]), np.array([0.0, width / 2.0, height])
+        part = _part(lens, layers.camera.size, (low, high), eye, body_from_camera)
+        near, meets = box_entries(eye, rays[part] @ body_from_camera.T, low, high)
+        own = layers.layers[COUNTED][part] == number_of(traffic.keys[k])
+        depth = layers.layers["depth"][part]
+        hidden = meets & ~own & (depth > 0.0) & (depth < near - _NEARER)
+        shown = int((own & meets).sum())
+        pixels = int((layers.layers[COUNTED] == number_of(traffic.keys[k])).sum())
+        if shown + int(hidden.sum()):
+            share = round(shown / (shown + int(hidden.sum())), 4)
+            found[(number, traffic.keys[k])] = (share, pixels)
+    return found
+
+
+def _part(
+    lens: Lens,
+    size: tuple[int, int],
+    box: tuple[Floats, Floats],
+    eye: Floats,
+    body_from_camera: Floats,
+) -> tuple[slice, slice]:
+    """Return rows and columns that hold a box; all of them for one that reaches behind the eye."""
+    corners = np.stack(np.meshgrid(*np.stack(box, axis=1), indexing="ij"), axis=-1).reshape(-1, 3)
+    points = (corners - eye) @ body_from_camera
+    places, ahead = lens.project(points, size)
+    if not (lens.is_straight and ahead.all()):
+        return slice(None), slice(None)
+    first = np.maximum(np.floor(places.min(axis=1)), 0.0)
+    after = np.minimum(np.ceil(places.max(axis=1)) + 1.0, (size[1], size[0]))
+    (row, column), (below, right) = first.astype(int).tolist(), after.astype(int).tolist()
+    return slice(row, max(below, row)), slice(column, max(right, column))
+
+
+def box_entries(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[Floats, Bools]:
+    """Return how far away rays enter a box, and which do; of an eye in it, at 0 m.
+
+    Args:
+        eye: In the box's frame, (3,) [m].
+        rays: Unit, (..., 3).
+        low: Its lowest corner, (3,) [m].
+        high: Its highest corner, (3,) [m].
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        one, other = (low - eye) / rays, (high - eye) / rays
+    # A ray along a face is in its slab, or 0 / 0, for ever.
+    near = np.nan_to_num(np.minimum(one, other), nan=-np.inf).max(axis=-1)
+    far = np.nan_to_num(np.maximum(one, other), nan=np.inf).min(axis=-1)
+    return np.maximum(near, 0.0), (near <= far) & (far > 0.0)
