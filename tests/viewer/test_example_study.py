@@ -22,6 +22,7 @@ from viewer.browser import Browser, chromium
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.pipeline.studies.file import load_study
 
 PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
 STUDY = data_root("examples") / "crossing" / "study.yaml"
@@ -104,6 +105,7 @@ def test_nothing_in_the_folder_points_out_of_it(folder):
     page = (folder / "index.html").read_text(encoding="utf-8")
     assert str(folder) not in page
     assert "https://" not in page
+    assert load_study(folder / "inputs" / "study.yaml").settings.tools.offline == PACKAGES.is_dir()
 
 
 def test_the_folder_is_a_psychds_data_set(folder):
