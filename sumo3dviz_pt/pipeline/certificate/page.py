@@ -17,6 +17,7 @@ from typing import Any
 
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.pipeline.certificate.comparison import ThingDifference
+from sumo3dviz_pt.pipeline.certificate.light import MOST_BEYOND
 from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
 
 _MOST_THINGS = 12
@@ -352,9 +353,21 @@ def _figure(folder: Path, verdict: PairVerdict) -> Iterator[str]:
     )
     blue = "in shape or colour" if math.isnan(verdict.light) else "in any way"
     yield (
-        f"<figcaption>{one}, {other}, and where they differ: blue is what differs {blue}, red what"
-        f" differs in shape or colour and should not. Compared frames: {frames}; the one shown"
-        " differs most.</figcaption></figure>"
+        f"<figcaption>{one}, {other}, and where they differ: blue is what differs {blue}, amber"
+        " blocks that are lit otherwise, red what differs in shape or colour and should not."
+        f"{_lit(verdict)} Compared frames: {frames}; the one shown differs most.</figcaption>"
+        "</figure>"
+    )
+
+
+def _lit(verdict: PairVerdict) -> str:
+    """Return how much of the pictures is lit otherwise; nothing where all light may be."""
+    lit, beyond, most = verdict.lit
+    if math.isnan(lit):
+        return ""
+    return (
+        f" Lit otherwise where the factor does not act: {lit:.1%} of the blocks, of {most:.1%} that"
+        f" may be for what it throws; out of its reach {beyond:.1%}, of {MOST_BEYOND:.0%}."
     )
 
 
