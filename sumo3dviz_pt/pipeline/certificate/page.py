@@ -179,9 +179,14 @@ _NUMBERS = (
         "shadows and reflections do not move a median; a tenth of an EV moves it by 5 %",
     ),
     (
+        *("beyond", "blocks of the picture lit otherwise, out of the factor's reach", "{:.2%}"),
+        "beyond",
+        "what a factor throws, as shadows, reaches 5 to 25 m, by what it acts on",
+    ),
+    (
         *("codes", "brightness of a typical pixel there, in 255 codes", "{:.1f}"),
         "codes",
-        "as small as one step of the film's own picture",
+        "a step or two of the film's own picture",
     ),
 )
 """Numbers of pairs: key, words, form, limit, why that limit."""
@@ -206,7 +211,7 @@ def _proof(content: Content) -> Iterator[str]:
         yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
     yield "</tr></thead><tbody>"
     for key, words, form, limit, why in _NUMBERS:
-        values = [each[key] for each in content["pairs"] if each.get(key) is not None]
+        values = [each[key] for each in _compared(content) if each[key] is not None]
         most = content["limits"][limit] if isinstance(limit, str) else limit
         yield _number(words, _both(form, values), form.format(most), why)
     for key, words in _CODEC.items() if content["codec"]["pictures"] else ():
@@ -217,6 +222,13 @@ def _proof(content: Content) -> Iterator[str]:
     yield f"<p>Decoded and measured: {content['codec']['pictures']} pictures, which are all.</p>"
     yield from _digests(content)
     yield from _how(content)
+
+
+def _compared(content: Content) -> Iterator[Content]:
+    """Yield the pairs of which pixels were compared."""
+    for pair in content["pairs"]:
+        if pair["frames"]:
+            yield {**pair, "beyond": pair["lit"][1]}
 
 
 def _both(form: str, values: Sequence[float]) -> tuple[str, str]:

@@ -37,7 +37,10 @@ def page_of(folder, *verdicts, broken=()):
             "ahead": {"about": "colour of the car ahead", "levels": ["white", "red"]},
             "price": {"about": "what it costs", "levels": ["low", "high"]},
         },
-        "limits": {"light": 0.02, "codes": 1.0, "codec": {"shade": 1, "block": 5, "pixel": 12}},
+        "limits": {
+            **{"light": 0.02, "codes": 2.0, "beyond": 0.01},
+            "codec": {"shade": 1, "block": 5, "pixel": 12},
+        },
         "codec": {
             "pictures": 12,
             **{key: {"median": 0.4, "most": 1.25} for key in ("shade", "block", "pixel")},
