@@ -33,7 +33,7 @@ CLAIMS: Mapping[Link, str] = {
     "inputs": "scenes of a pair differ in what its levels set, and input files are the same bytes",
     "frames": "every stored frame and layer is the one that was rendered",
     "films": "every picture of every film is its frame, but for what the codec did",
-    "pictures": "shape, colour and light differ where the factor acts, and nowhere else",
+    "pictures": "in the compared frames, shape, colour and light differ only where factors act",
 }
 """What each link claims, in words."""
 

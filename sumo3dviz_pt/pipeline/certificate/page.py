@@ -93,8 +93,8 @@ def _claims(content: Content) -> Iterator[str]:
     yield f"<p>Certificate of the stimuli. {said}</p>"
     yield f"<p>{_text(content['description'])}</p>"
     yield _headline(content)
-    yield "<p><b>Proven</b>: tested wherever the claim is about, and nothing is wrong."
-    yield "<b>Not judged</b>: it was looked at, and could not be told apart from what is allowed."
+    yield "<p><b>Proven</b>: all that the claim names was tested, and nothing is wrong."
+    yield "<b>Not judged</b>: looked at, and no rule tells what was seen from what is allowed."
     yield "<b>Not tested</b>: nothing was compared. Nothing is claimed beyond what is proven.</p>"
     yield from _factors(content)
     yield from _links(content["links"])
