@@ -82,6 +82,25 @@ def test_the_report_tells_light_traffic_and_shares(made):
     assert len(ahead) == 28 and all(0.01 < float(row["share"]) < 0.5 for row in ahead)
 
 
+def test_the_report_tells_of_observers_and_what_boards_ask(made, tmp_path):
+    ahead = [row for row in table(made, "observer") if row["road_user"].endswith("W_E.52")]
+    assert len(ahead) == 28 and {row["observer"] for row in ahead} == {"camera"}
+    assert all(0.5 < float(row["seen"]) <= 1.0 for row in ahead)
+    assert all(int(row["pixels"]) > 50 and 2 < float(row["angular_width"]) < 60 for row in ahead)
+    said = json.loads((made.folder / "report.json").read_text("utf-8"))["safety"]["films"]
+    assert len(said) == 14 and not any(film["too_often"] for film in said.values())
+    assert all(film["megabytes"] > 0 and film["load_5"] > 0 for film in said.values())
+    assert "What ethics boards ask" in (made.folder / "report.html").read_text("utf-8")
+    assert main(["study", "gaze", str(made.folder), "-o", str(tmp_path)]) == 0
+    boxes = csv.DictReader((tmp_path / "boxes.csv").read_text("utf-8").splitlines())
+    pixels = {
+        (row["film"], row["frame"]): row["pixels"]
+        for row in boxes
+        if row["thing"].endswith("W_E.52")
+    }
+    assert pixels == {(row["stimulus"], row["frame"]): row["pixels"] for row in ahead}
+
+
 def test_effects_show_what_factors_do(made):
     said = json.loads((made.folder / "report.json").read_text("utf-8"))
     shares = {(each["factor"], each["measure"]): each["eta_squared"] for each in said["effects"]}

@@ -21,10 +21,10 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.experiments.tools.papers import read_digests, write_checksums
 from sumo3dviz_pt.image.exr import read_layers, write_exr
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
+from sumo3dviz_pt.pipeline.films.encoding import developed
 from sumo3dviz_pt.pipeline.films.proof import delivered, sealed
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
-from sumo3dviz_pt.video.picture import film_pictures
 
 pytestmark = pytest.mark.slow
 
@@ -84,9 +84,12 @@ def test_an_untouched_folder_is_proven(made, capsys):
 # Twelve manipulations -----------------------------------------------------------------------
 
 
-def recoded(film: Path, change: Callable[[list[Any]], Any]) -> tuple[Any, ...]:
-    """Decode a film, change its pictures, encode it as before; the prints of what was encoded."""
-    pictures = [each.astype(np.float32) / 255 for each in film_pictures(film, size=SIZE)]
+def recoded(
+    film: Path, change: Callable[[list[Any]], Any], frames: Path | None = None
+) -> tuple[Any, ...]:
+    """Develop a film's frames, change the pictures, encode it as before; the pictures' prints."""
+    files = sorted((frames or film).with_suffix(".frames").glob("*.exr"))
+    pictures = [np.array(each) for each in developed(files)]
     change(pictures)
     return encode(pictures, film, size=SIZE, fps=10)
 
@@ -200,6 +203,16 @@ MANIPULATIONS = {
 }
 
 
+def test_a_film_that_was_encoded_again_has_its_pictures_and_another_digest(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    recoded(folder / GREY, lambda pictures: pictures)
+    code, found = verify(folder, capsys, "--quick")
+    what = "is not the film that was written"  # its comment is missing
+    fault = {"link": "films", "file": GREY, "frame": None, "what": what}
+    assert (code, found["faults"]) == (1, [fault])
+
+
 @pytest.mark.parametrize("manipulate", MANIPULATIONS, ids=lambda each: each.__name__)
 def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path, capsys):
     folder = tmp_path / "out"
@@ -240,7 +253,7 @@ def test_films_that_were_forged_with_all_digests_are_found_by_replay_or_publicat
 
     def painted(name, account):
         film = folder / "materials" / f"{name}.mp4"
-        prints = recoded(film, paint)
+        prints = recoded(film, paint, frames=made / "materials" / film.name)
         codec = account["delivered"][film.name]["codec"]
         account["delivered"][film.name] = delivered(film, prints, codec=codec, size=SIZE)
 
@@ -278,6 +291,28 @@ def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, caps
     assert main(["study", "verify", str(folder), "--replay", "1", "-q"]) == 2
     said = capsys.readouterr().err
     assert "a replay needs the study's inputs" in said and said.count("\n") == 1
+
+
+def test_damaged_files_are_faults_and_no_accidents(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    grey = json.loads((made / "materials" / "grey.json").read_bytes())
+    half = {"scene": {}, "frames": [{}], "files": {}, "inputs": {}, "delivered": {}, "x": 1}
+    endless = json.dumps(grey).replace('"codec_error": [', '"codec_error": [NaN, ')
+    for name, texts in {
+        "certificate.json": ("[]", "{", '{"pairs": 3}', '{"pairs": [{}], "digests": 3}'),
+        "materials/grey.json": ("", "{}", json.dumps(half), json.dumps(sealed(half)), endless),
+        "study.json": ('{"films": {"grey": 3}}',),
+    }.items():
+        for text in texts:
+            (folder / name).write_text(text, encoding="utf-8")
+            code, found = verify(folder, capsys, "--quick")
+            assert code == 1 and name in {each["file"] for each in found["faults"]}, text
+        shutil.copy(made / name, folder / name)
+    away = {"films": {"grey": {"file": "../elsewhere.mp4"}}}
+    (folder / "study.json").write_text(json.dumps(away), encoding="utf-8")
+    assert main(["study", "verify", str(folder), "-q"]) == 2
+    assert "names a film outside of the folder" in capsys.readouterr().err
 
 
 def test_what_is_no_study_is_refused(tmp_path, capsys):

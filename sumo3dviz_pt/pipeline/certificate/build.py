@@ -25,7 +25,7 @@ from sumo3dviz_pt.pipeline.certificate.evidence import (
     compared_frames,
     read_evidence,
 )
-from sumo3dviz_pt.pipeline.certificate.light import spread
+from sumo3dviz_pt.pipeline.certificate.light import MOST_BEYOND, spread
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
     CLAIMS,
@@ -274,7 +274,7 @@ def _content(
             for name, factor in factors.items()
         },
         "limits": {
-            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES},
+            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES, "beyond": MOST_BEYOND},
             "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
         },
         "codec": _codec(study),

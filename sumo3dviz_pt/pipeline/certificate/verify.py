@@ -24,6 +24,7 @@ from sumo3dviz_pt.pipeline.certificate.links import (
     StudyFolder,
     Tested,
     all_film_faults,
+    certified_pairs,
     frame_faults,
     listed_faults,
     scene_faults,
@@ -96,12 +97,14 @@ class VerifyOrder:
         replay: How many frames are rendered anew.
         seed: Draws others of them.
         published: What the certificate's digest should be, where that was published; or empty.
+        quick: Whether films are held against the prints of their frames only.
     """
 
     folder: Path
     replay: int = 0
     seed: int = 0
     published: str = ""
+    quick: bool = False
 
 
 def verify_study(order: VerifyOrder) -> Verified:
@@ -119,7 +122,7 @@ def verify_study(order: VerifyOrder) -> Verified:
     faults = [*_published(study, order), *seal_faults(study)]
     faults += [] if plan is None else scene_faults(study, plan)
     frames, there = frame_faults(study)
-    films, tested = all_film_faults(study, frames, develop=True)
+    films, tested = all_film_faults(study, frames, develop=not order.quick)
     tested = replace(tested, frames=there)
     faults += [*frames, *films, *_pictures(study)]
     faults += [*listed_faults(study, faults), *again.faults]
@@ -153,25 +156,26 @@ def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
 
 def _pictures(study: StudyFolder) -> Iterator[Fault]:
     """Yield what a certificate says itself that is wrong."""
-    for pair in (study.certificate or {}).get("pairs", []):
+    for pair in certified_pairs(study):
         for what in pair.get("faults", []):
-            yield Fault("pictures", CERTIFICATE, f"{pair['one']} and {pair['other']}: {what}")
+            films = f"{pair.get('one')} and {pair.get('other')}"
+            yield Fault("pictures", CERTIFICATE, f"{films}: {what}")
 
 
 def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
     """Yield what was not tested or judged, in sentences."""
     if study.certificate is None:
         yield "not tested: pictures of pairs, because there is no certificate"
-    for pair in (study.certificate or {}).get("pairs", []):
+    for pair in certified_pairs(study):
         if pair.get("claim") == "not judged":
-            yield f"not judged: {pair['factor']}: {pair['one']} and {pair['other']}"
+            yield f"not judged: {pair.get('factor')}: {pair.get('one')} and {pair.get('other')}"
     there, known = tested.frames
     if there < known:
         yield f"not tested: {known - there} of {known} frames and layers, which are not there"
     if tested.developed < tested.pictures:
         yield (
             f"{tested.pictures - tested.developed} of {tested.pictures} pictures were held against"
-            " the prints of their frames only, which cannot be developed again here"
+            " the prints of their frames only: these were not developed again"
         )
 
 

@@ -81,7 +81,7 @@ def _by_factor(study: StudyFile, pair: StimulusPair) -> dict[str, list[str]]:
         for factor in pair.factors
     }
     templates = [factor for factor, some in named.items() if ["template"] in some]
-    for change in pair.changed:
+    for change, acting in zip(pair.changed, pair.acting, strict=True):
         words = key_of(change).split(".")
         scores = {
             factor: max((_shared(words, path) for path in some), default=0)
@@ -90,7 +90,7 @@ def _by_factor(study: StudyFile, pair: StimulusPair) -> dict[str, list[str]]:
         best = max(scores.values(), default=0)
         owners = [factor for factor, score in scores.items() if score == best]
         for factor in owners if best else (templates or owners):
-            owned[factor].append(change)
+            owned[factor].append(acting)
     return owned
 
 
@@ -142,7 +142,7 @@ def _moved(changes: Sequence[str], *, rider: str) -> Iterator[str]:
         if rider and named and change.startswith("traffic.rides.") and _fits(rider, named["id"]):
             yield (
                 f"the camera rides in {rider}, whose ride it changes, so that all is seen from"
-                " elsewhere; change the ride of the other vehicle instead"
+                " elsewhere; change another ride instead, or ask for a gap"
             )
 
 
