@@ -123,9 +123,10 @@ WATER_TILT = 33.0
 than .35 x .892 in each of their two layers (`render/kernel/ripples.py`), together a slope of .624
 or 32 degrees; the grain of what counts as level leans 18 degrees at most."""
 
-ROAD_LIFT = 0.0045
+ROAD_LIFT = 0.0055
 """How far the surface of a road with another colour or of another material may lie from where it
-was [m]: wear and details are layers 2 and 3.5 mm above it, which a plain colour does not show."""
+was [m]: wear, details and painted lines are layers 2, 3.5 and 5 mm above it, and a plain colour
+does not show wear."""
 
 _AIR = Acts(looks=("*",), light=True, picture=True, tilt=WATER_TILT)
 """Fog and water on things: all look otherwise, and nothing has another shape."""

@@ -38,6 +38,10 @@ SAME_PLACE = 1e-5
 traced in single precision, whose last bits say which of two surfaces in one plane is met. Nothing
 that the world builds is so thin: its thinnest layer has 2 mm."""
 
+SAME_EDGE = 1e-6
+"""The same where two faces of one thing meet: which of them is met hangs on last bits, too. Of one
+face, depths are the same to the last bit, so that a normal that differs there is another one."""
+
 LIT_DEPTH = 0.03
 """How far depths may differ where panes, screens and dials shine or go out [m]: they are thin
 bodies of their own before those that do not; 9 mm at most were measured."""
@@ -212,7 +216,9 @@ def _moved(one: Evidence, other: Evidence, users: Bools, *, light: bool) -> tupl
     """
     near = np.minimum(one.layers["depth"], other.layers["depth"])
     room = SAME_DEPTH * near + (LIT_DEPTH if light else 0.0)
-    apart, turned = _apart(one, other), _turned(one, other)
+    apart = _apart(one, other)
+    edge = (apart > 0.0) & (apart <= SAME_EDGE * near) & (one.things == other.things)
+    turned = _turned(one, other) & ~edge
     one_place = (apart <= SAME_PLACE * near) & ~turned & ~users
     moved = ((one.things != other.things) & ~one_place) | (apart > room)
     judged = np.asarray(~(_shines(one) | _shines(other)) if light else np.ones_like(moved))

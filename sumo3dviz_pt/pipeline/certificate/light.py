@@ -3,7 +3,7 @@
 All films of a study have one seed, so that a pixel is the same to its last bit unless one of its
 paths met what differs. Where one did, its noise is another, too, and single pixels say little. So
 a block is judged by its typical pixel, which neither noise nor a few reflections move: it is *lit
-otherwise* if the median of its pixels' shares is beyond a tenth, and if more of its pixels are
+otherwise* if the median of its pixels' shares is beyond 15 %, and if more of its pixels are
 brighter than darker, or the other way round, by five standard errors of a fair coin.
 
 What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
@@ -25,16 +25,21 @@ from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
 
-LIT_OTHERWISE = 0.1
+LIT_OTHERWISE = 0.15
 """Share by which the light of a block's typical pixel must differ to count."""
 
 STANDARD_ERRORS = 5.0
 """By how many standard errors more of its pixels must be brighter than darker, or less."""
 
-MOST_BEYOND = 0.005
-"""Share of the blocks that may be lit otherwise out of reach."""
+FAR_OTHERWISE, MOST_BEYOND = 0.3, 0.01
+"""Share by which it must differ to count out of reach, because what acts on it may stand beside the
+picture; and share of the blocks that may be so."""
 
-MOST_OWN = 0.05
+LARGE, THROWN = 0.1, 0.5
+"""Share of the picture from which on something that is painted otherwise throws its colour on all
+that stands on it, such as a road; and for how many blocks it does, for each that it fills."""
+
+MOST_OWN = 0.1
 """Share of the blocks in which the ridden vehicle may be lit otherwise: its mirrors and its paint
 show what is behind and beside the picture."""
 
@@ -52,7 +57,7 @@ class Throw:
     most: float
 
 
-PAINT, USERS, THINGS = Throw(5.0, 0.005), Throw(15.0, 0.02), Throw(25.0, 0.15)
+PAINT, USERS, THINGS = Throw(5.0, 0.0075), Throw(15.0, 0.04), Throw(25.0, 0.15)
 """Of what is only painted otherwise, of road users that are gone or elsewhere, of all else."""
 
 MOST_SKY = 0.1
@@ -142,9 +147,16 @@ def light_difference(
     unlike = judged & (np.abs(typical) > LIT_OTHERWISE) & sure
     own = unlike & (_sums(_ridden(one) | _ridden(other), side) >= _OWN * side**2)
     lit = unlike & ~own
-    most = max((throw.most for _, throw in acts_on), default=PAINT.most)
-    beyond = lit & ~_reached(one, other, away, side=side, acts_on=acts_on)
+    most = max((_allowed(where, throw) for where, throw in acts_on), default=PAINT.most)
+    far = lit & (np.abs(typical) > FAR_OTHERWISE)
+    beyond = far & ~_reached(one, other, away, side=side, acts_on=acts_on)
     return LightDifference(side, judged, lit, own, beyond, typical, _sky(one, other, away), most)
+
+
+def _allowed(where: Bools, throw: Throw) -> float:
+    """Return which share of the blocks may be lit otherwise for what is seen somewhere."""
+    share = float(where.mean())
+    return max(throw.most, THROWN * share if throw is PAINT and share > LARGE else 0.0)
 
 
 def _medians(values: Floats, side: int, judged: Bools) -> Floats:
