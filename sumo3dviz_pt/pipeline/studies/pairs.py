@@ -131,7 +131,7 @@ def _tying(
             few = not only_ties and any(times[name] < _TIMES for name in own)
             if frozenset(names) not in known and (first != second or few):
                 known.add(frozenset(names))
-                times.update(own)
+                times.update(list(own))
                 groups[first] = second
                 chosen.append((one, other))
     return chosen
