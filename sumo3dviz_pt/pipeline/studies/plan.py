@@ -154,6 +154,7 @@ def _tabled(study: StudyFile, table: TableSettings) -> tuple[tuple[Trial, ...], 
         alternative=table.alternative,
         block=table.block,
         none=table.none,
+        coding=table.coding,
     )
     with study.blamed():
         read = read_table(table.table, separator=table.separator, sheet=table.sheet)
