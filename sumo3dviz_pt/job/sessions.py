@@ -15,21 +15,12 @@ MOST_FORMS = 100
 
 PAGE_COLUMNS = frozenset(
     {
-        *("participant", "run", "row", "study", "time", "page_loads", "kind", "part", "form"),
-        *(
-            "attempt",
-            "choice",
-            "chosen",
-            "shown",
-            "wanted",
-            "passed",
-            "films_skipped",
-            "dominated",
-            "repeated",
-        ),
-        *("rt_start", "rt_end", "rt_shown", "px_per_cm", "pixel_ratio", "browser"),
-        *("window_width", "window_height", "page_hidden", "page_hidden_ms", "page_blurred"),
-        *("page_blurred_ms", "film_ms", "film_loading_ms", "film_skipped", "film_retries"),
+        *("participant", "visit", "visit_row", "study_digest", "page_time", "page_loads"),
+        *("row_kind", "page_form", "page_part", "attempt", "repeated", "dominated"),
+        *("chosen", "attention_wanted", "attention_passed", "rt_start", "rt_end", "rt_shown"),
+        *("px_per_cm", "pixel_ratio", "browser", "window_width", "window_height"),
+        *("page_hidden", "page_hidden_ms", "page_blurred", "page_blurred_ms", "film_place"),
+        *("film_ms", "film_loading_ms", "film_skipped", "films_skipped", "film_retries"),
         *("film_problems", "film_certified", "film_clock", "film_width", "film_fitted"),
         *("film_paused", "film_paused_ms", "film_stalled", "film_stalled_ms", "film_hidden_ms"),
         *("film_frames_dropped", "film_frames_repeated", "presses", "press_keys"),

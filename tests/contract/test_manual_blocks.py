@@ -18,6 +18,7 @@ from manual import DOCS, PAGES, PROGRAM, ROOT, blocks, calls, commands, name_of,
 import sumo3dviz_pt
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.cli.options import overrides_of
+from sumo3dviz_pt.job.sessions import LanguageSettings
 from sumo3dviz_pt.job.settings import Job, ScenarioSettings
 from sumo3dviz_pt.job.study import StudySettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
@@ -131,6 +132,9 @@ def test_yaml_is_valid(body: str, tmp_path: Path) -> None:
         make_job(filled({"cameras": content}))
     elif set(content) <= set(StudySettings.model_fields):
         check_study(content)
+    elif set(content) <= {"de", "en", "fr"}:
+        for texts in content.values():
+            LanguageSettings.model_validate(texts)
     else:
         assert set(content) <= set(Job.model_fields)
         make_job(filled(content))

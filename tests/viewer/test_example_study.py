@@ -22,6 +22,7 @@ from viewer.browser import Browser, chromium
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.pipeline.studies.file import load_study
 
 PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
 STUDY = data_root("examples") / "crossing" / "study.yaml"
@@ -104,6 +105,7 @@ def test_nothing_in_the_folder_points_out_of_it(folder):
     page = (folder / "index.html").read_text(encoding="utf-8")
     assert str(folder) not in page
     assert "https://" not in page
+    assert load_study(folder / "inputs" / "study.yaml").settings.tools.offline == PACKAGES.is_dir()
 
 
 def test_the_folder_is_a_psychds_data_set(folder):
@@ -126,7 +128,7 @@ def test_a_browser_plays_all_films_and_records_the_answers(address):
         for number in range(8):
             page.wait_for(OPEN % ("Go on without it" if number == 4 else number % 7 + 1))
         page.wait_for("'answers' in window")
-        found = [row for row in page.evaluate("window.answers") if row["kind"] == "answer"]
+        found = [row for row in page.evaluate("window.answers") if row["row_kind"] == "answer"]
         asked = {url.rpartition("/")[2] for url in page.requests if url.endswith(".mp4")}
     assert len(asked) == 8
     given = [str(n % 7 + 1) if n != 4 else "" for n in range(8)]

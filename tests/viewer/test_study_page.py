@@ -66,6 +66,10 @@ class Server(http.server.SimpleHTTPRequestHandler):
     def log_message(self, *_: object) -> None:
         pass
 
+    def end_headers(self) -> None:
+        self.send_header("Cache-Control", "no-cache")  # every test has other faults
+        super().end_headers()
+
     def do_POST(self) -> None:
         body = self.rfile.read(int(self.headers["Content-Length"]))
         if Server.refused:
@@ -197,9 +201,11 @@ class Visit:
         self.page.wait_for("'answers' in window")
         found = self.page.evaluate("window.answers")
         for row in found:
-            own = {key for key in row if not key.startswith(("light", "film_", "presence_"))}
-            assert own <= OWN_COLUMNS | {"attention_1", "comments_1"}, own - OWN_COLUMNS
-        return found if kind is None else [row for row in found if row["kind"] == kind]
+            own = {key for key in row if not key.startswith(("light", "presence_"))}
+            assert own <= OWN_COLUMNS | {"attention_1", "comments_1", "film_1", "film_2"}, (
+                own - OWN_COLUMNS
+            )
+        return found if kind is None else [row for row in found if row["row_kind"] == kind]
 
 
 # Times, pauses, what happens beside ----------------------------------------------------------
@@ -223,7 +229,7 @@ def test_answers_hold_times_from_start_and_end_and_how_the_film_was_shown(
     ]
     for row in found:
         assert row["participant"].isdecimal() and "Chrome" in row["browser"]
-        assert row["time"][:4] == time.strftime("%Y") and row["time"][-6] in "+-"
+        assert row["page_time"][:4] == time.strftime("%Y") and row["page_time"][-6] in "+-"
         assert 550 < row["film_ms"] < 1200 and row["film_certified"] == 1
         assert 0 < row["rt_end"] < row["rt_start"]
         assert abs(row["rt_start"] - row["rt_end"] - row["film_ms"]) <= 1
@@ -252,6 +258,21 @@ def test_pauses_and_hidden_tabs_are_recorded(browser, address, folder):
     assert row["film_paused"] == 1 and row["film_paused_ms"] >= 500
     assert row["page_hidden"] == 1 and 500 <= row["page_hidden_ms"] < row["film_paused_ms"] + 50
     assert row["film_ms"] >= 1100 and row["film_frames_dropped"] < FRAMES - 5
+
+
+@pytest.mark.parametrize(("rate", "column"), [(0.4, "repeated"), (8.0, "dropped")])
+def test_frames_that_are_repeated_or_dropped_are_counted(browser, address, folder, rate, column):
+    """By a film that plays too slowly or too fast for the screen."""
+    with Visit(browser, address, folder, study(folder, single_trials([DAY]))) as visit:
+        visit.page.evaluate(
+            f"HTMLVideoElement.prototype.play = (play => function () {{"
+            f" this.playbackRate = {rate}; return play.call(this); }}"
+            f")(HTMLVideoElement.prototype.play)"
+        )
+        visit.press("Start")
+        visit.press("2")
+        (row,) = visit.rows()
+    assert row[f"film_frames_{column}"] >= FRAMES // 2
 
 
 # Faults of films -----------------------------------------------------------------------------
@@ -328,7 +349,7 @@ def test_a_reload_goes_on_and_the_end_stays_the_end(browser, address, folder, si
         visit.press("Start")
     assert [(a["answer"], a["position"], a["attempt"]) for a in found] == [("3", 1, 1), ("1", 2, 2)]
     assert [a["page_loads"] for a in found] == [1, 2]
-    assert len({a["run"] for a in found}) == 1
+    assert len({a["visit"] for a in found}) == 1
 
 
 def test_chance_gives_the_same_playlist_after_a_reload(browser, address, folder):
@@ -413,7 +434,7 @@ def test_what_cannot_be_sent_stays_and_is_offered_as_a_file(browser, address, fo
             "JSON.parse(localStorage.getItem(Object.keys(localStorage).find((key) =>"
             " key.includes(`${study.digest}:`) && key.endsWith(':1')))).sent === 3"
         )
-    assert [json.loads(body)["kind"] for _, body in Server.posted] == ["start", "answer", "end"]
+    assert [json.loads(body)["row_kind"] for _, body in Server.posted] == ["start", "answer", "end"]
 
 
 def test_tables_are_safe_in_spreadsheets(browser, address, folder):
@@ -467,6 +488,22 @@ def test_presses_hold_the_films_time_to_a_frame(browser, address, folder, size):
     assert times == sorted(times) and row["answer"] == "2"
 
 
+def test_a_touch_screen_has_a_button_that_stands_for_the_keys(browser, address, folder):
+    session = replace(ENGLISH, during=During(("space",), only=True))
+    content = study(folder, single_trials([DAY]), session=session)
+    with Visit(browser, address, folder, content, size=PHONE) as visit:
+        visit.page.send("Emulation.setTouchEmulationEnabled", enabled=True)
+        visit.press("Start")
+        visit.page.wait_for("(document.querySelector('video')?.currentTime ?? 0) > 0.1")
+        x, y = visit.page.place(".during button")
+        touch = [{"x": x, "y": y}]
+        visit.page.send("Input.dispatchTouchEvent", type="touchStart", touchPoints=touch)
+        visit.page.send("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        (row,) = visit.rows()
+    assert (row["presses"], row["press_keys"]) == (1, "button")
+    assert 0 < float(row["press_film_times"]) < FRAMES / RATE
+
+
 def test_a_film_without_a_question_goes_on_by_itself(browser, address, folder):
     session = replace(ENGLISH, during=During(("space",), only=True))
     with Visit(browser, address, folder, study(folder, session=session)) as visit:
@@ -507,6 +544,7 @@ def test_a_film_larger_than_the_window_is_fitted_and_buttons_are_for_fingers(
     for tag, left, top, right, bottom in boxes:
         assert left >= 0 and top >= 0 and right <= size[0] and bottom <= size[1], (tag, boxes)
         assert tag == "VIDEO" or (right - left >= 44 and bottom - top >= 44)
+    assert len({top for tag, _, top, *_ in boxes if tag == "BUTTON"}) == 1, "a scale is one row"
     _, left, top, right, bottom = boxes[0]
     assert (right - left) / (bottom - top) == pytest.approx(16 / 9, rel=0.01)
     assert row["film_fitted"] == 1 and row["film_width"] == pytest.approx(right - left, abs=1)
@@ -550,7 +588,7 @@ def test_films_of_a_choice_are_shown_one_after_the_other(browser, address, folde
         ("day", "night", 2, "night"),
         ("night", "day", 3, ""),
     ]
-    assert [(row["film"], row["shown"]) for row in films] == [
+    assert [(row["film"], row["film_place"]) for row in films] == [
         ("day", 1),
         ("night", 2),
         ("night", 1),
@@ -629,13 +667,13 @@ def test_consent_practice_attention_and_forms_are_blocks_in_any_language(
         visit.press("Weiter")
         rows = visit.rows(None)
         assert "Vielen Dank." in visit.said
-    kinds = [row["kind"] for row in rows]
+    kinds = [row["row_kind"] for row in rows]
     assert kinds == [
         *("consent", "page", "practice", "page", "answer", "attention", "answer"),
         *("form", "form", "end"),
     ]
-    by_kind = {row["kind"]: row for row in rows}
-    assert by_kind["practice"]["light"] == "night" and by_kind["attention"]["passed"] == 1
+    by_kind = {row["row_kind"]: row for row in rows}
+    assert by_kind["practice"]["light"] == "night" and by_kind["attention"]["attention_passed"] == 1
     assert [rows[7][f"presence_{n}"] for n in (1, 2, 3)] == ["5", "5", "5"]
     assert rows[8]["comments_1"] == "=1+1 <b>"
 
@@ -654,8 +692,9 @@ def test_words_that_look_like_scripts_are_shown(browser, address, folder):
 @pytest.mark.parametrize("place", ["nothing_here/", "http://127.0.0.1:9/"])
 def test_without_jspsych_the_page_says_so_in_one_sentence(browser, address, folder, place):
     """A folder that nobody filled, and an address that does not answer."""
-    (folder / "without.html").write_text(page(study(folder, jspsych=place)), "utf-8")
-    shown = browser.open(f"{address}/without.html?playlist=1&save=no")
+    name = f"without_{len(place)}.html"
+    (folder / name).write_text(page(study(folder, jspsych=place)), "utf-8")
+    shown = browser.open(f"{address}/{name}?playlist=1&save=no")
     said = shown.wait_for("document.querySelector('.notice')?.innerText.trim()")
     shown.close()
     assert said.startswith("Nothing is shown, because jsPsych could not be loaded from ")
@@ -684,11 +723,11 @@ def test_surveys_play_one_film_after_the_other_before_an_answer(browser, address
     content = study(folder, TASKS, url=f"{address}/")
     write_survey_script(folder, content)
     text = question(content, 2, "1")
-    (folder / "survey.html").write_text(
+    (folder / f"{survey}.html").write_text(
         f"<!doctype html><body>{SURVEYS[survey].format(text=text)}", "utf-8"
     )
     Server.broken = {"night.mp4": b"no film"}
-    shown = browser.open(f"{address}/survey.html")
+    shown = browser.open(f"{address}/{survey}.html")
     closed = "[...document.querySelectorAll('[name=a], #ls-button-submit, #NextButton')]"
     shown.wait_for("document.querySelector('.films')?.innerText.includes('Try again')")
     assert shown.evaluate(f"{closed}.every((e) => e.disabled)")

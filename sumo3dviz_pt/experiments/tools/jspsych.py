@@ -53,7 +53,8 @@ _DIGESTS: Mapping[str, str] = {
 
 _PAGE = Path(__file__).with_name("page")
 _SCRIPTS = ("keep.js", "film.js", "session.js")
-_COPY = "scripts/"
+COPY = "scripts/"
+"""Folder beside the page to which jsPsych is copied."""
 
 
 @cache
@@ -70,7 +71,7 @@ def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
     session = _session(content)
     if session.offline is not None:
         for name in (SCRIPT, STYLE):
-            files.append(folder / _COPY / name)
+            files.append(folder / COPY / name)
             files[-1].parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(session.offline / name, files[-1])
     return files
@@ -78,7 +79,7 @@ def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
 
 def page(content: StudyContent) -> str:
     """Return the page."""
-    base = content.jspsych if _session(content).offline is None else _COPY
+    base = content.jspsych if _session(content).offline is None else COPY
     # "</" ends a script and "<!--<script" keeps it from ending; JSON may write "<" as an escape.
     study = json.dumps(_study(content, base), ensure_ascii=False).replace("<", "\\u003c")
     parts = {

@@ -23,6 +23,7 @@ from typing import Any
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.experiments.tools.jspsych import COPY
 from sumo3dviz_pt.files.whole import whole, write_whole
 from sumo3dviz_pt.job.settings import Job, ScenarioSettings
 from sumo3dviz_pt.job.study import TableSettings
@@ -154,6 +155,8 @@ def _groups(plan: StudyPlan) -> Iterator[frozenset[Path]]:
     design = plan.file.settings.design
     if isinstance(design, TableSettings):
         yield _whole([design.table])
+    if plan.file.settings.session.texts is not None:
+        yield _whole([plan.file.settings.session.texts])
 
 
 def _named(job: Job) -> list[Path]:
@@ -229,6 +232,10 @@ def resolved(plan: StudyPlan, places: Places) -> dict[str, str]:
         content["overrides"] = more
     if isinstance(settings.design, TableSettings):
         content["design"]["table"] = places.moved(settings.design.table, Path())
+    if settings.session.texts is not None:
+        content["session"]["texts"] = places.moved(settings.session.texts, Path())
+    if settings.tools.offline:
+        content["tools"]["jspsych"] = f"../{COPY}"
     scene = places.moved(study.scene.settings, base)
     return {STUDY: _HEAD + _yaml(content), SCENE: _HEAD + _yaml(scene)}
 

@@ -56,7 +56,7 @@ class Run {
     this.common = common;
     const kept = memory.getItem(key);
     this.state = kept ? JSON.parse(kept) : {
-      run: crypto.getRandomValues(new Uint32Array(2)).join("-"),
+      visit: crypto.getRandomValues(new Uint32Array(2)).join("-"),
       loads: 0, sent: 0, rows: [], begun: {}, past: [], done: false, kept: {},
     };
   }
@@ -76,8 +76,8 @@ class Run {
   /** Add a row of data; it is kept before anything else happens. */
   add(row) {
     this.state.rows.push({
-      ...this.common, run: this.state.run, row: this.state.rows.length + 1,
-      page_loads: this.state.loads, time: timeOfDay(), ...row,
+      ...this.common, visit: this.state.visit, visit_row: this.state.rows.length + 1,
+      page_loads: this.state.loads, page_time: timeOfDay(), ...row,
     });
     this.save();
     this.on_add?.();
@@ -92,7 +92,7 @@ class Run {
 
   get name() {
     const { participant, playlist } = this.common;
-    return `answers_${participant || this.state.run}_playlist_${playlist}.csv`;
+    return `answers_${participant || this.state.visit}_playlist_${playlist}.csv`;
   }
 
   download() {
@@ -115,6 +115,8 @@ const posted = (url, content) => answered(url, {
   method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(content),
 });
 
+const nameOf = (row) => `${row.visit}_${String(row.visit_row).padStart(4, "0")}`;
+
 /** How a row gets to each kind of endpoint; each gives a promise that fails if it did not. */
 const SENDERS = {
   post: (to, row) => posted(to.url, row),
@@ -122,7 +124,7 @@ const SENDERS = {
   // A file for each row; one that is there already was sent before the answer got lost.
   datapipe: (to, row) => posted(to.url, {
     experimentID: to.experiment,
-    filename: `${row.run}_${String(row.row).padStart(4, "0")}.json`,
+    filename: `${nameOf(row)}.json`,
     data: JSON.stringify(row),
   }).catch((error) => {
     if (!error.message.includes("OSF_FILE_EXISTS")) throw error;
@@ -131,7 +133,7 @@ const SENDERS = {
     const sessions = `${to.url}api/v2/experiments/${to.experiment}/sessions`;
     kept.token ??= (await (await answered(sessions, { method: "POST" })).json()).token;
     const form = new FormData();
-    form.append("key", `${row.run}_${String(row.row).padStart(4, "0")}.csv`);
+    form.append("key", `${nameOf(row)}.csv`);
     form.append("value", tableOf([row]));
     await answered(`${sessions}/${kept.token}/results`, { method: "POST", body: form });
   },

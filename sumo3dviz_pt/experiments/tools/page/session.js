@@ -66,8 +66,8 @@ const FilmPlugin = plugin("film", async (display, show) => {
     + (during?.text ? `<p>${text(during.text)}</p>` : "")
     + `<div class="stage"></div><p>${text(show.told)}</p>`
     + (during?.button ? `<div class="buttons during"><button>${text(during.button)}</button></div>` : "")
-    + (asked ? `<p>${text(asked.text)}</p>${endsOf(asked)}<div class="buttons ask">`
-      + `${buttonsOf(asked.answers, { disabled: true })}</div>` : "")
+    + (asked ? `<p>${text(asked.text)}</p><div class="scale">${endsOf(asked)}`
+      + `<div class="buttons ask">${buttonsOf(asked.answers, { disabled: true })}</div></div>` : "")
     + "</div>";
   const place = display.querySelector(".show");
   const showing = new Showing(place, show);
@@ -100,8 +100,8 @@ const itemOf = (item, place, form) => {
   const radios = answers.map((answer) => `<label><input type="radio" name="${name}" required `
     + `value="${text(answer).replaceAll('"', "&quot;")}">${text(answer)}</label>`).join("");
   return `<fieldset><legend>${text(item.text)}</legend>`
-    + `${endsOf({ low: item.low ?? form.low, high: item.high ?? form.high })}`
-    + `<div class="answers">${radios}</div></fieldset>`;
+    + `<div class="scale">${endsOf({ low: item.low ?? form.low, high: item.high ?? form.high })}`
+    + `<div class="answers">${radios}</div></div></fieldset>`;
 };
 
 /** Questions that stand on one page, or words and buttons alone. */
@@ -150,7 +150,7 @@ class Steps {
       show: { form: { buttons: [words.next], ...form } },
       on_finish: (data) => {
         const { choice, ...own } = ownOf(data);
-        this.run.add({ kind, form: form.name ?? kind, ...on_row(choice, own), ...own });
+        this.run.add({ row_kind: kind, page_form: form.name ?? kind, ...on_row(choice, own), ...own });
       },
     };
   }
@@ -185,7 +185,9 @@ class Steps {
       name: "attention",
       items: [{ text: words.attention.replace("{answer}", wanted), answers, low, high }],
     }, "attention", {
-      on_row: (_, data) => ({ wanted, passed: data.attention_1 === wanted ? 1 : 0 }),
+      on_row: (_, data) => ({
+        attention_wanted: wanted, attention_passed: data.attention_1 === wanted ? 1 : 0,
+      }),
     });
   }
 
@@ -217,7 +219,7 @@ class Steps {
       return [{
         ...shown,
         on_finish: (data) => this.run.add({
-          kind, ...common(), attempt: this.run.state.begun[step], answer: "", rt_start: "",
+          row_kind: kind, ...common(), attempt: this.run.state.begun[step], answer: "", rt_start: "",
           rt_end: "", ...ownOf(data),
         }),
       }];
@@ -237,7 +239,7 @@ class Steps {
         end = performance.now();
         start ??= end - (data.film_ms ?? 0);
         this.run.add({
-          kind: trial.card ? "card" : "film", film: name, shown: place + 1, ...common(),
+          row_kind: trial.card ? "card" : "film", film: name, film_place: place + 1, ...common(),
           attempt: this.run.state.begun[step], ...ownOf(data),
         });
       },
@@ -265,7 +267,7 @@ class Steps {
     const filmsOf = (trial) => trial.card ? [trial.card] : trial.films.filter((name) => name);
     const forms = (list, part) => list.map((form) => ({
       name: `${part} ${form.name}`, films: [],
-      make: () => [this.form(form, "form", { on_row: () => ({ part }) })],
+      make: () => [this.form(form, "form", { on_row: () => ({ page_part: part }) })],
     }));
     const said = (name, intro) => ({
       name, films: [], make: () => [this.form({ name, intro }, "page")],
@@ -339,6 +341,7 @@ const reopened = (run, sender, asked, begin) => {
 
 const visit = async () => {
   const { endpoint } = study;
+  if (endpoint?.kind === "jatos" && typeof jatos === "undefined") return notice(words.no_jatos);
   if (endpoint?.kind === "jatos") await new Promise((done) => jatos.onLoad(done));
   const asked = new URLSearchParams(location.search);
   if (endpoint?.kind === "jatos") {
@@ -350,10 +353,9 @@ const visit = async () => {
   const begin = { forget: () => memory.removeItem(place) };
   const playlist = playlistFor(asked, participant, memory.getItem(place));
   if (!(playlist in study.playlists)) {
-    notice(words.no_playlist.replace("{name}", playlist));
-    return;
+    return notice(words.no_playlist.replace("{name}", playlist));
   }
-  const run = new Run(`${place}:${playlist}`, { participant, playlist, study: study.digest });
+  const run = new Run(`${place}:${playlist}`, { participant, playlist, study_digest: study.digest });
   const sender = new Sender(run, endpoint);
   if (run.state.done) return reopened(run, sender, asked, begin);
   memory.setItem(place, playlist);
@@ -383,12 +385,11 @@ const visit = async () => {
   if (run.state.left) {
     run.forget();
     begin.forget();
-    notice(words.declined);
-    return;
+    return notice(words.declined);
   }
   run.state.done = true;
-  run.add({ kind: "end" });
-  await finish(run, sender, asked);
+  run.add({ row_kind: "end" });
+  return finish(run, sender, asked);
 };
 
 /** The first page: consent, or a start; after a reload, a word that it goes on. */
@@ -405,7 +406,7 @@ const opened = (run, steps, isAnew, jsPsych) => {
     on_finish: ({ choice, rt_shown }) => {
       // Of who does not agree, nothing is kept or sent.
       if (choice === 0) {
-        run.add({ kind: "consent", answer: "agreed", rt_shown });
+        run.add({ row_kind: "consent", answer: "agreed", rt_shown });
         return;
       }
       run.state.left = true;

@@ -24,6 +24,7 @@ from sumo3dviz_pt.pipeline.studies.inputs import (
 )
 from sumo3dviz_pt.pipeline.studies.plan import plan_study
 from sumo3dviz_pt.pipeline.studies.records import write_record
+from sumo3dviz_pt.pipeline.studies.sessions import texts_of
 
 USER = "annegret"
 
@@ -43,6 +44,7 @@ factors:
   light: {levels: {blue: {sky: {preset: sky_blue}}, own: {sky: {file: ../skies/noon.exr}}}}
   trees: {levels: {none: {}, some: {scenario: {additional: [../trees.add.xml]}}}}
 overrides: {output.fps: 10}
+session: {texts: texts.yaml}
 """
 
 CONFIG = """<configuration><input><net-file value="../net/town.net.xml"/></input>
@@ -67,6 +69,7 @@ def home(tmp_path, monkeypatch):
     write(project / "sumo" / "cfg" / "run.sumocfg", CONFIG.format(log=log))
     many = write(data / "many" / "fcd.xml", fcd_xml(vehicles=4))
     write(project / "trees.add.xml", TREES)
+    write(project / "texts.yaml", "en: {page: {start: Go}}\n")
     write(project / "scenes" / "scene.yaml", SCENE)
     write(project / "models" / "car.yaml", "mesh: parts/car.obj\n")
     write(project / "models" / "parts" / "car.obj", "mtllib ../paint/car.mtl\nv 0 0 0\n")
@@ -108,6 +111,7 @@ def test_inputs_make_the_same_films_on_another_machine(home, tmp_path, monkeypat
     again = planned(there / FOLDER / "study.yaml")
     assert films(again) == films(plan)
     assert again.trials == plan.trials and again.playlists == plan.playlists
+    assert texts_of(again.file.settings).page["start"] == "Go"
 
 
 def test_inputs_tell_of_no_machine(home, tmp_path):
