@@ -339,6 +339,22 @@ const reopened = (run, sender, asked, begin) => {
   }]);
 };
 
+/** Wait until no other window shows the same: each would write over what the other keeps. */
+const alone = (name) => new Promise((done) => {
+  if (!navigator.locks) return done();  // a page without https
+  let isNoted = false;
+  const timer = setTimeout(() => {
+    isNoted = true;
+    notice(words.elsewhere);
+  }, 1000);
+  return navigator.locks.request(name, () => {
+    clearTimeout(timer);
+    if (isNoted) document.body.innerHTML = "";
+    done();
+    return new Promise(() => {});
+  });
+});
+
 const visit = async () => {
   const { endpoint } = study;
   if (endpoint?.kind === "jatos" && typeof jatos === "undefined") return notice(words.no_jatos);
@@ -355,6 +371,7 @@ const visit = async () => {
   if (!(playlist in study.playlists)) {
     return notice(words.no_playlist.replace("{name}", playlist));
   }
+  await alone(`${place}:${playlist}`);
   const run = new Run(`${place}:${playlist}`, { participant, playlist, study_digest: study.digest });
   const sender = new Sender(run, endpoint);
   if (run.state.done) return reopened(run, sender, asked, begin);
