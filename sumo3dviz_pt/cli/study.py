@@ -65,6 +65,9 @@ def add_verify(study: Any) -> None:
     sub.add_argument(
         "--published", default="", metavar="DIGEST", help="what the certificate's digest should be"
     )
+    sub.add_argument(
+        "--quick", action="store_true", help="develop no frame again: hold films against prints"
+    )
     sub.add_argument("--json", action="store_true", help="print it as JSON")
     sub.set_defaults(run=verify)
 
@@ -77,7 +80,7 @@ def verify(options: argparse.Namespace) -> int:
 
     if options.replay < 0:
         raise ConfigError("a number of frames is 0 or more", key="replay")
-    names = ("folder", "replay", "seed", "published")
+    names = ("folder", "replay", "seed", "published", "quick")
     order = VerifyOrder(**{name: getattr(options, name) for name in names})
     with progress(f"verify {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
         found = verify_study(order)

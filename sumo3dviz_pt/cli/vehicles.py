@@ -68,7 +68,7 @@ def _follow(options: argparse.Namespace) -> int:
     """Say whom a road user follows, how far and how fast."""
     import json
 
-    from sumo3dviz_pt.pipeline.measured.follow import follow, follow_lines, write_follow
+    from sumo3dviz_pt.pipeline.measured.traffic import follow, follow_lines, write_follow
     from sumo3dviz_pt.pipeline.production import check_target
     from sumo3dviz_pt.pipeline.progress.expectations import building_steps
     from sumo3dviz_pt.pipeline.reading import spare_inputs

@@ -170,6 +170,11 @@ class TableSettings(Settings):
         max_length=MOST_FACTORS,
         description="level by what the cells hold, where that is not the level's name",
     )
+    coding: dict[FactorName, Literal["dummy", "effects"]] = Field(
+        default_factory=dict,
+        max_length=MOST_FACTORS,
+        description="what several columns hold, where neither rows nor names of columns tell",
+    )
     alternatives: tuple[str, ...] = Field(
         (), max_length=MOST_LEVELS, description="of a wide table, what {alt} stands for"
     )

@@ -9,6 +9,7 @@ References:
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,25 @@ def mover_of(job: Job, name: str, edit: RideEdit) -> str:
         if isinstance(camera, LagrangianCamera)
     }
     return edit.behind if edit.moves == "behind" or plain_id(name) in rides else name
+
+
+def as_moved(change: str, jobs: Iterable[Job]) -> str:
+    """Return what differs between scenes under the ride that it moves.
+
+    A key such as `traffic.rides.car.7.gap` moves car.6 where a camera rides with car.7.
+
+    Args:
+        change: Begins with a dotted key.
+        jobs: The scenes.
+    """
+    for job in jobs:
+        for name, edit in ({} if job.traffic is None else job.traffic.rides).items():
+            begin = f"traffic.rides.{name}"
+            mover, rest = mover_of(job, name, edit), change.removeprefix(begin)
+            own = edit.pace is not None and rest.startswith((".pace", ".around"))
+            if mover != name and change.startswith((f"{begin}.", f"{begin}:")) and not own:
+                return f"traffic.rides.{mover}{rest}"
+    return change
 
 
 def plain_id(name: str) -> str:

@@ -79,6 +79,24 @@ def check_companions(
             raise _absent(camera.vehicle, found, missing, name=shot.camera)
 
 
+def check_known(name: str, logs: Sequence[Path]) -> None:
+    """Refuse a road user that no log ever has.
+
+    Args:
+        name: SUMO's id, or the key such as `person:walker_1`.
+        logs: Of the simulation, whole.
+
+    Raises:
+        ConfigError: Says which one may be meant.
+    """
+    from sumo3dviz_pt.sumo import whereabouts
+
+    found = whereabouts(logs, name)
+    if not found.spans:
+        hint = _hint(name, found.ids)
+        raise ConfigError(f"no vehicle or person is called {cut(name)!r}{hint}")
+
+
 def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
     """Return an error that says why a camera cannot ride with a road user at a time [s]."""
     shown = repr(cut(vehicle))

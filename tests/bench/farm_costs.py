@@ -18,7 +18,7 @@ from sumo3dviz_pt.pipeline.studies.file import load_study
 from sumo3dviz_pt.pipeline.studies.plan import plan_study
 from sumo3dviz_pt.pipeline.studies.records import film_path
 from sumo3dviz_pt.video import encode
-from sumo3dviz_pt.video.reader import film_pictures
+from sumo3dviz_pt.video.picture import film_pictures
 
 REPEATS = 3
 

@@ -207,8 +207,12 @@ def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, plac
     for level in ("clear", "grey"):
         film = f"materials/{level}.mp4"
         assert found[f"materials/{level}.plain.mp4"] == plain[film] != found[film]
-    for name in ("certificate.json", "report.json", "report/films.csv", "report/frames.csv"):
+    for name in ("report.json", "report/films.csv", "report/frames.csv"):
         assert found[name] == plain[name], name
+    pairs = [
+        json.loads((one / "certificate.json").read_bytes())["pairs"] for one in (folder, whole)
+    ]
+    assert pairs[0] == pairs[1]
     for made, seconds in ((whole, "0.6"), (folder, "1.0")):
         (table,) = (made / "data").glob("*description-stimuli*")
         rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))

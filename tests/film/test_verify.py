@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,13 @@ from needed import skip_if
 from viewer.browser import chromium
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.experiments.tools.papers import read_digests, write_checksums
 from sumo3dviz_pt.image.exr import read_layers, write_exr
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
-from sumo3dviz_pt.pipeline.films.proof import sealed
+from sumo3dviz_pt.pipeline.films.encoding import developed
+from sumo3dviz_pt.pipeline.films.proof import delivered, sealed
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
-from sumo3dviz_pt.video.picture import film_pictures
 
 pytestmark = pytest.mark.slow
 
@@ -82,12 +84,14 @@ def test_an_untouched_folder_is_proven(made, capsys):
 # Twelve manipulations -----------------------------------------------------------------------
 
 
-def recoded(folder: Path, change: Callable[[list[Any]], Any]) -> None:
-    """Decode a film, change its pictures, encode it as before."""
-    film = folder / GREY
-    pictures = [each.astype(np.float32) / 255 for each in film_pictures(film, size=SIZE)]
+def recoded(
+    film: Path, change: Callable[[list[Any]], Any], frames: Path | None = None
+) -> tuple[Any, ...]:
+    """Develop a film's frames, change the pictures, encode it as before; the pictures' prints."""
+    files = sorted((frames or film).with_suffix(".frames").glob("*.exr"))
+    pictures = [np.array(each) for each in developed(files)]
     change(pictures)
-    encode(pictures, film, size=SIZE, fps=10)
+    return encode(pictures, film, size=SIZE, fps=10)
 
 
 def edited(path: Path, change: Callable[[dict[str, Any]], Any], *, seal: bool = False) -> None:
@@ -113,33 +117,34 @@ def cast(folder):
         for picture in pictures:
             picture[..., 0] = (picture[..., 0] + 3 / 255).clip(0, 1)
 
-    recoded(folder, warmer)
+    recoded(folder / GREY, warmer)
+
+
+def paint(pictures):
+    for picture in pictures:
+        picture[20:28, 60:66] = (0.35, 0.3, 0.3)  # 48 of 5184 pixels
 
 
 def person(folder):
-    def painted(pictures):
-        for picture in pictures:
-            picture[20:28, 60:66] = (0.35, 0.3, 0.3)  # 48 of 5184 pixels
-
-    recoded(folder, painted)
+    recoded(folder / GREY, paint)
 
 
 def frames_swapped(folder):
     def swapped(pictures):
         pictures[2], pictures[3] = pictures[3], pictures[2]
 
-    recoded(folder, swapped)
+    recoded(folder / GREY, swapped)
 
 
 def black(folder):
     def darkened(pictures):
         pictures[4] = np.zeros_like(pictures[4])
 
-    recoded(folder, darkened)
+    recoded(folder / GREY, darkened)
 
 
 def truncated(folder):
-    recoded(folder, lambda pictures: pictures.pop())
+    recoded(folder / GREY, lambda pictures: pictures.pop())
 
 
 def other_frame(folder):
@@ -148,7 +153,11 @@ def other_frame(folder):
 
 
 def one_pixel(folder):
-    path = folder / "materials" / "grey.frames" / "000002.exr"
+    changed_pixel(folder / "materials" / "grey.frames" / "000002.exr")
+
+
+def changed_pixel(path: Path) -> None:
+    """Brighten a pixel of a stored frame."""
     layers, strings = read_layers(path)
     changed = {name: np.array(layer) for name, layer in layers.items()}
     changed["radiance"][7, 11, 1] += 0.25
@@ -194,6 +203,16 @@ MANIPULATIONS = {
 }
 
 
+def test_a_film_that_was_encoded_again_has_its_pictures_and_another_digest(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    recoded(folder / GREY, lambda pictures: pictures)
+    code, found = verify(folder, capsys, "--quick")
+    what = "is not the film that was written"  # its comment is missing
+    fault = {"link": "films", "file": GREY, "frame": None, "what": what}
+    assert (code, found["faults"]) == (1, [fault])
+
+
 @pytest.mark.parametrize("manipulate", MANIPULATIONS, ids=lambda each: each.__name__)
 def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path, capsys):
     folder = tmp_path / "out"
@@ -212,34 +231,57 @@ def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path,
 def test_frames_that_are_drawn_by_lot_are_rendered_anew_bit_by_bit(made, tmp_path, capsys):
     code, found = verify(made, capsys, "--replay", "1")
     assert (code, found["faults"]) == (0, [])
-    (said,) = [note for note in found["notes"] if note.startswith("rendered anew: ")]
-    name, number = said.removeprefix("rendered anew: ").split()
-    # Whoever forges a frame, and all that is said of it, is found when it is drawn.
+    assert found["notes"][0].startswith("rendered anew: ")
+    # Whoever forges frames, and all that is said of them, is found when one is drawn.
     folder = tmp_path / "out"
     shutil.copytree(made, folder)
-    frame = f"materials/{name}.frames/{int(number):06d}.exr"
-    forge(folder, name, frame)
-    code, found = verify(folder, capsys, "--replay", "12")
-    replayed = [each for each in found["faults"] if each["link"] == "replay"]
-    assert code == 1
-    assert [(each["file"], each["frame"]) for each in replayed] == [(frame, int(number))]
-    assert "1 of 5184 pixels are others" in replayed[0]["what"]
+    for path in sorted(folder.glob("materials/*.frames/*.exr")):
+        changed_pixel(path)
+    resigned(folder, lambda name, said: said.update(files=rehashed(folder, said["files"])))
+    code, found = verify(folder, capsys, "--replay", "1")
+    (fault,) = (each for each in found["faults"] if each["link"] == "replay")
+    assert code == 1 and fault["file"].endswith(".exr")
+    assert "1 of 5184 pixels are others" in fault["what"]
 
 
-def forge(folder: Path, name: str, frame: str) -> None:
-    """Change a pixel of a frame, and write the digest of it into all that holds it."""
-    path = folder / frame
-    layers, strings = read_layers(path)
-    changed = {layer: np.array(values) for layer, values in layers.items()}
-    changed["radiance"][7, 11, 1] += 0.25
-    write_exr(path, changed, half=True, attributes=dict(strings))
-    file = folder / "materials" / f"{name}.json"
-    edited(file, lambda said: said["files"].update({frame[10:]: file_hash(path)}), seal=True)
-    digest = json.loads(file.read_bytes())["digest"]
+def test_films_that_were_forged_with_all_digests_are_found_by_replay_or_publication(
+    made, tmp_path, capsys
+):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    published = json.loads((made / "certificate.json").read_bytes())["digest"]
+
+    def painted(name, account):
+        film = folder / "materials" / f"{name}.mp4"
+        prints = recoded(film, paint, frames=made / "materials" / film.name)
+        codec = account["delivered"][film.name]["codec"]
+        account["delivered"][film.name] = delivered(film, prints, codec=codec, size=SIZE)
+
+    resigned(folder, painted)
+    code, found = verify(folder, capsys)
+    assert (code, found["faults"]) == (0, [])  # who can write all digests anew is not found so
+    assert verify(folder, capsys, "--published", published)[0] == 1
+    code, found = verify(folder, capsys, "--replay", "1")
+    (fault,) = found["faults"]
+    assert code == 1 and fault["link"] == "replay" and fault["file"].endswith(".mp4")
+
+
+def rehashed(folder: Path, files: dict[str, str]) -> dict[str, str]:
+    """Digests of files as they are now."""
+    return {name: file_hash(folder / "materials" / name) for name in files}
+
+
+def resigned(folder: Path, change: Callable[[str, dict[str, Any]], Any]) -> None:
+    """Change the accounts of all films, and write all digests anew that tell of it."""
     record, certificate = folder / "study.json", folder / "certificate.json"
-    edited(record, lambda said: said["films"][name].update(account=digest), seal=True)
-    own = json.loads(record.read_bytes())["digest"]
-    edited(certificate, lambda said: said["digests"].update({"study.json": own}), seal=True)
+    for name in ("clear", "grey"):
+        account, film = folder / "materials" / f"{name}.json", folder / "materials" / f"{name}.mp4"
+        edited(account, partial(change, name), seal=True)
+        own = {"account": json.loads(account.read_bytes())["digest"], "sha256": file_hash(film)}
+        edited(record, lambda said, name=name, own=own: said["films"][name].update(own), seal=True)
+    digest = json.loads(record.read_bytes())["digest"]
+    edited(certificate, lambda said: said["digests"].update({"study.json": digest}), seal=True)
+    write_checksums(folder, [folder / name for name in read_digests(folder / "checksums.sha256")])
 
 
 def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, capsys):

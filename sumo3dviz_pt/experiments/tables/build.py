@@ -11,7 +11,7 @@ from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.experiments.tables.cells import Row, Table
 from sumo3dviz_pt.experiments.tables.columns import called, cell, column, find_column, listed, same
 from sumo3dviz_pt.experiments.tables.forms import FORMS, TableForm, TableRequest
-from sumo3dviz_pt.experiments.tables.levels import FactorColumns
+from sumo3dviz_pt.experiments.tables.levels import FactorColumns, has_effects_codes
 from sumo3dviz_pt.experiments.trials import Levels, Profile, Trial
 
 
@@ -53,12 +53,8 @@ def trials_in(table: Table, levels: Levels, request: TableRequest) -> tuple[Tria
 
 def _long(table: Table, levels: Levels, request: TableRequest, form: TableForm) -> Iterator[_Seen]:
     """Yield alternatives of a table that has a row for each."""
-    factors = [
-        _factor_columns(
-            table, levels, request, form, factor, request.columns.get(factor, (factor,))
-        )
-        for factor in levels
-    ]
+    columns = {factor: [request.columns.get(factor, (factor,))] for factor in levels}
+    factors = [own[0] for own in _all_columns(table, levels, request, form, columns).values()]
     task = _role(table, request.task, form.task, form.optional, "the task")
     other = _role(table, request.alternative, form.alternative, form.optional, "the alternative")
     block = _role(table, request.block, form.block, form.optional, "the block")
@@ -96,16 +92,22 @@ def _is_none(
     form: TableForm,
 ) -> bool:
     """Return whether a row offers to choose nothing."""
+    if _says_none(table, row, request, form):
+        return True
+    cells = [row.cells[place] for part in factors for place in part.places]
+    return form.numbered and all(same(text, "0") for text in cells)
+
+
+def _says_none(table: Table, row: Row, request: TableRequest, form: TableForm) -> bool:
+    """Return whether some column says that a row offers to choose nothing."""
     for name, value in request.none.items():
         if same(row.cells[column(table, name, "the choice of nothing")], value):
             return True
-    if not request.none:
-        for name, value in form.none.items():
-            place = find_column(table, name)
-            if place is not None and same(row.cells[place], value):
-                return True
-    cells = [row.cells[place] for part in factors for place in part.places]
-    return form.numbered and all(same(text, "0") for text in cells)
+    for name, value in form.none.items() if not request.none else ():
+        place = find_column(table, name)
+        if place is not None and same(row.cells[place], value):
+            return True
+    return False
 
 
 # Rows by task ------------------------------------------------------------------------------
@@ -118,15 +120,12 @@ def _wide(table: Table, levels: Levels, request: TableRequest, form: TableForm) 
         for factor in levels
     }
     words = request.alternatives or _alternatives(table, patterns)
-    factors = {
-        word: [
-            _factor_columns(
-                table, levels, request, form, factor, tuple(p.replace("{alt}", word) for p in names)
-            )
-            for factor, names in patterns.items()
-        ]
-        for word in words
+    columns = {
+        factor: [tuple(each.replace("{alt}", word) for each in names) for word in words]
+        for factor, names in patterns.items()
     }
+    found = _all_columns(table, levels, request, form, columns)
+    factors = {word: [own[n] for own in found.values()] for n, word in enumerate(words)}
     task = _role(table, request.task, form.task, form.optional, "the task")
     block = _role(table, request.block, form.block, form.optional, "the block")
     for number, row in enumerate(table.rows, start=1):
@@ -174,18 +173,30 @@ def _role(table: Table, asked: str | None, name: str, optional: bool, what: str)
     return find_column(table, name) if optional else column(table, name, what)
 
 
-def _factor_columns(
+def _all_columns(
     table: Table,
     levels: Levels,
     request: TableRequest,
     form: TableForm,
-    factor: str,
-    names: tuple[str, ...],
-) -> FactorColumns:
-    """Return where a factor stands."""
-    places = tuple(column(table, name, f"the factor {factor}") for name in names)
-    codes = request.codes.get(factor, {})
-    return FactorColumns(factor, levels[factor], codes, places, form.numbered)
+    columns: Mapping[str, list[tuple[str, ...]]],
+) -> dict[str, list[FactorColumns]]:
+    """Return where factors stand, each once for each alternative that has columns of its own."""
+    found = {}
+    for factor, several in columns.items():
+        places = [
+            tuple(column(table, name, f"the factor {factor}") for name in names)
+            for names in several
+        ]
+        effects = request.coding.get(factor) == "effects"
+        if len(places[0]) > 1 and factor not in request.coding:
+            own = [row for row in table.rows if not _says_none(table, row, request, form)]
+            effects = has_effects_codes(replace(table, rows=tuple(own)), factor, places)
+        codes = request.codes.get(factor, {})
+        found[factor] = [
+            FactorColumns(factor, levels[factor], codes, each, form.numbered, effects)
+            for each in places
+        ]
+    return found
 
 
 # Checks ------------------------------------------------------------------------------------
@@ -193,7 +204,8 @@ def _factor_columns(
 
 def _check(request: TableRequest, levels: Levels, form: TableForm) -> None:
     """Refuse a request that does not fit the factors."""
-    for key, named in (("columns", request.columns), ("codes", request.codes)):
+    asked = {"columns": request.columns, "codes": request.codes, "coding": request.coding}
+    for key, named in asked.items():
         for factor in named:
             if factor not in levels:
                 hint = did_you_mean(factor, levels)

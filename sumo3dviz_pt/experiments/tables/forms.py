@@ -71,6 +71,7 @@ class TableRequest:
         alternatives: Of a wide table; empty looks for them in the header.
         task, alternative, block: Columns instead of the form's.
         none: Column and value of rows that offer to choose nothing; instead of the form's.
+        coding: `dummy` or `effects` by factor, where several columns hold codes and do not tell.
     """
 
     form: str = "long"
@@ -81,3 +82,4 @@ class TableRequest:
     alternative: str | None = None
     block: str | None = None
     none: Mapping[str, str] = field(default_factory=dict)
+    coding: Mapping[str, str] = field(default_factory=dict)

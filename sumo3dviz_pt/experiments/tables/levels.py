@@ -21,6 +21,7 @@ class FactorColumns:
         codes: Levels by what cells hold.
         places: Of its column, or of all columns of its codes.
         numbered: Whether cells are the numbers of levels, from 1.
+        effects: Whether several columns hold effects codes, and not dummy codes.
     """
 
     factor: str
@@ -28,6 +29,7 @@ class FactorColumns:
     codes: Mapping[str, str]
     places: tuple[int, ...]
     numbered: bool = False
+    effects: bool = False
 
     def level(self, table: Table, row: Row) -> str:
         """Return the level of a row.
@@ -72,21 +74,50 @@ class FactorColumns:
         """
         found = tuple(number(cell(table, row, place)) for place in self.places)
         last = len(self.levels) - 1
-        if found == (0,) * last:
-            return self.levels[0]
-        if found == (-1,) * last:
-            return self.levels[last]
+        if found == (-1 if self.effects else 0,) * last:
+            return self.levels[last if self.effects else 0]
         if set(found) <= {0, 1} and found.count(1) == 1:
-            return self.levels[found.index(1) + (0 if self._effects(table) else 1)]
+            return self.levels[found.index(1) + (0 if self.effects else 1)]
         text = ", ".join(row.cells[place] for place in self.places)
         raise InputError(
-            f"{cut(text)} are no dummy or effects codes of {self.factor}",
+            f"{cut(text)} are no {'effects' if self.effects else 'dummy'} codes of {self.factor}"
+            f" (design.coding says which they are)",
             file=table.file,
             line=row.line,
             element=called(table, self.places[0]),
         )
 
-    def _effects(self, table: Table) -> bool:
-        """Return whether a table has effects codes: some row is all -1."""
-        rows = ([number(row.cells[place]) for place in self.places] for row in table.rows)
-        return any(set(values) == {-1} for values in rows)
+
+def has_effects_codes(table: Table, factor: str, places: Sequence[tuple[int, ...]]) -> bool:
+    """Return whether columns hold effects codes, and not dummy codes.
+
+    A row of nothing but -1 is the last level in effects codes, one of nothing but 0 the first in
+    dummy codes. Where a table has neither, its names tell: R counts the columns of dummy codes from
+    2 on, as the first level has none, and those of effects codes from 1 on.
+
+    Args:
+        table: The table.
+        factor: The factor's name.
+        places: Of its columns; several times in a row for each task.
+
+    Raises:
+        InputError: If nothing tells, or a table has both.
+    """
+    kinds = {
+        tuple(number(row.cells[place]) for place in own) for row in table.rows for own in places
+    }
+    minus, zero = ((value,) * len(places[0]) in kinds for value in (-1, 0))
+    if minus != zero:
+        return minus
+    names = [table.header[place] for place in places[0]]
+    shared = next((n for n, signs in enumerate(zip(*names, strict=False)) if len({*signs}) > 1), 0)
+    ends = [name[shared:] for name in names]
+    for first in (1, 2):
+        if not minus and ends == [str(first + n) for n in range(len(ends))]:
+            return first == 1
+    why = "rows of -1 and rows of 0" if minus else "neither rows of -1 nor rows of 0"
+    raise InputError(
+        f"the columns of {factor} hold {why}, so they may be dummy or effects codes; say which:"
+        f" design.coding: {{{factor}: dummy}}, or effects",
+        file=table.file,
+    )

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from sumo3dviz_pt.experiments.tools.content import StudyContent, letter
@@ -25,7 +25,8 @@ def write_otree(folder: Path, content: StudyContent) -> list[Path]:
     """Write the app `otree/films`; without an address, films are the project's static files."""
     here = folder / "otree" / "films"
     here.mkdir(parents=True, exist_ok=True)
-    rows: list[Record] = [_placed(content, row) for row in playlist_rows(content)]
+    columns = _columns(content)
+    rows = (_placed(content, row, columns) for row in playlist_rows(content))
     table = write_table(here / "playlists.csv", rows)
     texts = {
         "__init__.py": (_PAGES / "otree_app.txt").read_text(encoding="utf-8"),
@@ -51,10 +52,10 @@ def _columns(content: StudyContent) -> list[str]:
     return ["film"] if count == 1 else [f"film_{place}" for place in range(1, count + 1)]
 
 
-def _placed(content: StudyContent, row: Record) -> Record:
+def _placed(content: StudyContent, row: Record, columns: Sequence[str]) -> Record:
     """Return a row in which films stand by where oTree finds them."""
     found = dict(row)
-    for column in _columns(content):
+    for column in columns:
         file = str(found[column])
         static = f"{_STATIC}/{PurePosixPath(file).name}"
         found[column] = "" if not file else f"{content.url}{file}" if content.url else static

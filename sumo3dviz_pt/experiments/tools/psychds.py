@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.tools.content import StudyContent
@@ -36,11 +36,11 @@ _IGNORED = (
 that begin with a slash, so that one with a slash inside (`report/*`) would match nothing."""
 
 
-def tables(content: StudyContent) -> dict[str, list[Record]]:
-    """Return the tables of a study by the names of their files."""
+def tables(content: StudyContent) -> dict[str, Iterator[Record]]:
+    """Return the tables of a study, row by row, by the names of their files."""
     study = _keyword(content.words.title)
     return {
-        f"study-{study}_description-{name}_data.csv": list(rows(content))
+        f"study-{study}_description-{name}_data.csv": rows(content)
         for name, rows in (
             ("stimuli", film_rows),
             ("trials", trial_rows),
@@ -56,7 +56,7 @@ def write_data(folder: Path, content: StudyContent) -> list[Path]:
 
 def write_psychds(folder: Path, content: StudyContent) -> list[Path]:
     """Write what makes a folder with tables and films a Psych-DS data set."""
-    columns = dict.fromkeys(column for rows in tables(content).values() for column in rows[0])
+    columns = dict.fromkeys(name for rows in tables(content).values() for name in next(iter(rows)))
     texts = {
         "dataset_description.json": _json(_description(content, list(columns))),
         "README.md": _readme(content),

@@ -7,10 +7,11 @@ References:
 
 from __future__ import annotations
 
+from itertools import groupby
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.tools.content import StudyContent
-from sumo3dviz_pt.experiments.tools.rows import playlist_rows, wide_row, write_table
+from sumo3dviz_pt.experiments.tools.rows import playlist_rows, wide_rows, write_table
 
 
 def write_psychopy(folder: Path, content: StudyContent) -> list[Path]:
@@ -20,10 +21,7 @@ def write_psychopy(folder: Path, content: StudyContent) -> list[Path]:
     the loop type `sequential`.
     """
     here = folder / "psychopy"
-    every = [wide_row(content, trial) for trial in content.trials]
-    files = [write_table(here / "conditions.csv", every)]
-    rows = list(playlist_rows(content))
-    for playlist in content.playlists:
-        own = [row for row in rows if row["playlist"] == playlist.name]
-        files.append(write_table(here / f"playlist_{playlist.name}.csv", own))
+    files = [write_table(here / "conditions.csv", wide_rows(content))]
+    for name, rows in groupby(playlist_rows(content), key=lambda row: row["playlist"]):
+        files.append(write_table(here / f"playlist_{name}.csv", rows))
     return files

@@ -8,14 +8,14 @@ References:
 from __future__ import annotations
 
 import csv
-import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.tools.content import StudyContent
 from sumo3dviz_pt.experiments.trials import Trial
-from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.files.whole import whole
 
 Record = Mapping[str, str | int | float]
 """Cells by column."""
@@ -58,19 +58,23 @@ def trial_rows(content: StudyContent) -> Iterator[Record]:
 
 def playlist_rows(content: StudyContent) -> Iterator[Record]:
     """Yield a row for each trial of each playlist, with its alternatives side by side."""
+    several, known = content.most_alternatives > 1, dict[Trial, Record]()
     for playlist in content.playlists:
         for position, trial in enumerate(playlist.trials, start=1):
-            yield {
-                "playlist": playlist.name,
-                "position": position,
-                **wide_row(content, trial),
-            }
+            if trial not in known:
+                known[trial] = _wide_row(content, trial, several=several)
+            yield {"playlist": playlist.name, "position": position, **known[trial]}
 
 
-def wide_row(content: StudyContent, trial: Trial) -> Record:
-    """Return a trial in one row; with several alternatives, columns end in _1, _2, ..."""
-    row: dict[str, str | int | float] = {"block": trial.block, "task": trial.task}
+def wide_rows(content: StudyContent) -> Iterator[Record]:
+    """Yield all trials, each in one row; with several alternatives, columns end in _1, _2, ..."""
     several = content.most_alternatives > 1
+    return (_wide_row(content, trial, several=several) for trial in content.trials)
+
+
+def _wide_row(content: StudyContent, trial: Trial, *, several: bool) -> Record:
+    """Return a trial in one row; `several` says whether any trial has several alternatives."""
+    row: dict[str, str | int | float] = {"block": trial.block, "task": trial.task}
     for place, cells in enumerate(_alternatives(content, trial), start=1):
         kept = {key: cell for key, cell in cells.items() if key not in ("block", "task")}
         if several:
@@ -101,20 +105,6 @@ def _alternatives(content: StudyContent, trial: Trial) -> Iterator[Record]:
         }
 
 
-def table_text(rows: Sequence[Record], *, separator: str = ",") -> str:
-    """Return a table as text, with the columns of its first row.
-
-    Text that a spreadsheet would take for a formula gets an apostrophe before it; numbers stay,
-    whatever their sign.
-    """
-    stream = io.StringIO()
-    writer = csv.writer(stream, delimiter=separator, lineterminator="\n")
-    columns = list(rows[0])
-    writer.writerow(columns)
-    writer.writerows([_safe(row[column]) for column in columns] for row in rows)
-    return stream.getvalue()
-
-
 def _safe(cell: str | int | float) -> str | int | float:
     """Return a cell that is no formula."""
     if isinstance(cell, str) and cell.startswith(_COMPUTED) and not _NUMBER.fullmatch(cell):
@@ -123,9 +113,12 @@ def _safe(cell: str | int | float) -> str | int | float:
 
 
 def write_table(
-    path: Path, rows: Sequence[Record], *, separator: str = ",", mark: str = ""
+    path: Path, rows: Iterable[Record], *, separator: str = ",", mark: str = ""
 ) -> Path:
-    """Write a table with the columns of its first row as text in UTF-8.
+    """Write a table with the columns of its first row as text in UTF-8, row by row.
+
+    Text that a spreadsheet would take for a formula gets an apostrophe before it; numbers stay,
+    whatever their sign.
 
     Args:
         path: The file.
@@ -134,5 +127,13 @@ def write_table(
         mark: What the file begins with.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, mark + table_text(rows, separator=separator))
+    coming = iter(rows)
+    first = next(coming)
+    columns = list(first)
+    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+        stream.write(mark)
+        writer = csv.writer(stream, delimiter=separator, lineterminator="\n")
+        writer.writerow(columns)
+        for row in chain([first], coming):
+            writer.writerow([_safe(row[column]) for column in columns])
     return path

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
+from sumo3dviz_pt.job.traffic import TrafficSettings
 from sumo3dviz_pt.job.weather import WeatherSettings
 from sumo3dviz_pt.pipeline.accounts.provenance import with_files
 
@@ -73,14 +74,18 @@ def _content(account: Account, section: str, *, stored: bool) -> Account:
     """Return what an account says in a section.
 
     A scene without weather has the weather of one that leaves every key of it at its default, so
-    that what a preset adds is told, and no season that both have. Stored frames are told apart by
-    what stands in their scenes.
+    that what a preset adds is told, and no season that both have; so it is with changed traffic.
+    Stored frames are told apart by what stands in their scenes.
     """
     content: Account = account.get(section) or {}
     if section != "scene" or stored:
         return content
-    plain = with_files(WeatherSettings().model_dump(by_alias=True), str)
-    return {**content, "weather": {**plain, **(content.get("weather") or {})}}
+    plain = {"weather": WeatherSettings(), "traffic": TrafficSettings()}
+    filled = {
+        name: {**with_files(own.model_dump(by_alias=True), str), **(content.get(name) or {})}
+        for name, own in plain.items()
+    }
+    return {**content, **filled}
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:

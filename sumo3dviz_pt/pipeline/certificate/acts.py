@@ -21,6 +21,7 @@ _ROADS = (
 )
 _GROUND = ("terrain*", "ground*", "label:terrain", "label:ground")
 _USERS = ("vehicle:*", "person:*", "container:*")
+_KINDS_OF_USERS = tuple(pattern.removesuffix("*") for pattern in _USERS)
 _POLES = ("label:pole", "label:polegroup", "label:traffic light", "label:traffic sign")
 
 
@@ -85,8 +86,7 @@ class Acts:
     def on_world(self) -> bool:
         """Whether what stands may differ: lit windows, another view's detail, things by name."""
         named = (*self.things, *self.looks)
-        users = tuple(pattern.partition(":")[0] + ":" for pattern in _USERS)
-        standing = any(not pattern.startswith(users) for pattern in named)
+        standing = any(not pattern.startswith(_KINDS_OF_USERS) for pattern in named)
         return self.light or self.moves or self.motion or standing
 
     def may_reshape(self, name: str, label: str = "") -> bool:
@@ -280,12 +280,15 @@ def subject_of(changes: Sequence[str], *, asked: Acts | None = None, rider: str 
 
 def _is_beside(change: str, acts: Acts, asked: Acts) -> bool:
     """Return whether a setting is none of what a factor says that it acts on."""
-    if asked.anything or not (acts.anything or acts.camera or acts.picture or acts.light):
+    if asked.anything:
         return False
     if acts.anything:
         return _CONTENT.fullmatch(key_of(change)) is None
     filmed = (acts.camera and not (asked.camera or asked.motion), acts.light and not asked.light)
-    return any(filmed) or (acts.picture and not asked.develops)
+    users = [each for each in (*acts.things, *acts.looks) if each.startswith(_KINDS_OF_USERS)]
+    may = asked.may_reshape if acts.things else asked.may_look
+    others = bool(users) and not any(may(each) for each in users)
+    return any(filmed) or (acts.picture and not asked.develops) or others
 
 
 def _rank(subject: str) -> tuple[int, str]:

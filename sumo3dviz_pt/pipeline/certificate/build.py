@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -89,9 +90,13 @@ class Certificate:
 
     def __str__(self) -> str:
         if not self.pairs:
-            return "certificate: no two films of this design differ in one factor alone"
-        clean = len(self.pairs) - len(self.failed)
-        return f"certificate: {clean} of {len(self.pairs)} pairs differ in their factor alone"
+            return "certificate: there are no two films to compare"
+        claims = Counter(pair.claim for pair in self.pairs)
+        more = f", {claims['not judged']} not judged" if claims["not judged"] else ""
+        return (
+            f"certificate: {claims['proven']} of {len(self.pairs)} pairs differ in their factor"
+            f" alone{more}"
+        )
 
 
 def certify(folder: Path, plan: StudyPlan) -> Certificate:
@@ -168,7 +173,7 @@ def _compared(
     unlike = _unlike_views(accounts, numbers, acts)
     for number in numbers:
         one, other = (
-            read_evidence(film, number, account)
+            read_evidence(film, number, account, unexposed=acts.picture)
             for film, account in zip(films, accounts, strict=True)
         )
         check_same_size(one, other, films[1])

@@ -13,13 +13,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
-from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.lamps import LENS_THAT_SHINES
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
+from sumo3dviz_pt.pipeline.certificate.light import (
+    PAINT,
+    THINGS,
+    USERS,
+    LightDifference,
+    Throw,
+    around,
+    light_difference,
+    luminance,
+    shares,
+)
 
 SAME_DEPTH = 1e-4
 """Share of the distance by which depths may differ and count as one surface."""
@@ -47,10 +56,6 @@ SEEN_LIGHT = 0.02
 """Light that differs by more than this share, in pixels that are not black, counts as other."""
 
 _ROAD_USERS = ("vehicle:", "person:", "container:")
-
-_BLACK = 0.02
-"""Added to luminances before shares are taken, so that noise of black pixels does not count
-[white]."""
 
 _REACH = 2
 """Pixels around an object into which its edge is blurred."""
@@ -90,6 +95,8 @@ class Comparison:
         elsewhere_codes: Difference of the pictures there, with its sign, (k,) [8-bit codes].
         codes: Mean difference of the pictures' channels, (h, w) [8-bit codes].
         things: Each with its name, what of it may differ, and its pixels in either film, (h, w).
+        blocks: How light differs by blocks where the factor does not act; None if a frame is gone,
+            or the factor acts on all light.
     """
 
     number: int
@@ -102,6 +109,7 @@ class Comparison:
     elsewhere_codes: Floats
     codes: Floats
     things: tuple[tuple[str, str, Bools], ...]
+    blocks: LightDifference | None
 
 
 def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparison:
@@ -121,10 +129,10 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
     reshaped = _where(things, [acts.may_reshape(name, labels.get(name, "")) for name in things])
     repainted = _where(things, [acts.may_look(name, labels.get(name, "")) for name in things])
     own = reshaped | repainted
-    slight = own & ~users & _is_slight(one, other, acts)
+    slight = own & _is_slight(one, other, users, acts)
     wrong = ((moved | turned) & ~reshaped & ~slight) | (paint & ~own & (not acts.light))
     spread = _spread(one, other)
-    near = binary_dilation(own, iterations=_REACH)
+    near = around(own, reach=_REACH)
     signed = other.picture.astype(np.int16) - one.picture
     return Comparison(
         number,
@@ -140,7 +148,23 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
             (name, _may_differ(acts, name, labels.get(name, "")), mask)
             for name, mask in things.items()
         ),
+        None
+        if acts.light or acts.anything or one.radiance is None or other.radiance is None
+        else light_difference(
+            one, other, near, _thrown(acts, reshaped=reshaped, own=own, users=users)
+        ),
     )
+
+
+def _thrown(acts: Acts, *, reshaped: Bools, own: Bools, users: Bools) -> list[tuple[Bools, Throw]]:
+    """Return where a factor acts on what is seen, by what that throws light and shadows as."""
+    gone = [pattern.startswith(_ROAD_USERS) for pattern in acts.things]
+    masks = (
+        (bool(acts.looks), own & ~reshaped, PAINT),
+        (acts.motion or any(gone), reshaped & users, USERS),
+        (not all(gone), reshaped & ~users, THINGS),
+    )
+    return [(mask, throw) for there, mask, throw in masks if there]
 
 
 def differing_things(comparisons: list[Comparison]) -> list[ThingDifference]:
@@ -200,19 +224,28 @@ def _apart(one: Evidence, other: Evidence) -> Floats:
     return np.asarray(np.abs(one.layers["depth"] - other.layers["depth"]))
 
 
-def _is_slight(one: Evidence, other: Evidence, acts: Acts) -> Bools:
-    """Return where one thing differs in shape by no more than a factor explains, (h, w).
+def _is_slight(one: Evidence, other: Evidence, users: Bools, acts: Acts) -> Bools:
+    """Return where shapes differ by no more than a factor that acts there explains, (h, w).
 
-    Its surface lies as much higher or lower as a layer on it is thick, and it leans by no more than
-    water makes it.
+    A surface lies as much higher or lower as a layer on it is thick, and uncovers what stood in it;
+    or it leans by no more than water makes it.
+
+    Args:
+        one: Of the first film.
+        other: Of the second.
+        users: Where road users are seen in either.
+        acts: Where the factor acts.
     """
-    normals = [each.layers["normals"] for each in (one, other)]
-    facing = np.minimum(*(np.abs((each * one.rays).sum(axis=-1)) for each in normals))
+    first, second = (each.layers["normals"].astype(np.float64) for each in (one, other))
+    facing = [np.abs((each * one.rays).sum(axis=-1)) for each in (first, second)]
+    # What is level says how far apart surfaces lie; the other may be a wall that is uncovered.
+    across = np.where(first[..., 2] >= second[..., 2], *facing)
     near = np.minimum(one.layers["depth"], other.layers["depth"])
-    beside = _apart(one, other) * facing <= acts.lift + SAME_DEPTH * near * facing
-    level = np.minimum(*(each[..., 2] for each in normals)) >= np.cos(np.radians(acts.tilt)) - 1e-3
-    leans = ~_turned(one, other) | (level & (acts.tilt > 0.0))
-    return np.asarray((one.things == other.things) & beside & leans)
+    beside = _apart(one, other) * across <= acts.lift + SAME_DEPTH * near * across
+    level = np.minimum(first[..., 2], second[..., 2]) >= np.cos(np.radians(acts.tilt)) - 1e-3
+    leans = ~_turned(one, other) | (level & ~users & (acts.tilt > 0.0))
+    uncovered = (one.things != other.things) & (acts.lift > 0.0)
+    return np.asarray(beside & (uncovered | ((one.things == other.things) & leans)))
 
 
 def _shines(one: Evidence) -> Bools:
@@ -245,8 +278,7 @@ def _spread(one: Evidence, other: Evidence) -> Floats:
     """Return by which share luminances differ, (h, w); 0 where a frame is gone."""
     if one.radiance is None or other.radiance is None:
         return np.zeros(one.things.shape)
-    first, second = (each.astype(np.float64) @ LUMINANCE for each in (one.radiance, other.radiance))
-    return np.asarray(np.abs(first - second) / (_BLACK + np.maximum(np.abs(first), np.abs(second))))
+    return np.abs(shares(luminance(one), luminance(other)))
 
 
 def _things(one: Evidence, other: Evidence) -> dict[str, Bools]:

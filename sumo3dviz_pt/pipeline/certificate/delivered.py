@@ -128,8 +128,21 @@ def film_faults(
         found, count = _pictures(each)
         faults += found
         pictures += count
-    again, count = _again(film, account, said, spare) if develop else ([], 0)
+    frames = whole_frames(film, account, spare) if develop else []
+    again, count = _again(film, account, said, frames)
     return FilmTest((*faults, *again), pictures, count)
+
+
+def replayed_faults(film: Path, account: Account, frame: Path) -> list[FilmFault]:
+    """Return whether a film's picture is not the frame that was rendered anew for it.
+
+    Args:
+        film: The film.
+        account: Its account.
+        frame: Rendered anew, beside all that help it.
+    """
+    said = {path: _said(path, account) for path in _films_of(film, account)}
+    return _again(film, account, said, [frame])[0]
 
 
 def _films_of(film: Path, account: Account) -> list[Path]:
@@ -223,16 +236,16 @@ def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], said: _Deliv
 
 
 def _again(
-    film: Path, account: Account, said: Mapping[Path, _Delivered], spare: Collection[Path]
+    film: Path, account: Account, said: Mapping[Path, _Delivered], frames: Sequence[Path]
 ) -> tuple[list[FilmFault], int]:
-    """Develop the frames that are there; return those that are not the film's, and how many."""
+    """Develop frames; return which of them are not the film's, and how many were developed."""
     from sumo3dviz_pt.video.encoder import planes_of
     from sumo3dviz_pt.video.prints import Apart, print_of
 
     wrong: dict[Path, list[int]] = {}
     count = 0
     try:
-        for path, number, picture in _developed(film, account, spare):
+        for path, number, picture in _developed(film, account, frames):
             own = said[path]
             index = number + own.before
             planes = planes_of(picture, index=index, kind=own.codec, size=own.size)
@@ -243,16 +256,15 @@ def _again(
     except (InputError, IndexError) as error:
         return [FilmFault(film, f"its frames cannot be developed again ({error})")], count
     what = "its frame, developed again, is not the picture that the account tells"
-    return [FilmFault(path, what, frames[0]) for path, frames in wrong.items()], count
+    return [FilmFault(path, what, numbers[0]) for path, numbers in wrong.items()], count
 
 
 def _developed(
-    film: Path, account: Account, spare: Collection[Path]
+    film: Path, account: Account, files: Sequence[Path]
 ) -> Iterator[tuple[Path, int, Image]]:
     """Yield pictures of a film, and of its twin, with the frames' numbers."""
-    files = _whole_frames(film, account, spare)
     pictures = developed(files, tone=account["tone"], glare=account["glare"], key=account["key"])
-    facts = read_facts(frames_folder(film)) if account.get("overlays") else None
+    facts = read_facts(files[0].parent) if files and account.get("overlays") else None
     for file, picture in zip(files, pictures, strict=True):
         number = int(file.stem)
         if not account.get("overlays"):
@@ -270,14 +282,22 @@ def _overlaid(picture: Image, facts: FilmFacts, file: Path) -> Image:
     return drawn(picture, facts, int(file.stem), shown_in(file) if hides(facts) else None)
 
 
-def _whole_frames(film: Path, account: Account, spare: Collection[Path]) -> list[Path]:
-    """Return the frames that can be developed as they were: those that help them are there, too."""
+def whole_frames(film: Path, account: Account, spare: Collection[Path] = ()) -> list[Path]:
+    """Return the frames that can be developed as they were: those that help them are there, too.
+
+    Args:
+        film: The film.
+        account: Its account.
+        spare: Frames that count as gone.
+    """
     folder, count = frames_folder(film), len(account["frames"])
-    window = int(account.get("preset", {}).get("accumulate", 0))
     files = [frame_file(folder, number) for number in range(count)]
     there = [file.is_file() and file not in spare for file in files]
-    return [
-        file
-        for number, file in enumerate(files)
-        if all(there[max(number - window, 0) : number + window + 1])
-    ]
+    around = (helping(account, number) for number in range(count))
+    return [file for file, some in zip(files, around, strict=True) if all(there[n] for n in some)]
+
+
+def helping(account: Account, number: int) -> range:
+    """Return the numbers of the frames that a frame is developed with, its own among them."""
+    window = int(account.get("preset", {}).get("accumulate", 0))
+    return range(max(number - window, 0), min(number + window + 1, len(account["frames"])))

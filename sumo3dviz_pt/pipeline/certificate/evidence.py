@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,7 @@ class Evidence:
             is gone.
         picture: Of the film, (h, w, 3) in 0 .. 255.
         rays: Unit vectors from the eye, east, north and up, (h, w, 3).
+        clear: Whether nothing in the air scatters light: no fog, rain or snowfall.
     """
 
     things: NDArray[np.int64]
@@ -56,15 +58,19 @@ class Evidence:
     radiance: Image | None
     picture: NDArray[np.uint8]
     rays: Floats
+    clear: bool = True
 
 
-def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evidence:
+def read_evidence(
+    film: Path, number: int, account: Mapping[str, Any], *, unexposed: bool = False
+) -> Evidence:
     """Return what there is of a frame.
 
     Args:
         film: The film.
         number: The frame's.
         account: The film's.
+        unexposed: Whether light is told before exposure, because that may differ.
 
     Raises:
         InputError: If layers or the film's picture are missing or damaged.
@@ -81,10 +87,17 @@ def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evi
         names,
         {SKY: SKY, **{thing.name: thing.label for thing in seen.things.values()}},
         {name: seen.layers[name] for name in LAYERS if name != COUNTED},
-        _radiance(film, number, float(str(account["exposure"]))),
+        _radiance(film, number, 0.0 if unexposed else float(account["exposure"])),
         film_picture(without_overlays(film), time, size=(width, height)),
         _rays(seen.camera),
+        _is_clear(account),
     )
+
+
+def _is_clear(account: Mapping[str, Any]) -> bool:
+    """Return whether a film's air scatters no light that is seen before the sky."""
+    weather = account.get("scene", {}).get("weather") or {}
+    return not any(weather.get(key) for key in ("fog", "rain", "snow", "course", "preset"))
 
 
 def _rays(camera: Camera) -> Floats:

@@ -19,11 +19,12 @@ from sumo3dviz_pt.pipeline.certificate.comparison import (
     ThingDifference,
     differing_things,
 )
+from sumo3dviz_pt.pipeline.certificate.light import light_faults
 
 TYPICAL_LIGHT = 0.02
 """Share by which the light of a typical pixel may differ where a factor does not act."""
 
-TYPICAL_CODES = 1.0
+TYPICAL_CODES = 2.0
 """By how much a typical pixel of the pictures may be brighter or darker there [8-bit codes]; the
 sign counts, so that what an encoder does to single pixels cancels."""
 
@@ -122,7 +123,8 @@ def pixel_verdict(comparisons: Sequence[Comparison], acts: Acts) -> PixelVerdict
     codes = nan if acts.develops else abs(_typical(signed))
     wrong = float(np.mean([each.wrong.mean() for each in comparisons]))
     differing = [(each.shape | each.paint | each.light).mean() for each in comparisons]
-    faults = [*_misplaced(comparisons, things), *_unlike(light, codes)]
+    blocks = [each.blocks for each in comparisons if each.blocks is not None]
+    faults = [*_misplaced(comparisons, things), *light_faults(blocks), *_unlike(light, codes)]
     unseen = (acts.things or acts.looks) and not any(each.own.any() for each in comparisons)
     named = ("what the factor acts on is not seen in the compared frames",) if unseen else ()
     return PixelVerdict(

@@ -17,6 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, package_hashes, versions
+from sumo3dviz_pt.pipeline.certificate.delivered import helping, replayed_faults, whole_frames
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
     Fault,
@@ -95,12 +96,14 @@ class VerifyOrder:
         replay: How many frames are rendered anew.
         seed: Draws others of them.
         published: What the certificate's digest should be, where that was published; or empty.
+        quick: Whether films are held against the prints of their frames only.
     """
 
     folder: Path
     replay: int = 0
     seed: int = 0
     published: str = ""
+    quick: bool = False
 
 
 def verify_study(order: VerifyOrder) -> Verified:
@@ -118,7 +121,7 @@ def verify_study(order: VerifyOrder) -> Verified:
     faults = [*_published(study, order), *seal_faults(study)]
     faults += [] if plan is None else scene_faults(study, plan)
     frames, there = frame_faults(study)
-    films, tested = all_film_faults(study, frames, develop=True)
+    films, tested = all_film_faults(study, frames, develop=not order.quick)
     tested = replace(tested, frames=there)
     faults += [*frames, *films, *_pictures(study)]
     faults += [*listed_faults(study, faults), *again.faults]
@@ -170,7 +173,7 @@ def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
     if tested.developed < tested.pictures:
         yield (
             f"{tested.pictures - tested.developed} of {tested.pictures} pictures were held against"
-            " the prints of their frames only, which cannot be developed again here"
+            " the prints of their frames only: these were not developed again"
         )
 
 
@@ -242,32 +245,37 @@ def _unlike(study: StudyFolder, plan: StudyPlan, name: str) -> Iterator[str]:
 
 
 def _rendered(study: StudyFolder, plan: StudyPlan, name: str, number: int, folder: Path) -> Path:
-    """Render a frame anew; return its file."""
-    account = study.accounts[name]
+    """Render a frame anew, with those that help it where they are gone; return its file."""
+    account, film = study.accounts[name], study.film(name)
+    there = frame_file(frames_folder(film), number) in whole_frames(film, account)
+    wanted = range(number, number + 1) if there else helping(account, number)
     (stimulus,) = plan.only(name).stimuli
-    path = folder / f"{name}{Path(str(study.films[name]['file'])).suffix}"
+    path = folder / f"{name}-{number}" / film.name
+    path.parent.mkdir()
     request = Request(
         variant=str(account["variant"]),
         command=str(account["command"]),
         metered=account.get("metering", {}).get("metered"),
     )
-    order = FilmOrder(path, frames=(number, number + 1), overwrite=True)
+    order = FilmOrder(path, frames=(wanted.start, wanted.stop))
     render_film(stimulus.job, request, order)
     return frame_file(frames_folder(path), number)
 
 
 def _replay_faults(study: StudyFolder, name: str, number: int, found: Path) -> Iterator[Fault]:
-    """Yield that a frame that was rendered anew is not the stored one."""
-    film = study.film(name)
+    """Yield that a frame that was rendered anew is not the stored one, or not what a film shows."""
+    film, account = study.film(name), study.accounts[name]
     stored = frame_file(frames_folder(film), number)
     file = stored.relative_to(study.path).as_posix()
-    if file_hash(found) == study.frame_files(name).get(file):
-        return
-    what = "rendered anew, it is another frame"
-    if stored.is_file():
-        what = _apart(stored, found)
-    if what:
-        yield Fault("replay", file, what, number)
+    if file_hash(found) != study.frame_files(name).get(file):
+        what = _apart(stored, found) if stored.is_file() else "rendered anew, it is another frame"
+        if what:
+            yield Fault("replay", file, what, number)
+            return
+    if all(frame_file(found.parent, each).is_file() for each in helping(account, number)):
+        for each in replayed_faults(film, account, found):
+            where = each.film.relative_to(study.path).as_posix()
+            yield Fault("replay", where, each.what, each.frame)
 
 
 def _apart(stored: Path, found: Path) -> str:

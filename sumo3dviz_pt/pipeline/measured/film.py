@@ -23,10 +23,10 @@ from sumo3dviz_pt.pipeline.measured.observer import (
     arrivals,
     camera_observer,
     named_observer,
+    observer_rows,
 )
 from sumo3dviz_pt.pipeline.measured.pictures import picture_rows, scene_row
 from sumo3dviz_pt.pipeline.measured.safety import FIELD, FlashMeter, SignalColours, size_row
-from sumo3dviz_pt.pipeline.measured.sights import observer_rows
 from sumo3dviz_pt.pipeline.measured.things import Shown, lens_of, shown_in
 from sumo3dviz_pt.pipeline.measured.traffic import (
     Row,
@@ -115,7 +115,6 @@ def measure_film(
         compared: In how many frames the scene's light is measured.
 
     Raises:
-        ConfigError: If an observer is a road user that is not there.
         InputError: If the film or a frame is damaged.
     """
     cameras = [frame["camera"] for frame in account["frames"]]
@@ -165,10 +164,8 @@ def _observer_tables(
     grid = np.arange(begin - HORIZON, end + HORIZON + STEP, STEP)
     around = traffic_at(stimulus.job, scenario, grid, near=near)
     network = scenario.network
-    observers = [camera_observer(cameras, traffic, network)]
-    observers += [
-        named_observer(name, each, traffic, network) for name, each in settings.observers.items()
-    ]
+    named = (named_observer(*each, traffic, network) for each in settings.observers.items())
+    observers = [camera_observer(cameras, traffic, network), *filter(None, named)]
     rows: list[Row] = []
     came: list[Row] = []
     for observer in observers:
@@ -224,8 +221,7 @@ def _watched(
     meter, colours = watching
     for number, picture in enumerate(film_pictures(without_overlays(film), size=(width, height))):
         meter.add(picture)
-        if number in shown.lights:
-            colours.add(picture, shown.lights[number])
+        colours.add(picture, shown.lenses.get(number, {}))
         yield picture
 
 

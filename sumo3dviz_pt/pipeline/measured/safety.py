@@ -8,9 +8,9 @@
   if such places fill at most a quarter of every field of view of 10 degrees. Fields are round, and
   laid over a film that is seen as wide as its lens opens: seen smaller, a field holds more of it.
   Places are blocks of the picture, 96 at most across, so that noise and grain are no flashes;
-* colours of signals: of the pixels of traffic lights that are bright and strongly coloured, by
-  frames with the same lights, as the display shows them and as people see them who lack a cone:
-  protanopia without long, deuteranopia without middle wavelengths (severity 1 of Machado et al.).
+* colours of signals: means of the pixels that show a lens which shines by the signals' log, as the
+  display shows them and as people see them who lack a cone: protanopia without long, deuteranopia
+  without middle wavelengths (severity 1 of Machado et al.).
   Colour differences are CIEDE2000; about 2 is just seen side by side, and 10 at a glance.
 
 References:
@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.colour import LUMINANCE, linear_from_srgb
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.world.signals.bodies import GLASS
 
 CHANGE = 0.1
 """Least change of relative luminance that is half a flash."""
@@ -192,11 +193,6 @@ def _largest_share(marked: Bools, reach: float) -> float:
 
 # Colours of signals -------------------------------------------------------------------------
 
-_HUES = {"red": (-40.0, 50.0), "yellow": (50.0, 110.0), "green": (110.0, 230.0)}
-"""Of lights in CIE Lab [deg]."""
-
-_CHROMA, _BRIGHT = 35.0, 30.0  # least chroma and lightness of a light that shines, CIE Lab
-
 
 @dataclass(slots=True)
 class SignalColours:
@@ -204,16 +200,15 @@ class SignalColours:
 
     _sums: dict[str, Floats] = field(default_factory=dict)
 
-    def add(self, picture: Pixels, lights: Ints) -> None:
-        """Take a picture, (h, w, 3) sRGB codes, and which of its pixels show traffic lights."""
-        linear = _LINEAR[picture.reshape(-1, 3)[lights]]
-        if not len(linear):
-            return
-        lab = _lab(linear)
-        chroma, hue = np.hypot(lab[:, 1], lab[:, 2]), np.degrees(np.arctan2(lab[:, 2], lab[:, 1]))
-        shines = (chroma > _CHROMA) & (lab[:, 0] > _BRIGHT)
-        for name, (low, high) in _HUES.items():
-            own = linear[shines & ((hue - low) % 360.0 < high - low)]
+    def add(self, picture: Pixels, lenses: Mapping[str, Ints]) -> None:
+        """Take a picture.
+
+        Args:
+            picture: (h, w, 3), sRGB codes.
+            lenses: Which of its pixels show lenses that shine, by their names in `GLASS`.
+        """
+        for name, places in lenses.items():
+            own = _LINEAR[picture.reshape(-1, 3)[places]]
             total = np.append(own.sum(axis=0), len(own))
             self._sums[name] = self._sums.get(name, np.zeros(4)) + total
 
@@ -226,7 +221,7 @@ class SignalColours:
                 if one in means and other in means
                 else float("nan")
             )
-            for one, other in combinations(_HUES, 2)
+            for one, other in combinations(GLASS, 2)
             for vision in ("normal", *VISIONS)
         }
 
@@ -283,7 +278,7 @@ def safety_words(connections: Sequence[float]) -> dict[str, str]:
     """Return what these numbers mean, by name, in the order in which they are shown."""
     pairs = {
         f"{one}_{other}_{vision}": f"colour difference of {one} and {other} lights, {vision} vision"
-        for one, other in combinations(_HUES, 2)
+        for one, other in combinations(GLASS, 2)
         for vision in ("normal", *VISIONS)
     }
     return {

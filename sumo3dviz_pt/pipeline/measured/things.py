@@ -24,17 +24,27 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.things import number_of
+from sumo3dviz_pt.model.things import Thing, number_of
 from sumo3dviz_pt.pipeline.certificate.acts import matches
 from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside, said_file
 from sumo3dviz_pt.pipeline.layers.read import FrameLayers, read_frame
-from sumo3dviz_pt.pipeline.measured.sights import Seen
+from sumo3dviz_pt.pipeline.measured.observer import Seen
 from sumo3dviz_pt.pipeline.measured.traffic import Row, Traffic
+from sumo3dviz_pt.world.signals.bodies import GLASS
 
 _NEARER = 0.05
 """What lies so much before a body's box hides it [m]."""
+
+
+_SAME_GLASS = 1e-3
+"""Reflectances are stored in half precision."""
+
+_ASPECTS: Mapping[str, tuple[str, ...]] = {
+    **{"r": ("red",), "s": ("red",), "u": ("red", "yellow"), "y": ("yellow",), "g": ("green",)}
+}
+"""Which lamps shine, by SUMO's letter in lower case; blinking ones are not told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +54,13 @@ class Shown:
     Attributes:
         shares: A row for each class and named thing of each frame.
         seen: Of each frame's road users, how much is not hidden, and pixels.
-        lights: Which pixels show traffic lights, by frame, as numbers in the flattened picture.
+        lenses: Which pixels show lenses of traffic lights that shine, by frame and by names in
+            `GLASS`, as numbers in the flattened picture.
     """
 
     shares: tuple[Row, ...]
     seen: Seen
-    lights: Mapping[int, Ints]
+    lenses: Mapping[int, Mapping[str, Ints]]
 
 
 def shown_in(
@@ -70,18 +81,18 @@ def shown_in(
     folder = beside(frames_folder(film))
     shares: list[Row] = []
     seen: dict[tuple[int, str], tuple[float, int]] = {}
-    lights: dict[int, Ints] = {}
+    lenses: dict[int, Mapping[str, Ints]] = {}
+    states = _states(account)
     for number, frame in enumerate(account["frames"]):
         if said_file(folder, number).is_file():
             layers = read_frame(folder, number)
             shares += share_rows(layers, named)
-            own = [key for key, thing in layers.things.items() if thing.label == "traffic light"]
-            lights[number] = np.flatnonzero(np.isin(layers.layers[COUNTED], own))
+            lenses[number] = shining_lenses(layers, states[number])
             if "depth" in layers.layers and COUNTED in layers.layers:
                 lens = lens_of(frame["camera"])
                 if lens.has_one_centre:
                     seen |= _seen(layers, lens, traffic, number, within=within)
-    return Shown(tuple(shares), seen, lights)
+    return Shown(tuple(shares), seen, lenses)
 
 
 def share_rows(frame: FrameLayers, named: Sequence[str]) -> Iterator[Row]:
@@ -105,6 +116,46 @@ def share_rows(frame: FrameLayers, named: Sequence[str]) -> Iterator[Row]:
         for name, pixels in sorted(some.items()):
             share = round(pixels / whole, 6)
             yield {"frame": frame.frame, "kind": kind, "name": name, "share": share}
+
+
+def _states(account: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Return the state of each traffic light in each frame, as SUMO's letters by link."""
+    changes: dict[int, dict[str, str]] = {}
+    for change in account["signal_changes"]:
+        changes.setdefault(int(change["frame"]), {})[str(change["tls"])] = str(change["state"])
+    found: list[dict[str, str]] = []
+    for number in range(len(account["frames"])):
+        found.append({**(found[-1] if found else {}), **changes.get(number, {})})
+    return found
+
+
+def shining_lenses(frame: FrameLayers, states: Mapping[str, str]) -> dict[str, Ints]:
+    """Return which pixels show a lens that shines, by the lens's colour; none by guess.
+
+    Args:
+        frame: Its layers; without albedo nothing is known.
+        states: Of traffic lights, letters by link.
+    """
+    if "albedo" not in frame.layers:
+        return {}
+    found: dict[str, list[Ints]] = {name: [] for name in GLASS}
+    for key, thing in frame.things.items():
+        for name in _aspects(thing, states):
+            places = np.flatnonzero(frame.layers[COUNTED] == key)
+            albedo = frame.layers["albedo"].reshape(-1, 3)[places]
+            glass = np.array(GLASS[name], dtype=np.float32)
+            found[name].append(places[(np.abs(albedo - glass) < _SAME_GLASS).all(axis=1)])
+    return {name: np.concatenate(some) for name, some in found.items() if some}
+
+
+def _aspects(thing: Thing, states: Mapping[str, str]) -> tuple[str, ...]:
+    """Return which lamps of a signal head shine; its name has its light, link and number."""
+    if thing.label != "traffic light" or not thing.name.startswith("signal:"):
+        return ()
+    light, _, link = thing.name.removeprefix("signal:").rpartition("/")[0].rpartition("/")
+    letters = states.get(light, "")
+    known = link.isdecimal() and int(link) < len(letters)
+    return _ASPECTS.get(letters[int(link)].lower(), ()) if known else ()
 
 
 # What hides bodies --------------------------------------------------------------------------

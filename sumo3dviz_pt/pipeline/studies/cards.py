@@ -106,7 +106,7 @@ def _ground(names: Sequence[str], size: tuple[int, int], cell: tuple[int, int]) 
 
 def _frames(films: Sequence[Path], ground: Pixels, cell: tuple[int, int]) -> Iterator[Pixels]:
     """Yield the card's frames."""
-    from sumo3dviz_pt.video.reader import film_pictures
+    from sumo3dviz_pt.video.picture import film_pictures
 
     height, width = ground.shape[:2]
     places = _places((width, height), cell, len(films))

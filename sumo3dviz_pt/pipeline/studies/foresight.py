@@ -34,7 +34,8 @@ _COLOURED = re.compile(r"(.*\.)?colour: (#[0-9a-f]{6}) -> (#[0-9a-f]{6})")
 _NAMING = re.compile(r"(?:vehicles\.by_id|traffic\.rides)\.(?P<id>.+?)(?:\.[a-z]+)?")
 """Keys that name a road user; ids may hold dots themselves, settings of one are plain words."""
 
-_MOST = 3
+Logs = dict[tuple[str, str], Sequence[tuple[float, float]]]
+"""When which road user is in which log [s]."""
 
 
 def rider_of(stimulus: Stimulus) -> str:
@@ -80,7 +81,7 @@ def _by_factor(study: StudyFile, pair: StimulusPair) -> dict[str, list[str]]:
         for factor in pair.factors
     }
     templates = [factor for factor, some in named.items() if ["template"] in some]
-    for change in pair.changed:
+    for change, acting in zip(pair.changed, pair.acting, strict=True):
         words = key_of(change).split(".")
         scores = {
             factor: max((_shared(words, path) for path in some), default=0)
@@ -89,7 +90,7 @@ def _by_factor(study: StudyFile, pair: StimulusPair) -> dict[str, list[str]]:
         best = max(scores.values(), default=0)
         owners = [factor for factor, score in scores.items() if score == best]
         for factor in owners if best else (templates or owners):
-            owned[factor].append(change)
+            owned[factor].append(acting)
     return owned
 
 
@@ -100,62 +101,60 @@ def _shared(one: Sequence[str], other: Sequence[str]) -> int:
 
 
 def foresight(plan: StudyPlan) -> list[str]:
-    """Return what can be known of a study's pairs without pixels, a sentence each."""
-    found: dict[str, None] = {}
+    """Return what can be known of a study's factors without pixels, a sentence each."""
     films = {each.name: each for each in plan.stimuli}
-    places: dict[tuple[str, str], list[tuple[float, float]] | None] = {}
+    found: dict[str, dict[str, None]] = {factor: {} for factor in plan.factors}
+    logs: Logs = {}
     for pair in plan.pairs:
-        one = films[pair.one]
-        subject = subject_of_pair(plan.file, pair, rider=rider_of(one))
-        for said in (*_beside(pair, subject), *_moved(pair, one), *_same_colours(pair)):
-            found[said] = None
-        if len(pair.factors) == 1:
-            found |= dict.fromkeys(_nobody(pair, (one, films[pair.other]), places))
-    return list(found)
+        both = (films[pair.one], films[pair.other])
+        for factor, changes in _by_factor(plan.file, pair).items():
+            said = (
+                *_beside(plan.file, factor, changes, rider=rider_of(both[0])),
+                *_moved(changes, rider=rider_of(both[0])),
+                *_same_colours(changes),
+                *_nobody(changes, both, logs),
+            )
+            found[factor] |= dict.fromkeys(said)
+    return [f"{factor}: {sentence}" for factor, some in found.items() for sentence in some]
 
 
-def _beside(pair: StimulusPair, subject: Subject) -> Iterator[str]:
-    """Yield what levels set beside what their factor is about, or what no rule knows."""
+def _beside(study: StudyFile, factor: str, changes: Sequence[str], *, rider: str) -> Iterator[str]:
+    """Yield that levels set more than what their factor is about, or what no rule knows."""
+    asked = study.settings.factors[factor].acts_on
+    acts = None if asked is None else Acts.asked(asked)
+    subject = subject_of(changes, asked=acts, rider=rider)
     if subject.confounds:
-        some = ", ".join(subject.confounds[:_MOST])
-        more = len(subject.confounds) - _MOST
-        some += f" and {more} more" if more > 0 else ""
+        keys = ", ".join(sorted({key_of(change) for change in subject.confounds}))
         yield (
-            f"{pair.factor}: levels also set {some}, beside what the factor is about"
-            f" ({subject.acts}); such pairs fail: make it a factor of its own, or say in acts_on"
-            " where the factor acts"
+            f"levels also set {keys}, beside what the factor is about ({subject.acts}), and such"
+            " pairs fail; make it a factor of its own, or say in acts_on where the factor acts"
         )
     if subject.acts.anything:
-        keys = ", ".join(dict.fromkeys(subject.ruleless))
+        keys = ", ".join(sorted(set(subject.ruleless)))
         why = f"no rule knows {keys}, so it" if keys else "it"
-        yield (
-            f"{pair.factor}: {why} may change anything, and nothing can be proven; say in acts_on"
-            " where it acts"
-        )
+        yield f"{why} may change anything, and nothing can be proven; say in acts_on where it acts"
 
 
-def _moved(pair: StimulusPair, one: Stimulus) -> Iterator[str]:
+def _moved(changes: Sequence[str], *, rider: str) -> Iterator[str]:
     """Yield that a factor moves the vehicle that the camera rides in."""
-    rider = rider_of(one)
-    for change in pair.changed:
+    for change in changes:
         named = _NAMING.fullmatch(key_of(change))
         if rider and named and change.startswith("traffic.rides.") and _fits(rider, named["id"]):
             yield (
-                f"{pair.factor}: the camera rides in {rider}, whose ride it changes, so that all is"
-                " seen from elsewhere; change the ride of the other vehicle instead"
+                f"the camera rides in {rider}, whose ride it changes, so that all is seen from"
+                " elsewhere; change another ride instead, or ask for a gap"
             )
-            return
 
 
-def _same_colours(pair: StimulusPair) -> Iterator[str]:
+def _same_colours(changes: Sequence[str]) -> Iterator[str]:
     """Yield colours that nobody can tell apart."""
-    for change in pair.changed:
+    for change in changes:
         found = _COLOURED.fullmatch(change)
         if found and _apart(found[2], found[3]) < _TOLD_APART:
+            one, other = sorted((found[2], found[3]))
             yield (
-                f"{pair.factor}: {found[2]} and {found[3]} differ by"
-                f" {_apart(found[2], found[3]):.1f} in CIELAB; below {_TOLD_APART} nobody tells"
-                " them apart"
+                f"{one} and {other} differ by {_apart(one, other):.1f} in CIELAB, and below"
+                f" {_TOLD_APART} nobody tells them apart"
             )
 
 
@@ -174,57 +173,45 @@ def _lab(colour: str) -> tuple[float, float, float]:
     return 116 * g - 16, 500 * (f - g), 200 * (g - h)
 
 
-def _nobody(
-    pair: StimulusPair,
-    films: tuple[Stimulus, Stimulus],
-    places: dict[tuple[str, str], list[tuple[float, float]] | None],
-) -> Iterator[str]:
+def _nobody(changes: Sequence[str], films: tuple[Stimulus, Stimulus], logs: Logs) -> Iterator[str]:
     """Yield road users that levels name and that the log does not have while the film runs.
 
     Args:
-        pair: Two films.
-        films: Both.
-        places: When the log has whom, as far as it was asked for; None is never.
+        changes: Of a factor's levels.
+        films: Two films that differ in it.
+        logs: When logs have whom, as far as it was asked for.
     """
-    for id_ in dict.fromkeys(_named_in(pair)):
-        there = [_spans(film, id_, places) for film in films]
-        if all(spans is None for spans in there):
-            yield f"{pair.factor}: nobody in the log is called {id_}, so it has no effect"
-        elif "rides" not in " ".join(pair.changed) and not any(map(_meets, films, there)):
-            start, end = films[0].shot.start, films[0].shot.end
+    for change in changes:
+        named = _NAMING.fullmatch(key_of(change))
+        if not named:
+            continue
+        there = [_spans(film, named["id"], logs) for film in films]
+        shot = films[0].shot
+        if not any(there):
+            yield f"nobody in the log is called {named['id']}, so it has no effect"
+        elif change.startswith("vehicles.") and not any(map(_meets, films, there)):
             yield (
-                f"{pair.factor}: {id_} is not on the road between {start:g} and {end:g} s, so it"
+                f"{named['id']} is not on the road between {shot.start:g} and {shot.end:g} s, so it"
                 " has no effect"
             )
 
 
-def _named_in(pair: StimulusPair) -> Iterator[str]:
-    """Yield the ids of road users that the changes of a pair name."""
-    for change in pair.changed:
-        named = _NAMING.fullmatch(key_of(change))
-        if named:
-            yield named["id"]
-
-
-def _spans(
-    film: Stimulus, id_: str, places: dict[tuple[str, str], list[tuple[float, float]] | None]
-) -> list[tuple[float, float]] | None:
-    """Return when a film's log has a road user, or those that a pattern means; None is never."""
+def _spans(film: Stimulus, id_: str, logs: Logs) -> Sequence[tuple[float, float]]:
+    """Return when a film's log has a road user, or those that a pattern means."""
     from sumo3dviz_pt.sumo import whereabouts
 
     key = (repr(film.job.scenario), id_)
-    if key not in places:
-        logs = scenario_files(film.job).trajectories
-        found = whereabouts(logs, id_)
+    if key not in logs:
+        found = whereabouts(scenario_files(film.job).trajectories, id_)
         # Of patterns it is only asked whether anybody fits them: each id would read the log again.
-        some = [(-np.inf, np.inf)] if any(_fits(each, id_) for each in found.ids) else []
-        places[key] = list(found.spans) or some or None
-    return places[key]
+        fits = any(_fits(each, id_) for each in found.ids)
+        logs[key] = found.spans or ([(-np.inf, np.inf)] if fits else [])
+    return logs[key]
 
 
-def _meets(film: Stimulus, spans: list[tuple[float, float]] | None) -> bool:
+def _meets(film: Stimulus, spans: Sequence[tuple[float, float]]) -> bool:
     """Return whether some of the times lie within a film."""
-    return any(a <= film.shot.end and b >= film.shot.start for a, b in spans or ())
+    return any(a <= film.shot.end and b >= film.shot.start for a, b in spans)
 
 
 def _fits(name: str, pattern: str) -> bool:

@@ -18,6 +18,7 @@ import numpy as np
 from sumo3dviz_pt.experiments.trials import Levels, Profile
 from sumo3dviz_pt.pipeline.accounts.differences import differences
 from sumo3dviz_pt.pipeline.accounts.provenance import short_names, with_files
+from sumo3dviz_pt.pipeline.gaps import as_moved
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
 Places = Mapping[str, int]
@@ -37,6 +38,7 @@ class StimulusPair:
         one: The first film's name.
         other: The second's.
         changed: What differs in their scenes, key by key.
+        acting: The same, rides under the id of the one that is moved for them.
         factors: Names of the factors in which they differ, one by one.
     """
 
@@ -45,6 +47,7 @@ class StimulusPair:
     one: str
     other: str
     changed: tuple[str, ...]
+    acting: tuple[str, ...]
     factors: tuple[str, ...]
 
 
@@ -86,12 +89,14 @@ def _pair(
         " and ".join(profile[place] for place in factors.values()) for profile in (one, other)
     )
     first, second = film[one], film[other]
+    changed = changes(first, second)
     return StimulusPair(
         " and ".join(factors),
         (words[0], words[1]),
         first.name,
         second.name,
-        tuple(changes(first, second)),
+        tuple(changed),
+        tuple(as_moved(change, (first.job, second.job)) for change in changed),
         tuple(factors),
     )
 
@@ -126,7 +131,7 @@ def _tying(
             few = not only_ties and any(times[name] < _TIMES for name in own)
             if frozenset(names) not in known and (first != second or few):
                 known.add(frozenset(names))
-                times.update(own)
+                times.update(list(own))
                 groups[first] = second
                 chosen.append((one, other))
     return chosen

@@ -10,7 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.experiments.designs.balance import confounded_pairs, same_in_words
+from sumo3dviz_pt.experiments.designs.balance import same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
 from sumo3dviz_pt.experiments.designs.parts import uneven
 from sumo3dviz_pt.experiments.playlists import (
@@ -154,6 +154,7 @@ def _tabled(study: StudyFile, table: TableSettings) -> tuple[tuple[Trial, ...], 
         alternative=table.alternative,
         block=table.block,
         none=table.none,
+        coding=table.coding,
     )
     with study.blamed():
         read = read_table(table.table, separator=table.separator, sheet=table.sheet)
@@ -183,10 +184,6 @@ def _table_notes(
     numbers = [{name: n for n, name in enumerate(some)} for some in study.levels.values()]
     rows = np.array([[own[n] for own, n in zip(numbers, p, strict=True)] for p in profiles])
     notes += same_in_words(rows, study.levels)
-    unequal = len(confounded_pairs(rows, [len(some) for some in numbers]))
-    if unequal:
-        pairs = len(numbers) * (len(numbers) - 1) // 2
-        notes.append(f"{unequal} of {pairs} pairs of factors go together in part over the profiles")
     seen: set[tuple[str, frozenset[Profile | None]]] = set()
     again = []
     for trial in trials:

@@ -27,6 +27,8 @@ from sumo3dviz_pt.pipeline.films.reuse import discard
 from sumo3dviz_pt.pipeline.measured.build import report_study
 from sumo3dviz_pt.pipeline.preflight import check_choices
 from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.reading import scenario_files
+from sumo3dviz_pt.pipeline.riders import check_known
 from sumo3dviz_pt.pipeline.studies.inputs import check_study_inputs, write_study_inputs
 from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
@@ -119,6 +121,7 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
             if repr(ride) not in rides:
                 rides.add(repr(ride))
                 check_rides(stimulus.job, FilmOrder(path), [ShotFilm(stimulus.shot, path)])
+    _check_observers(plan)
     _check_places(plan, order)
     check_study_inputs(order.folder, plan)
 
@@ -307,6 +310,15 @@ def _unseen(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> list[str]:
     for note in notes:
         log.warning("%s", note)
     return notes
+
+
+def _check_observers(plan: StudyPlan) -> None:
+    """Refuse observers of the report that no log ever has."""
+    report = plan.file.settings.report
+    for name, each in report.observers.items() if report.write else ():
+        if each.road_user is not None:
+            with plan.file.blamed("report", "observers", name, "road_user"):
+                check_known(each.road_user, scenario_files(plan.stimuli[0].job).trajectories)
 
 
 def _check_places(plan: StudyPlan, order: StudyOrder) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from sumo3dviz_pt.pipeline.certificate.acts import key_of
 from sumo3dviz_pt.pipeline.progress.costs import time_in_words
 from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
 from sumo3dviz_pt.pipeline.studies.foresight import foresight
@@ -81,7 +82,7 @@ def _pairs(plan: StudyPlan) -> list[str]:
     for factor in plan.factors:
         own = [pair for pair in plan.pairs if pair.factor == factor]
         more = sum(factor in pair.factors for pair in plan.pairs) - len(own)
-        keys = dict.fromkeys(change.partition(":")[0] for pair in own for change in pair.changed)
+        keys = dict.fromkeys(key_of(change) for pair in own for change in pair.changed)
         words = [f"{_many(len(own), 'pair')}: {', '.join(keys) or 'nothing'}"] if own else []
         words += [f"{_many(more, 'pair')} together with others"] if more else []
         lines.append(f"  {factor:<16} {', '.join(words) or '0 pairs: nothing'}")

@@ -119,6 +119,63 @@ set2.alt2,1,0,-1
     ]
 
 
+EFFECTS = ("Var11", "Var12")
+
+
+def test_effects_codes_that_never_show_the_last_level_are_known_by_their_columns(tmp_path):
+    """They were read as dummy codes: every level was another one."""
+    text = ",Var11,Var12\nset1.alt1,1,0\nset1.alt2,0,1\n"
+    levels = {"light": LEVELS["light"]}
+    asked = {"form": "idefix", "levels": levels, "columns": {"light": EFFECTS}}
+    (trial,) = read(tmp_path, text, **asked)
+    assert trial.alternatives == (("day",), ("dusk",))
+    dummies = text.replace("Var12", "Var13").replace("Var11", "Var12")
+    asked["columns"] = {"light": ("Var12", "Var13")}
+    (trial,) = read(tmp_path, dummies, **asked)
+    assert trial.alternatives == (("dusk",), ("night",))
+
+
+def test_a_choice_of_nothing_is_no_dummy_code(tmp_path):
+    text = ",cte,Var11,Var12\nset1.alt1,0,1,0\nset1.alt2,0,-1,-1\nset1.no.choice,1,0,0\n"
+    asked = {"form": "idefix", "levels": {"light": LEVELS["light"]}, "none": {"cte": "1"}}
+    (trial,) = read(tmp_path, text, columns={"light": EFFECTS}, **asked)
+    assert trial.alternatives == (("day",), ("night",), None)
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("1,0\nset1.alt2,0,1", "neither rows of -1 nor rows of 0"),
+        ("0,0\nset1.alt2,-1,-1", "rows of -1 and rows of 0"),
+    ],
+)
+def test_codes_that_may_be_either_are_refused_until_it_is_said(tmp_path, rows, words):
+    text = f",La,Lb\nset1.alt1,{rows}\n"
+    asked = {"form": "idefix", "levels": {"light": LEVELS["light"]}}
+    asked["columns"] = {"light": ("La", "Lb")}
+    found = complaint(tmp_path, text, **asked)
+    assert f"hold {words}, so they may be dummy or effects codes; say which" in found
+    if "neither" in words:
+        (trial,) = read(tmp_path, text, coding={"light": "effects"}, **asked)
+        assert trial.alternatives == (("day",), ("dusk",))
+        (trial,) = read(tmp_path, text, coding={"light": "dummy"}, **asked)
+        assert trial.alternatives == (("dusk",), ("night",))
+
+
+def test_large_tables_take_time_and_memory_by_their_rows(tmp_path):
+    """Of 20,000 rows of codes each was held against all others."""
+    kinds = ("0,0,0", "1,0,1", "0,1,0")
+    rows = [f"set{n // 2}.alt{n % 2},{kinds[n % 3]}" for n in range(20_000)]
+    trials = read(
+        tmp_path,
+        "\n".join([",Var12,Var13,Var22", *rows]) + "\n",
+        form="idefix",
+        columns=IDEFIX_COLUMNS,
+        codes=IDEFIX_CODES,
+    )
+    assert len(trials) == 10_000
+
+
 def test_idefix_decoded_and_with_a_no_choice_alternative(tmp_path):
     text = """,no.choice.cte,V1,V2
 set1.alt1,0,day,some
@@ -279,7 +336,7 @@ def test_requests_that_do_not_fit_are_refused(tmp_path, asked, words):
 def test_codes_that_are_none_are_refused(tmp_path):
     text = IDEFIX.replace("1,0,0\n", "1,1,0\n")
     found = complaint(tmp_path, text, form="idefix", columns=IDEFIX_COLUMNS, codes=IDEFIX_CODES)
-    assert ":3: column 'Var12': 1, 1 are no dummy or effects codes of light" in found
+    assert ":3: column 'Var12': 1, 1 are no dummy codes of light (design.coding" in found
 
 
 def test_row_names_that_are_lost_are_missed(tmp_path):

@@ -10,6 +10,11 @@ from builders import fcd_xml, write_scenario
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.pipeline.reading import read, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
+from sumo3dviz_pt.pipeline.studies.plan import plan_study
+from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study
+from sumo3dviz_pt.pipeline.studies.words import plan_in_words
 
 # Cars v0, v2, v4 drive one behind the other at 10 m/s, 18 m apart and 4.6 m long; v0 is last.
 
@@ -155,3 +160,52 @@ def test_fewer_vehicles_are_some_of_more(tmp_path):
 
 def test_some_are_left_out_by_pattern(scene):
     assert set(asked(scene, leave_out=["v1", "vehicle:v4*"])) == {"v0", "v2", "v3", "v5"}
+
+
+STUDY = """scene: scene.yaml
+clip: {camera: driver, from: 4, to: 5}
+factors:
+  gap:
+    levels:
+      short: {traffic: {rides: {v0: {behind: "a@b:2.c", gap: 1 s, at: 5}}}}
+      long: {traffic: {rides: {v0: {behind: "a@b:2.c", gap: 2 s, at: 5, moves: MOVES}}}}
+      none: {}
+"""
+
+
+@pytest.mark.parametrize(
+    ("moves", "acts"),
+    [("auto", {"vehicle:a@b:2.c"}), ("self", {"vehicle:v0", "vehicle:a@b:2.c"})],
+)
+def test_a_gap_factor_acts_on_the_one_that_it_moves(scene, moves, acts):
+    """Whose id may hold dots and colons, and is whole in what is said."""
+    log = scene.with_name("fcd.xml")
+    log.write_text(log.read_text("utf-8").replace('"v2"', '"a@b:2.c"'), "utf-8")
+    study = scene.with_name("study.yaml")
+    study.write_text(STUDY.replace("MOVES", moves), encoding="utf-8")
+    plan = plan_study(load_study(study))
+    found = [subject_of_pair(plan.file, pair, rider="v0") for pair in plan.pairs]
+    things = {each for subject in found for each in subject.acts.things}
+    assert {each for each in things if each.startswith("vehicle")} == acts
+    assert not any(subject.confounds for subject in found)
+    said = plan_in_words(plan, ())
+    assert ("whose ride it changes" in said) == (moves == "self")
+    assert "traffic.rides.v0.behind" in said
+
+
+def test_a_dry_run_says_keys_of_ids_with_colons_whole(scene):
+    study = scene.with_name("study.yaml")
+    text = STUDY.replace('v0: {behind: "a@b:2.c"', '"x:1": {behind: v0').replace("MOVES", "self")
+    study.write_text(text, encoding="utf-8")
+    assert "traffic.rides.x:1.gap" in plan_in_words(plan_study(load_study(study)), ())
+
+
+def test_an_observer_that_nobody_is_is_refused_before_films_are_rendered(scene):
+    study = scene.with_name("study.yaml")
+    text = STUDY.replace("a@b:2.c", "v2").replace("MOVES", "auto")
+    text += "report: {observers: {cyclist: {road_user: v77}}}\n"
+    study.write_text(text, encoding="utf-8")
+    plan = plan_study(load_study(study))
+    said = r"study\.yaml:\d+:\d+: report\.observers\.cyclist\.road_user: no vehicle or person is"
+    with pytest.raises(ConfigError, match=said):
+        check_study(plan, StudyOrder(scene.with_name("out")))

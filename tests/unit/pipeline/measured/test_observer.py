@@ -6,7 +6,6 @@ from builders import network_xml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.report import ObserverSettings, ReportSettings
 from sumo3dviz_pt.pipeline.measured.observer import (
     Observer,
@@ -14,9 +13,10 @@ from sumo3dviz_pt.pipeline.measured.observer import (
     arrivals,
     camera_observer,
     named_observer,
+    observer_rows,
+    sight_of,
     way_across,
 )
-from sumo3dviz_pt.pipeline.measured.sights import observer_rows, sight_of
 from sumo3dviz_pt.pipeline.measured.things import box_entries
 from sumo3dviz_pt.pipeline.measured.traffic import Traffic
 from sumo3dviz_pt.sumo.network import read_network
@@ -163,8 +163,7 @@ def test_who_rides_has_a_line_that_goes_along():
     assert rows[0]["distance_to_arrival"] == 20.0
     assert rows[0]["time_to_arrival"] == pytest.approx(2.0) and rows[0]["arrives_in"] == 2.0
     assert [(row["arrives"], row["from"]) for row in came] == [(2.0, "behind")]
-    with pytest.raises(ConfigError, match=r"observers\.bike\.road_user: nobody near"):
-        named_observer("bike", ObserverSettings(road_user="c9"), some, NETWORK)
+    assert named_observer("bike", ObserverSettings(road_user="c9"), some, NETWORK) is None
 
 
 @pytest.fixture(autouse=True, scope="module")

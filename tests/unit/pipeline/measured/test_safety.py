@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sumo3dviz_pt.model.colour import linear_from_srgb
 from sumo3dviz_pt.pipeline.measured.safety import (
     APART,
     FlashMeter,
@@ -133,16 +134,21 @@ def test_red_and_green_are_alike_for_who_lacks_a_cone():
     assert dim[0] < dim[1]
 
 
-def test_lights_are_told_apart_by_hue_and_the_unseen_have_no_difference():
+def test_lenses_that_shine_are_told_apart_and_the_unseen_have_no_difference():
     colours = SignalColours()
     picture = filled((40, 40, 40))
-    picture[2:4, 2:4], picture[8:10, 2:4] = (250, 60, 40), (60, 250, 120)
-    lights = np.flatnonzero((np.indices(picture.shape[:2])[1] < 6).ravel())
-    colours.add(picture, lights)
+    flat = picture.reshape(-1, 3)
+    flat[[3, 4]], flat[[60, 61]] = (180, 40, 30), (60, 230, 120)
+    colours.add(picture, {"red": np.array([3, 4]), "green": np.array([60, 61])})
+    colours.add(picture, {"yellow": np.array([], dtype=np.int64)})
     found = colours.differences()
-    assert found["red_green_normal"] > 60.0 > found["red_green_deuteranopia"] > 0.0
+    alone = colour_difference(
+        *(np.array([linear_from_srgb(code / 255) for code in one])
+          for one in ((180, 40, 30), (60, 230, 120))), "normal",
+    )  # fmt: skip
+    assert found["red_green_normal"] == pytest.approx(alone) and alone > 60.0
+    assert found["red_green_normal"] > 2.0 * found["red_green_deuteranopia"] > 0.0
     assert np.isnan(found["red_yellow_normal"]) and len(found) == 9
-    SignalColours().add(picture, lights[:0])
 
 
 def test_sizes_and_times(tmp_path):

@@ -1,5 +1,7 @@
 """How much of a body nothing hides, in layers that are traced by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,8 +10,9 @@ from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.things import Thing, number_of
 from sumo3dviz_pt.pipeline.layers.read import Camera, FrameLayers
-from sumo3dviz_pt.pipeline.measured.things import _seen, box_entries
+from sumo3dviz_pt.pipeline.measured.things import _seen, box_entries, shining_lenses
 from sumo3dviz_pt.pipeline.measured.traffic import Traffic
+from sumo3dviz_pt.world.signals.bodies import GLASS
 
 SIZE = (160, 90)
 LENS = Lens.of_degrees(60.0)
@@ -76,3 +79,30 @@ def test_what_the_edge_cuts_off_does_not_count():
     share, pixels = seen(8.0, 4.8)
     whole = seen(8.0, 0.0)[1]
     assert share == 1.0 and 0 < pixels < whole
+
+
+@pytest.mark.parametrize(
+    ("letters", "shine"),
+    [
+        ("Gr", {"red": [1]}),
+        ("rG", {"green": [3]}),
+        ("ru", {"red": [1], "yellow": [4]}),
+        ("rO", {}),
+        ("r", {}),
+    ],
+)
+def test_lenses_that_shine_are_known_by_log_and_glass(letters, shine):
+    """Head 0 of link 1; a car in the red of a lens is none, and neither is another head."""
+    head = number_of("signal:a/b:C/1/0")
+    owner = np.full((2, 4), head, dtype=np.int64)
+    owner[1, 2], owner[1, 3] = number_of(CAR), number_of("signal:a/b:C/0/0")
+    albedo = np.full((2, 4, 3), 0.02, dtype=np.float16)
+    glass = {(0, 1): "red", (0, 3): "green", (1, 0): "yellow", (1, 2): "red"}
+    for place, name in glass.items():
+        albedo[place] = GLASS[name]
+    things = {head: Thing("signal:a/b:C/1/0", "traffic light")}
+    plain = frame(9.0)
+    seen_now = replace(plain, things=things, layers=Layers({"instance": owner, "albedo": albedo}))
+    found = shining_lenses(seen_now, {"a/b:C": letters})
+    assert {name: places.tolist() for name, places in found.items()} == shine
+    assert shining_lenses(plain, {"a/b:C": letters}) == {}

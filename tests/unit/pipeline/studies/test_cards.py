@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.experiments.tools.content import Clip
 from sumo3dviz_pt.pipeline.studies.cards import card_size, write_card
 from sumo3dviz_pt.video import encode
-from sumo3dviz_pt.video.reader import film_pictures
+from sumo3dviz_pt.video.picture import film_pictures
 
 SIZE = (64, 36)
 
@@ -43,9 +42,3 @@ def test_sizes_are_even_and_films_keep_their_form(count):
     assert not any(side % 2 for side in (*size, *cell))
     assert cell[0] / cell[1] == pytest.approx(16 / 9, rel=0.01)
     assert size[0] <= 2 * 1280 + 8
-
-
-def test_what_is_no_film_is_refused(tmp_path):
-    (tmp_path / "x.mp4").write_text("no film")
-    with pytest.raises(InputError, match="not a film"):
-        [*film_pictures(tmp_path / "x.mp4", size=SIZE)]

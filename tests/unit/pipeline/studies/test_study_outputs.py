@@ -11,6 +11,8 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.tools.papers import digest_of
 from sumo3dviz_pt.image.png import read_text
+from sumo3dviz_pt.pipeline.films.frames import account_file, write_json
+from sumo3dviz_pt.pipeline.films.proof import sealed
 from sumo3dviz_pt.pipeline.progress.costs import space_in_words
 from sumo3dviz_pt.pipeline.studies.file import load_study
 from sumo3dviz_pt.pipeline.studies.forecast import forecast
@@ -39,6 +41,9 @@ CERTIFIED = STUDY.replace("certificate: {write: false}\n", "")
 REPORTED = STUDY.replace("report: {write: false}\n", "")
 
 
+ACCOUNT = {"frames": [{}, {}], "fps": 10.0, "frame_rate": "10", "inputs": {"a.xml": "12"}}
+
+
 @pytest.fixture
 def place(tmp_path):
     write_scenario(tmp_path, vehicles=2)
@@ -57,10 +62,10 @@ def filmed(folder, plan, *, shades=(40, 80, 120, 160)):
         path = film_path(folder, plan, stimulus)
         path.parent.mkdir(parents=True, exist_ok=True)
         encode([np.full((36, 64, 3), shade, np.uint8)] * 2, path, size=(64, 36), fps=10)
-        account = '{"frames": [{}, {}], "fps": 10.0, "frame_rate": "10", "inputs": {"a.xml": "12"}}'
-        path.with_suffix(".json").write_text(account, encoding="utf-8")
+        account = sealed(ACCOUNT)
+        write_json(account_file(path), account)
         films[stimulus.name] = FilmRecord(
-            stimulus.digest, "scalar", digest_of(path), 2, "10", 0.2, (64, 36),
+            stimulus.digest, "scalar", digest_of(path), account["digest"], 2, "10", 0.2, (64, 36),
             layers=stimulus.job.output.layers,
         )  # fmt: skip
         path.with_suffix(".layers").mkdir(exist_ok=True)
@@ -121,6 +126,11 @@ def test_a_film_that_somebody_changed_is_rendered_again(place):
     film_path(out, plan, plan.stimuli[0]).write_bytes(b"another film")
     (task,) = film_tasks(plan, order(out, resume=True))
     assert task.stimulus == plan.stimuli[0]
+    # One whose account was edited is made again, too: of its own frames, as they lie.
+    account = account_file(film_path(out, plan, plan.stimuli[1]))
+    write_json(account, {**sealed(ACCOUNT), "fps": 11.0})
+    found = [task.stimulus for task in film_tasks(plan, order(out, resume=True))]
+    assert found == list(plan.stimuli[:2])
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"films": 3}', '{"films": {"clear_some": {}}}', "[1]"])

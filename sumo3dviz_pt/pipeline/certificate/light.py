@@ -1,0 +1,232 @@
+"""Compares the light of two frames block by block, where a factor does not act.
+
+All films of a study have one seed, so that a pixel is the same to its last bit unless one of its
+paths met what differs. Where one did, its noise is another, too, and single pixels say little. So
+a block is judged by its typical pixel, which neither noise nor a few reflections move: it is *lit
+otherwise* if the median of its pixels' shares is beyond a tenth, and if more of its pixels are
+brighter than darker, or the other way round, by five standard errors of a fair coin.
+
+What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
+How much of a picture may be lit otherwise at all, and how much out of reach, hangs on what that is:
+a car in another colour changes no shadow, trees that are gone open the sky over a street. The
+limits are measured on clean pairs and on spoilt ones (docs/studies.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation, binary_erosion
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
+
+LIT_OTHERWISE = 0.1
+"""Share by which the light of a block's typical pixel must differ to count."""
+
+STANDARD_ERRORS = 5.0
+"""By how many standard errors more of its pixels must be brighter than darker, or less."""
+
+MOST_BEYOND = 0.01
+"""Share of the blocks that may be lit otherwise out of reach."""
+
+
+@dataclass(frozen=True, slots=True)
+class Throw:
+    """What throws light and shadows, and how far.
+
+    Attributes:
+        reach: How far they go [m].
+        most: Share of the blocks that may be lit otherwise for it.
+    """
+
+    reach: float
+    most: float
+
+
+PAINT, USERS, THINGS = Throw(5.0, 0.005), Throw(15.0, 0.02), Throw(25.0, 0.15)
+"""Of what is only painted otherwise, of road users that are gone or elsewhere, of all else."""
+
+MOST_SKY = 0.01
+"""Share of the sky's pixels that may be others, seen through clear air: nothing lights the sky."""
+
+_ACROSS = 40
+"""Blocks from left to right."""
+
+_SMALLEST, _FILLED = 8, 0.25
+"""Side of a block [px], and the share of it that tells something, at least: where the factor does
+not act, and that is not dark."""
+
+_DARK = 2e-3
+"""Luminance of pixels that tell nothing [white]: paths that found no lamp are black."""
+
+_BLACK = 0.02
+"""Added to luminances before shares are taken, so that noise of black pixels does not count
+[white]."""
+
+_SAME_SKY = 2e-3
+"""Share by which the sky may differ: it is stored in half precision."""
+
+_MOST_POINTS = 4000
+"""Points that stand for what a factor acts on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightDifference:
+    """How the light of two frames differs where the factor does not act.
+
+    Attributes:
+        side: Of blocks [px].
+        judged: Blocks in enough of which the factor does not act, (rows, columns).
+        lit: Those that are lit otherwise.
+        beyond: Those of them that are out of reach.
+        typical: By which share the light of a block's typical pixel differs, (rows, columns).
+        sky: Pixels of the sky that were compared, and those of them that are others.
+        most: Share of the blocks that may be lit otherwise.
+    """
+
+    side: int
+    judged: Bools
+    lit: Bools
+    beyond: Bools
+    typical: Floats
+    sky: tuple[int, int]
+    most: float
+
+
+def luminance(one: Evidence) -> Floats:
+    """Return the luminance of a frame that is there, (h, w) [white]."""
+    assert one.radiance is not None
+    return np.asarray(one.radiance.astype(np.float64) @ LUMINANCE)
+
+
+def shares(one: Floats, other: Floats) -> Floats:
+    """Return by which share luminances differ; black ones do not."""
+    return np.asarray((other - one) / (_BLACK + np.maximum(np.abs(one), np.abs(other))))
+
+
+def light_difference(
+    one: Evidence, other: Evidence, near: Bools, acts_on: Sequence[tuple[Bools, Throw]]
+) -> LightDifference:
+    """Compare the light of two frames of one camera.
+
+    Args:
+        one: Of the first film.
+        other: Of the second.
+        near: Where the factor acts, and a little around, (h, w).
+        acts_on: Where it acts on what is seen, (h, w), by what it throws.
+    """
+    side = max(_SMALLEST, round(near.shape[1] / _ACROSS))
+    first, second, away = luminance(one), luminance(other), ~near
+    brighter = np.maximum(np.abs(first), np.abs(second))
+    telling = away & (brighter > _DARK)
+    judged = _sums(telling, side) >= _FILLED * side**2
+    share = np.divide(second - first, brighter, out=np.full(near.shape, np.nan), where=telling)
+    typical = _medians(share, side, judged)
+    more, less = (_sums(telling & where, side) for where in (second > first, second < first))
+    sure = np.abs(more - less) > STANDARD_ERRORS * np.sqrt(more + less)
+    lit = judged & (np.abs(typical) > LIT_OTHERWISE) & sure
+    most = max((throw.most for _, throw in acts_on), default=PAINT.most)
+    beyond = lit & ~_reached(one, other, away, side=side, acts_on=acts_on)
+    return LightDifference(side, judged, lit, beyond, typical, _sky(one, other, away), most)
+
+
+def _medians(values: Floats, side: int, judged: Bools) -> Floats:
+    """Return the median of each block that is judged, (rows, columns); 0 for the others."""
+    rows, columns = judged.shape
+    cut = values[: rows * side, : columns * side].reshape(rows, side, columns, side)
+    blocks = np.moveaxis(cut, 2, 1).reshape(rows, columns, side * side)
+    found = np.zeros(judged.shape)
+    found[judged] = np.nanmedian(blocks[judged], axis=-1)
+    return found
+
+
+def _sums(values: Floats | Bools, side: int) -> Floats:
+    """Return the sum of each block, (rows, columns); a rest at the edges is cut off."""
+    rows, columns = (length // side for length in values.shape)
+    cut = values[: rows * side, : columns * side].astype(np.float64)
+    return np.asarray(cut.reshape(rows, side, columns, side).sum(axis=(1, 3)))
+
+
+def _reached(
+    one: Evidence,
+    other: Evidence,
+    away: Bools,
+    *,
+    side: int,
+    acts_on: Sequence[tuple[Bools, Throw]],
+) -> Bools:
+    """Return which blocks show something that light or shadow of what differs reaches."""
+    seen = away & (one.things != 0)
+    count = np.maximum(_sums(seen, side), 1.0)
+    middle = [
+        _sums(np.where(seen, axis, 0.0), side) / count for axis in np.moveaxis(_places(one), -1, 0)
+    ]
+    places = np.stack(middle, axis=-1)
+    reached: Bools = np.zeros(places.shape[:2], dtype=np.bool_)
+    for where, throw in acts_on:
+        points = np.concatenate(
+            [_places(each)[where & (each.things != 0)] for each in (one, other)]
+        )
+        if len(points):
+            tree = cKDTree(points[:: -(-len(points) // _MOST_POINTS)])
+            reached |= tree.query(places.reshape(-1, 3))[0].reshape(reached.shape) <= throw.reach
+    return reached
+
+
+def _places(one: Evidence) -> Floats:
+    """Return what pixels show relative to the eye, (h, w, 3) [m]."""
+    return np.asarray(one.layers["depth"][..., None] * one.rays)
+
+
+def _sky(one: Evidence, other: Evidence, away: Bools) -> tuple[int, int]:
+    """Return how many pixels show the open sky through clear air, and how many differ."""
+    if not (one.clear and other.clear):
+        return 0, 0
+    # At edges, part of a pixel's rays meet something.
+    open_ = binary_erosion((one.things == 0) & (other.things == 0) & away, iterations=2)
+    first, second = luminance(one)[open_], luminance(other)[open_]
+    unlike = np.abs(second - first) > _SAME_SKY * np.maximum(first, second) + 1e-4
+    return int(open_.sum()), int(unlike.sum())
+
+
+def around(own: Bools, *, reach: int) -> Bools:
+    """Return pixels and those around them into which their edges are blurred."""
+    return np.asarray(binary_dilation(own, iterations=reach))
+
+
+def light_faults(found: list[LightDifference]) -> list[str]:
+    """Return what is lit otherwise and should not be, a sentence each.
+
+    Args:
+        found: By compared frame.
+    """
+    blocks = sum(int(each.judged.sum()) for each in found)
+    lit, beyond = (
+        sum(int(getattr(each, what).sum()) for each in found) for what in ("lit", "beyond")
+    )
+    sky, unlike = (sum(each.sky[n] for each in found) for n in (0, 1))
+    where = "where the factor does not act"
+    most = max((each.most for each in found), default=0.0)
+    said = []
+    if lit > most * blocks or beyond > MOST_BEYOND * blocks:
+        said.append(
+            f"light differs {where} in {lit / blocks:.1%} of the picture's blocks, and out of its"
+            f" reach in {beyond / blocks:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.0%} may"
+        )
+    if unlike > MOST_SKY * sky:
+        said.append(
+            f"the sky is another {where}, in {unlike / sky:.1%} of its pixels, more than"
+            f" {MOST_SKY:.0%}"
+        )
+    return said
+
+
+def _by(found: list[LightDifference]) -> str:
+    """Return by how much blocks that are lit otherwise differ at most."""
+    worst = max(float(np.abs(each.typical[each.lit]).max(initial=0.0)) for each in found)
+    return f", by {worst:.0%} at most"

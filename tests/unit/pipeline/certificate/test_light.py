@@ -1,0 +1,109 @@
+"""Light of two frames, block by block."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
+from sumo3dviz_pt.pipeline.certificate.comparison import compare
+from sumo3dviz_pt.pipeline.certificate.evidence import SKY, Evidence
+from sumo3dviz_pt.pipeline.certificate.verdicts import pixel_verdict
+
+SIZE = (90, 160)
+ROAD, CAR, TREE = 1, 2, 3
+PAINTED = Acts(looks=("vehicle:car",))
+MOVED = Acts(things=("vehicle:car",))
+FELLED = Acts(things=("tree:*",))
+
+
+def frame():
+    """A road below a sky, with a car 20 m ahead and a tree; light is noisy, as of few samples."""
+    rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
+    up, left = (45 - rows) / 80.0, (80 - columns) / 80.0
+    rays = np.stack([np.ones(SIZE), left, up], axis=-1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    things = np.where(rows < 40, 0, ROAD)
+    things[46:60, 75:95], things[20:60, 10:16] = CAR, TREE
+    depth = np.where(things == 0, 0.0, 20.0)
+    depth = np.where(
+        (things == ROAD) & (up < -0.05), np.minimum(1.4 / -np.minimum(up, -0.05), 60), depth
+    )
+    noise = np.random.default_rng(1).gamma(0.7, 1 / 0.7, SIZE)
+    light = np.where(things == 0, 0.8 + 0.2 * left, 0.4 * noise)
+    return Evidence(
+        things,
+        {0: SKY, ROAD: "edge:e", CAR: "vehicle:car", TREE: "tree:1"},
+        {SKY: SKY, "edge:e": "road", "vehicle:car": "car", "tree:1": "vegetation"},
+        {
+            "depth": depth.astype(np.float32),
+            "normals": np.tile(np.float32([0, 0, 1]), (*SIZE, 1)),
+            "albedo": np.full((*SIZE, 3), 0.3, np.float32),
+        },
+        np.repeat(light[..., None], 3, axis=-1).astype(np.float32),
+        np.full((*SIZE, 3), 120, np.uint8),
+        rays,
+    )
+
+
+def relit(factor, rows, columns):
+    """The same frame with other light in a rectangle."""
+    radiance = np.array(frame().radiance)
+    radiance[rows, columns] *= factor
+    return replace(frame(), radiance=radiance)
+
+
+def faults(other, acts=PAINTED):
+    return pixel_verdict([compare(0, frame(), other, acts)], acts).faults
+
+
+TWO_PER_CENT = (slice(64, 81), slice(110, 127))
+SEVEN_PER_CENT = (slice(60, 88), slice(110, 146))
+
+
+@pytest.mark.parametrize("factor", [2.5, 1.3, 0.7])
+def test_a_relit_fiftieth_of_the_picture_is_found(factor):
+    (fault,) = faults(relit(factor, *TWO_PER_CENT))
+    assert "of the picture's blocks" in fault and fault.endswith("0.5% and 1% may")
+
+
+def test_what_moves_throws_a_shadow_and_no_more():
+    shadow = (slice(60, 64), slice(70, 100))
+    assert not faults(relit(0.3, *shadow), MOVED)
+    assert faults(relit(2.5, *SEVEN_PER_CENT), MOVED)
+
+
+def test_a_tree_opens_the_sky_around_it_and_not_far_away():
+    """The tree stands 20 m away; what is farther off than it reaches must be lit the same."""
+    assert not faults(relit(1.5, slice(62, 88), slice(0, 60)), FELLED)
+    far = frame()
+    depth = np.where(far.things == ROAD, 100.0, far.layers["depth"]).astype(np.float32)
+    far = replace(far, layers={**far.layers, "depth": depth})
+    other = replace(far, radiance=relit(1.5, slice(62, 88), slice(0, 60)).radiance)
+    (fault,) = pixel_verdict([compare(0, far, other, FELLED)], FELLED).faults
+    assert "15.0% and 1% may" in fault
+
+
+def test_noise_of_paths_that_met_the_factor_is_no_other_light():
+    """One pixel in three met the car and has drawn other samples since."""
+    rng = np.random.default_rng(5)
+    radiance = np.array(frame().radiance)
+    met = (rng.random(SIZE) < 0.33) & (frame().things == ROAD)
+    radiance[met] = 0.4 * rng.gamma(0.7, 1 / 0.7, (met.sum(), 1))
+    assert not faults(replace(frame(), radiance=radiance))
+
+
+def test_a_sky_that_is_turned_is_found_and_only_through_clear_air():
+    radiance = np.array(frame().radiance)
+    sky = frame().things == 0
+    radiance[sky] = np.roll(radiance, 2, axis=1)[sky]
+    turned = replace(frame(), radiance=radiance)
+    (fault,) = faults(turned)
+    assert "the sky is another" in fault
+    assert not faults(replace(turned, clear=False))
+    assert not faults(turned, Acts(light=True))
+
+
+def test_exposure_is_no_other_light_where_the_picture_is_the_factor():
+    """Light is read before exposure there (`read_evidence`); everywhere else it counts."""
+    assert faults(relit(1.07, slice(None), slice(None)))
