@@ -31,7 +31,7 @@ LIT_OTHERWISE = 0.1
 STANDARD_ERRORS = 5.0
 """By how many standard errors more of its pixels must be brighter than darker, or less."""
 
-MOST_BEYOND = 0.01
+MOST_BEYOND = 0.015
 """Share of the blocks that may be lit otherwise out of reach."""
 
 
@@ -174,7 +174,8 @@ def _reached(
         )
         if len(points):
             tree = cKDTree(points[:: -(-len(points) // _MOST_POINTS)])
-            reached |= tree.query(places.reshape(-1, 3))[0].reshape(reached.shape) <= throw.reach
+            far = np.reshape(tree.query(places.reshape(-1, 3))[0], reached.shape)
+            reached |= far <= throw.reach
     return reached
 
 
@@ -226,10 +227,12 @@ def light_faults(found: Sequence[LightDifference]) -> list[str]:
     sky, unlike = (sum(each.sky[n] for each in found) for n in (0, 1))
     where = "where the factor does not act"
     said = []
-    if lit > most or beyond > MOST_BEYOND:
+    # A single block is chance, however small a picture is; out of reach, one in every frame.
+    one = 1.5 / max(sum(int(each.judged.sum()) for each in found), 1)
+    if lit > max(most, one) or beyond > max(MOST_BEYOND, one * len(found)):
         said.append(
             f"light differs {where} in {lit:.1%} of the picture's blocks, and out of its reach in"
-            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.0%} may"
+            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.1%} may"
         )
     if unlike > MOST_SKY * sky:
         said.append(

@@ -379,7 +379,7 @@ def _lit(verdict: PairVerdict) -> str:
         return ""
     return (
         f" Lit otherwise where the factor does not act: {lit:.1%} of the blocks, of {most:.1%} that"
-        f" may be for what it throws; out of its reach {beyond:.1%}, of {MOST_BEYOND:.0%}."
+        f" may be for what it throws; out of its reach {beyond:.1%}, of {MOST_BEYOND:.1%}."
     )
 
 

@@ -277,9 +277,9 @@ def size_row(files: Sequence[Path], connections: Sequence[float]) -> dict[str, f
 def safety_words(connections: Sequence[float]) -> dict[str, str]:
     """Return what these numbers mean, by name, in the order in which they are shown."""
     pairs = {
-        f"{one}_{other}_{vision}": f"colour difference of {one} and {other} lights, {vision} vision"
+        f"{one}_{other}_{vision}": f"colour difference of {one} and {other} lights to {whom}"
         for one, other in combinations(GLASS, 2)
-        for vision in ("normal", *VISIONS)
+        for vision, whom in {"normal": "all cones", **{name: name for name in VISIONS}}.items()
     }
     return {
         "flash_rate": "most flashes in a second over a quarter of a field of 10 degrees",
