@@ -315,6 +315,17 @@ def test_damaged_files_are_faults_and_no_accidents(made, tmp_path, capsys):
     assert "names a film outside of the folder" in capsys.readouterr().err
 
 
+def test_a_study_that_was_packed_is_proven_where_it_is_unpacked(made, tmp_path, capsys):
+    pack, folder = tmp_path / "a.zip", tmp_path / "elsewhere"
+    assert main(["study", "pack", str(made), "-o", str(pack)]) == 0
+    assert main(["study", "unpack", str(pack), "-o", str(folder)]) == 0
+    code, found = verify(folder, capsys)
+    assert (code, found["faults"]) == (0, [])
+    assert found["pictures"] == {"decoded": 12, "developed": 0}
+    assert found["frames"]["there"] == 0
+    assert [note.partition(":")[0] for note in found["notes"]] == ["not tested", "not developed"]
+
+
 def test_what_is_no_study_is_refused(tmp_path, capsys):
     assert main(["study", "verify", str(tmp_path), "-q"]) == 2
     assert "holds no study.json" in capsys.readouterr().err
