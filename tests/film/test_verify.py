@@ -293,6 +293,28 @@ def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, caps
     assert "a replay needs the study's inputs" in said and said.count("\n") == 1
 
 
+def test_damaged_files_are_faults_and_no_accidents(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    grey = json.loads((made / "materials" / "grey.json").read_bytes())
+    half = {"scene": {}, "frames": [{}], "files": {}, "inputs": {}, "delivered": {}, "x": 1}
+    endless = json.dumps(grey).replace('"codec_error": [', '"codec_error": [NaN, ')
+    for name, texts in {
+        "certificate.json": ("[]", "{", '{"pairs": 3}', '{"pairs": [{}], "digests": 3}'),
+        "materials/grey.json": ("", "{}", json.dumps(half), json.dumps(sealed(half)), endless),
+        "study.json": ('{"films": {"grey": 3}}',),
+    }.items():
+        for text in texts:
+            (folder / name).write_text(text, encoding="utf-8")
+            code, found = verify(folder, capsys, "--quick")
+            assert code == 1 and name in {each["file"] for each in found["faults"]}, text
+        shutil.copy(made / name, folder / name)
+    away = {"films": {"grey": {"file": "../elsewhere.mp4"}}}
+    (folder / "study.json").write_text(json.dumps(away), encoding="utf-8")
+    assert main(["study", "verify", str(folder), "-q"]) == 2
+    assert "names a film outside of the folder" in capsys.readouterr().err
+
+
 def test_what_is_no_study_is_refused(tmp_path, capsys):
     assert main(["study", "verify", str(tmp_path), "-q"]) == 2
     assert "holds no study.json" in capsys.readouterr().err

@@ -9,7 +9,7 @@ brighter than darker, or the other way round, by five standard errors of a fair 
 What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
 How much of a picture may be lit otherwise at all, and how much out of reach, hangs on what that is:
 a car in another colour changes no shadow, trees that are gone open the sky over a street. The
-limits are measured on clean pairs and on spoilt ones (docs/studies.md).
+limits are measured on clean pairs and on spoilt ones (docs/certificate.md).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LIT_OTHERWISE = 0.1
 STANDARD_ERRORS = 5.0
 """By how many standard errors more of its pixels must be brighter than darker, or less."""
 
-MOST_BEYOND = 0.01
+MOST_BEYOND = 0.015
 """Share of the blocks that may be lit otherwise out of reach."""
 
 
@@ -174,7 +174,8 @@ def _reached(
         )
         if len(points):
             tree = cKDTree(points[:: -(-len(points) // _MOST_POINTS)])
-            reached |= tree.query(places.reshape(-1, 3))[0].reshape(reached.shape) <= throw.reach
+            far = np.reshape(tree.query(places.reshape(-1, 3))[0], reached.shape)
+            reached |= far <= throw.reach
     return reached
 
 
@@ -194,29 +195,44 @@ def _sky(one: Evidence, other: Evidence, away: Bools) -> tuple[int, int]:
     return int(open_.sum()), int(unlike.sum())
 
 
+def spread(blocks: Bools, *, side: int, shape: tuple[int, ...]) -> Bools:
+    """Return blocks as pixels, (h, w)."""
+    whole = np.kron(blocks, np.ones((side, side), dtype=np.bool_))
+    rows, columns = (max(0, want - have) for want, have in zip(shape, whole.shape, strict=True))
+    return np.asarray(np.pad(whole, ((0, rows), (0, columns))), dtype=np.bool_)
+
+
 def around(own: Bools, *, reach: int) -> Bools:
     """Return pixels and those around them into which their edges are blurred."""
     return np.asarray(binary_dilation(own, iterations=reach))
 
 
-def light_faults(found: list[LightDifference]) -> list[str]:
+def lit_shares(found: Sequence[LightDifference]) -> tuple[float, float, float]:
+    """Return which shares of blocks are lit otherwise, are so out of reach, and may be; or NaN."""
+    blocks = sum(int(each.judged.sum()) for each in found)
+    if not blocks:
+        return (float("nan"),) * 3
+    lit, beyond = (sum(int(each.sum()) for each in some) / blocks for some in (
+        [each.lit for each in found], [each.beyond for each in found]))  # fmt: skip
+    return lit, beyond, max(each.most for each in found)
+
+
+def light_faults(found: Sequence[LightDifference]) -> list[str]:
     """Return what is lit otherwise and should not be, a sentence each.
 
     Args:
         found: By compared frame.
     """
-    blocks = sum(int(each.judged.sum()) for each in found)
-    lit, beyond = (
-        sum(int(getattr(each, what).sum()) for each in found) for what in ("lit", "beyond")
-    )
+    lit, beyond, most = lit_shares(found)
     sky, unlike = (sum(each.sky[n] for each in found) for n in (0, 1))
     where = "where the factor does not act"
-    most = max((each.most for each in found), default=0.0)
     said = []
-    if lit > most * blocks or beyond > MOST_BEYOND * blocks:
+    # A single block is chance, however small a picture is; out of reach, one in every frame.
+    one = 1.5 / max(sum(int(each.judged.sum()) for each in found), 1)
+    if lit > max(most, one) or beyond > max(MOST_BEYOND, one * len(found)):
         said.append(
-            f"light differs {where} in {lit / blocks:.1%} of the picture's blocks, and out of its"
-            f" reach in {beyond / blocks:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.0%} may"
+            f"light differs {where} in {lit:.1%} of the picture's blocks, and out of its reach in"
+            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.1%} may"
         )
     if unlike > MOST_SKY * sky:
         said.append(
@@ -226,7 +242,7 @@ def light_faults(found: list[LightDifference]) -> list[str]:
     return said
 
 
-def _by(found: list[LightDifference]) -> str:
+def _by(found: Sequence[LightDifference]) -> str:
     """Return by how much blocks that are lit otherwise differ at most."""
     worst = max(float(np.abs(each.typical[each.lit]).max(initial=0.0)) for each in found)
     return f", by {worst:.0%} at most"

@@ -218,7 +218,7 @@ def test_no_film_is_called_like_a_device_of_windows(tmp_path):
         (
             "seed: 3",
             "design: half",
-            "study.yaml:2:1: design: this should be 'full', 'fraction' or 'latin' or keys",
+            "study.yaml:2:1: design: this should be 'full', 'fraction', 'fraction_3', 'latin' or",
         ),
         ("seed: 3", "design: latin", "study.yaml:2:1: design: a Latin square takes three or more"),
         ("seed: 3", "design: fraction", "study.yaml:2:1: design: no orthogonal fraction exists"),

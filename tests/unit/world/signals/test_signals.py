@@ -406,5 +406,5 @@ def test_a_head_right_before_a_camera_stays_and_that_is_said(ahead, told):
     assert len(signals.heads) == 1
     why = [item.why for item in signals.left_out if "before a camera" in item.why]
     assert bool(why) == told
-    x, y = head.position[:2] + [7000.0, 0.0]
+    x, y = np.add(head.position[:2], (7000.0, 0.0))
     assert all(f"the first at ({x:.0f}, {y:.0f})" in said for said in why), "where its file has it"
