@@ -11,7 +11,7 @@ The layer `instance` of the stored frames says whose a pixel is, so nothing is g
 
 References:
     Holmqvist and Andersson, "Eye tracking: A comprehensive guide to methods, paradigms and
-    measures", 2nd edition, 2017, chapter 12 (dwells, hits and fixations of areas of interest).
+    measures", 2nd edition, 2017 (dwells, hits and fixations of areas of interest).
 """
 
 from __future__ import annotations
