@@ -15,7 +15,7 @@
 
 References:
     W3C, Web Content Accessibility Guidelines 2.2, 2023, "general flash and red flash thresholds"
-    and success criterion 2.3.1; Recommendation ITU-R BT.1702-3, 2023; ISO 9241-391:2016.
+    and success criterion 2.3.1; Recommendation ITU-R BT.1702; ISO 9241-391:2016.
     Machado, Oliveira and Fernandes, "A physiologically-based model for simulation of color vision
     deficiency", IEEE TVCG 15, 2009, doi:10.1109/TVCG.2009.113.
     Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula", Color Research and Application
