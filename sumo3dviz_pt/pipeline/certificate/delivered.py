@@ -226,12 +226,12 @@ def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], said: _Deliv
     apart = [Apart.between(prints[number], each) for each in said.prints]
     nearest = min(range(len(apart)), key=lambda each: apart[each].pixel)
     alike = nearest != number and not apart[nearest].beyond(said.bounds[nearest])
-    others, first = len(beyond) - 1, min(beyond) - said.before
+    first = min(beyond) - said.before
     what = (
         f"its picture is not the one that was developed, by {beyond[number]:.1f} codes more than"
         " the codec does"
         + (f"; it is that of frame {nearest - said.before}" if alike else "")
-        + (f"; nor are {others} others, the first is {first}" if others else "")
+        + (f"; of {len(beyond)} such pictures the first is {first}" if len(beyond) > 1 else "")
     )
     return FilmFault(said.path, what, number - said.before)
 
