@@ -205,6 +205,14 @@ MANIPULATIONS = {
 }
 
 
+WORDS = {
+    swap: "is materials/clear.mp4, not the film",
+    frames_swapped: "it is that of frame",
+    other_frame: "is materials/clear.frames/000003.exr, not the frame",
+    truncated: "has 5 pictures of 6",
+}
+
+
 def test_a_film_that_was_encoded_again_has_its_pictures_and_another_digest(made, tmp_path, capsys):
     folder = tmp_path / "out"
     shutil.copytree(made, folder)
@@ -225,6 +233,8 @@ def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path,
     told = [(each["link"], each["file"]) for each in found["faults"]]
     assert code == 1 and set(told) == {(link, file)}
     assert any(each["frame"] in frames for each in found["faults"]), found["faults"]
+    said = WORDS.get(manipulate, "")
+    assert any(said in each["what"] for each in found["faults"]), found["faults"]
 
 
 # Replay -------------------------------------------------------------------------------------

@@ -40,6 +40,9 @@ AGAIN_MOST = (0.05, 0.25, 0.25, 1.0)
 """The farthest that a frame developed on another machine may be from what it was [codes]; on the
 same one it is the same to the bit."""
 
+NOT_WRITTEN = "is not the film that was written"
+"""What is said of a film with another digest."""
+
 Account = Mapping[str, Any]
 
 
@@ -124,7 +127,7 @@ def film_faults(
             faults.append(FilmFault(path, "is not there"))
             continue
         if {file_hash(path)} != wanted:
-            faults.append(FilmFault(path, "is not the film that was written"))
+            faults.append(FilmFault(path, NOT_WRITTEN))
         found, count = _pictures(each)
         faults += found
         pictures += count
@@ -220,16 +223,15 @@ def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], said: _Deliv
     from sumo3dviz_pt.video.prints import Apart
 
     number = max(beyond, key=lambda each: beyond[each])
-    distances = [Apart.between(prints[number], each).pixel for each in said.prints]
-    nearest = distances.index(min(distances))
-    rather = f"; it looks like frame {nearest - said.before}" if nearest != number else ""
-    frames = sorted(each - said.before for each in beyond)
-    others = (
-        "" if len(frames) == 1 else f", as are {len(frames) - 1} more, from frame {frames[0]} on"
-    )
+    apart = [Apart.between(prints[number], each) for each in said.prints]
+    nearest = min(range(len(apart)), key=lambda each: apart[each].pixel)
+    alike = nearest != number and not apart[nearest].beyond(said.bounds[nearest])
+    first = min(beyond) - said.before
     what = (
         f"its picture is not the one that was developed, by {beyond[number]:.1f} codes more than"
-        f" the codec does{rather}{others}"
+        " the codec does"
+        + (f"; it is that of frame {nearest - said.before}" if alike else "")
+        + (f"; of {len(beyond)} such pictures the first is {first}" if len(beyond) > 1 else "")
     )
     return FilmFault(said.path, what, number - said.before)
 

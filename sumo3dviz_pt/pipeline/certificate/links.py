@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults
 from sumo3dviz_pt.pipeline.certificate.acts import Acts, Subject
-from sumo3dviz_pt.pipeline.certificate.delivered import FilmFault, film_faults
+from sumo3dviz_pt.pipeline.certificate.delivered import NOT_WRITTEN, FilmFault, film_faults
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
@@ -331,5 +331,10 @@ def all_film_faults(
 
 
 def _of_film(study: StudyFolder, fault: FilmFault) -> Fault:
-    """Return a film's fault as one of the folder."""
-    return Fault("films", fault.film.relative_to(study.path).as_posix(), fault.what, fault.frame)
+    """Return a film's fault as one of the folder; one that lies in another's place is named."""
+    file, what = fault.film.relative_to(study.path).as_posix(), fault.what
+    if what == NOT_WRITTEN:
+        own = file_hash(fault.film)
+        rather = (str(each["file"]) for each in study.films.values() if each.get("sha256") == own)
+        what = f"is {name}, not the film that was written" if (name := next(rather, "")) else what
+    return Fault("films", file, what, fault.frame)

@@ -124,17 +124,19 @@ def _factors(content: Content) -> Iterator[str]:
     ):
         yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
     yield "</tr></thead><tbody>"
+    # Few factors are told at length, many in short: they share a sheet.
+    most = _MOST_WORDS if len(content["factors"]) <= _MOST_FACTORS // 2 else _MOST_WORDS // 2
     for name, factor in list(content["factors"].items())[:_MOST_FACTORS]:
         pairs = [each for each in content["pairs"] if name in str(each["factor"]).split(" and ")]
         found = Counter(each["claim"] for each in pairs)
         untested = dict.fromkeys(what for each in pairs for what in each["not_tested"])
         about = (name, factor["about"] or "-", ", ".join(factor["levels"]))
         acts = "; ".join(dict.fromkeys(str(each["acts"]) for each in pairs))
-        cells = [f"<td>{_text(each)}</td>" for each in (*about, acts or "-")]
+        cells = [f"<td>{_text(each, most)}</td>" for each in (*about, acts or "-")]
         cells += [f"<td{_NUMBER}>{found[word]}</td>" for word in ("proven", "failed", "not judged")]
         lacking = "-" if pairs else "all of it: no pair of films shows it"
-        cells += [f"<td>{_text('; '.join(untested) or lacking)}</td>"]
-        yield f"<tr>{''.join(cells)}<td>{_text(_worst_pair(pairs))}</td></tr>"
+        cells += [f"<td>{_text('; '.join(untested) or lacking, most)}</td>"]
+        yield f"<tr>{''.join(cells)}<td>{_text(_worst_pair(pairs), most)}</td></tr>"
     more = len(content["factors"]) - _MOST_FACTORS
     yield f"</tbody></table>{f'<p>And {more} more, in certificate.json.</p>' if more > 0 else ''}"
 
@@ -282,10 +284,10 @@ def _word(claim: str) -> str:
     return f'<span class="{kind}">{claim}</span>'
 
 
-def _text(value: object) -> str:
-    """Return a text as HTML, cut where it is too long for the sheets."""
+def _text(value: object, most: int = _MOST_WORDS) -> str:
+    """Return a text as HTML, cut where it has more letters than the sheets have room for."""
     text = str(value)
-    return html.escape(text if len(text) <= _MOST_WORDS else f"{text[: _MOST_WORDS - 3]}...")
+    return html.escape(text if len(text) <= most else f"{text[: most - 3]}...")
 
 
 # Pairs, on the screen ----------------------------------------------------------------------
