@@ -150,11 +150,11 @@ VEHICLE = ("fcd.xml.gz", r'<vehicle id="traffic_W_E\.49"[^>]*/>', "")
 TREES = ("trees.add.xml", r'<poi id="tree_[^>]*/>', "")
 SPOILT = {
     "seed": Spoilt(r"seed: 7 -> 8", {"seed": 8}),
-    "camera": Spoilt(r"camera is another .* 1 cm", {"cameras.driver.eye_height": 1.354}),
+    "camera": Spoilt(r"camera is another in", {"cameras.driver.eye_height": 1.354}),
     "time": Spoilt(r"shows 453 s .* and 453\.04 s", {"shots.0.from": 453.04, "shots.0.to": 453.12}),
     "vehicle": Spoilt(r"only one film shows .*vehicle:traffic_W_E\.49", edit=VEHICLE),
-    "trees": Spoilt(r"trees\.add\.xml: other content", edit=TREES),
-    "trees in rain": Spoilt(r"trees\.add\.xml: other content", edit=TREES, factor="water"),
+    "trees": Spoilt(r"trees\.add\.xml: ", edit=TREES),
+    "trees in rain": Spoilt(r"trees\.add\.xml: ", edit=TREES, factor="water"),
     "vehicle in rain": Spoilt(r"only one film shows", edit=VEHICLE, factor="water"),
 }
 
