@@ -128,7 +128,7 @@ def measure_film(
     tables = {
         "frames": frames,
         "traffic": tuple(traffic_rows(traffic, cameras)),
-        **_observer_tables(simulation, cameras, shown, settings, near),
+        **_observer_tables(simulation, account, shown, settings, near),
         "gaps": tuple(gap_rows(stimulus, traffic)),
         "events": tuple(event_rows(account)),
         "shares": shown.shares,
@@ -152,13 +152,14 @@ def _meter(account: Mapping[str, Any]) -> FlashMeter:
 
 def _observer_tables(
     simulation: Simulated,
-    cameras: Sequence[Mapping[str, Any]],
+    account: Mapping[str, Any],
     shown: Shown,
     settings: ReportSettings,
     near: Floats,
 ) -> dict[str, tuple[Row, ...]]:
     """Return what observers see by frame, and who arrives at them."""
     scenario, traffic = simulation.scenario, simulation.traffic
+    cameras, speed = [frame["camera"] for frame in account["frames"]], float(account["speed"])
     begin, end = float(traffic.times[0]), float(traffic.times[-1])
     grid = np.arange(begin - HORIZON, end + HORIZON + STEP, STEP)
     around = traffic_at(simulation.motion, scenario, grid, near=near)
@@ -171,7 +172,7 @@ def _observer_tables(
         found = arrivals(observer, around)
         seen = shown.seen if observer is observers[0] else {}
         rows += observer_rows(observer, (traffic, around), found, within=settings.within, seen=seen)
-        came += arrival_rows(observer, found, traffic.keys, (begin, end))
+        came += arrival_rows(observer, found, traffic.keys, begin=begin, speed=speed)
     return {"observer": tuple(rows), "arrivals": tuple(came)}
 
 
