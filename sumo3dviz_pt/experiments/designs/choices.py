@@ -49,12 +49,14 @@ class ChoiceRequest:
         alternatives: Films in each.
         none: Whether nothing may be chosen, too.
         priors: Utilities of levels.
+        ranks: How good levels are, where there are no priors; they count for what is best alone.
     """
 
     tasks: int
     alternatives: int = 2
     none: bool = False
     priors: Priors = field(default_factory=dict)
+    ranks: Priors = field(default_factory=dict)
 
 
 def choice_tasks(
@@ -105,7 +107,8 @@ class _Search:
         self._request = request
         worth = utilities(levels, profiles, request.priors)
         self._codes, self._worth = coded(levels, profiles), worth.sum(axis=1)
-        self._clash = _dominated(levels, profiles, worth)
+        known = {**request.ranks, **{name: own for name, own in request.priors.items() if own}}
+        self._clash = _dominated(levels, profiles, utilities(levels, profiles, known))
         np.fill_diagonal(self._clash, val=True)
 
     def check(self) -> None:
@@ -182,12 +185,12 @@ class _Search:
 def _dominated(levels: Levels, profiles: Sequence[Profile], worth: Floats) -> Pairs:
     """Return of which two profiles one is as good as the other in all factors, and better in some.
 
-    Factors of which no prior is known tell nothing: two films that differ in one are a choice.
+    Factors of which nothing is known tell nothing: two films that differ in one are a choice.
 
     Args:
         levels: Of each factor.
         profiles: Of which tasks are made.
-        worth: Utilities of their levels, (profiles, factors).
+        worth: How good their levels are, (profiles, factors).
     """
     shape = (len(profiles), len(profiles))
     least, more, silent = np.ones(shape, bool), np.zeros(shape, bool), np.ones(shape, bool)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
@@ -102,12 +102,13 @@ class Certificate:
         )
 
 
-def certify(folder: Path, plan: StudyPlan) -> Certificate:
+def certify(folder: Path, plan: StudyPlan, *, cards: Sequence[str] = ()) -> Certificate:
     """Compare all pairs of a study's films, and write `certificate.html` and `certificate.json`.
 
     Args:
         folder: The study's, with all films.
         plan: What they show.
+        cards: Files of choice cards, which are made of these films.
 
     Raises:
         InputError: If a film's account is missing or damaged.
@@ -119,7 +120,9 @@ def certify(folder: Path, plan: StudyPlan) -> Certificate:
     pictures = [folder / each.picture for each in verdicts if each.picture]
     study = replace(StudyFolder.read(folder), certificate=None)
     faults = _folder_faults(study)
-    content = sealed(_content(study, plan, verdicts, faults))
+    content = _content(study, plan, verdicts, faults)
+    content["digests"]["cards"] = {name: file_hash(folder / name) for name in sorted(cards)}
+    content = sealed(content)
     write_json(folder / CERTIFICATE, content, indent=1)
     page = write_page(folder / PAGE, content, verdicts)
     return Certificate(tuple(verdicts), (folder / CERTIFICATE, page, *pictures), faults)

@@ -226,12 +226,19 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     if certificate.get(DIGEST) != digest_in(certificate):
         yield Fault("inputs", CERTIFICATE, "was edited: it does not have the digest that it says")
         return
-    said = certificate.get("digests", {})
+    said = _mapping(certificate.get("digests"))
     if said.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
-    for file, digest in said.get("inputs", {}).items():
-        if file_hash(study.path / file) != digest:
-            yield Fault("inputs", file, f"is not the file that {CERTIFICATE} was written for")
+    links: tuple[tuple[Link, str], ...] = (("inputs", "inputs"), ("films", "cards"))
+    for link, key in links:
+        for file, digest in _mapping(said.get(key)).items():
+            if file_hash(study.path / file) != digest:
+                yield Fault(link, file, f"is not the file that {CERTIFICATE} was written for")
+
+
+def _mapping(value: Any) -> Content:
+    """Return a value if it is a mapping, and else an empty one."""
+    return value if isinstance(value, dict) else {}
 
 
 def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:

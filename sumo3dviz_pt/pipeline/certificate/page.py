@@ -23,8 +23,8 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
 _MOST_THINGS = 12
 """Most objects that a pair's table lists; `certificate.json` has all."""
 
-_MOST_FILMS, _MOST_WORDS, _MOST_FAULTS = 16, 140, 6
-"""Most films, letters of a text, and faults that the printed sheets show."""
+_MOST_FACTORS, _MOST_FILMS, _MOST_FAULTS, _MOST_WORDS = 14, 16, 6, 140
+"""Most factors, films, faults, and letters of a text that the printed sheets show."""
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 2rem auto;
@@ -124,7 +124,7 @@ def _factors(content: Content) -> Iterator[str]:
     ):
         yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
     yield "</tr></thead><tbody>"
-    for name, factor in content["factors"].items():
+    for name, factor in list(content["factors"].items())[:_MOST_FACTORS]:
         pairs = [each for each in content["pairs"] if name in str(each["factor"]).split(" and ")]
         found = Counter(each["claim"] for each in pairs)
         untested = dict.fromkeys(what for each in pairs for what in each["not_tested"])
@@ -135,7 +135,8 @@ def _factors(content: Content) -> Iterator[str]:
         lacking = "-" if pairs else "all of it: no pair of films shows it"
         cells += [f"<td>{_text('; '.join(untested) or lacking)}</td>"]
         yield f"<tr>{''.join(cells)}<td>{_text(_worst_pair(pairs))}</td></tr>"
-    yield "</tbody></table>"
+    more = len(content["factors"]) - _MOST_FACTORS
+    yield f"</tbody></table>{f'<p>And {more} more, in certificate.json.</p>' if more > 0 else ''}"
 
 
 def _worst_pair(pairs: Sequence[Content]) -> str:

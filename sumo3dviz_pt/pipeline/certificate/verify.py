@@ -174,8 +174,8 @@ def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
         yield f"not tested: {known - there} of {known} frames and layers, which are not there"
     if tested.developed < tested.pictures:
         yield (
-            f"{tested.pictures - tested.developed} of {tested.pictures} pictures were held against"
-            " the prints of their frames only: these were not developed again"
+            f"not developed: {tested.pictures - tested.developed} of {tested.pictures} pictures,"
+            " which were held against the prints of their frames"
         )
 
 

@@ -155,7 +155,8 @@ def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
 
 def _chosen(study: StudyFile, asked: ChoiceSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
     """Return choice tasks, and notes on them."""
-    request = ChoiceRequest(asked.tasks, asked.alternatives, asked.none, asked.priors)
+    ranks = {name: own for name, own in zip(study.levels, study.ranks, strict=False) if own}
+    request = ChoiceRequest(asked.tasks, asked.alternatives, asked.none, asked.priors, ranks)
     settings = study.settings
     with study.blamed():
         trials = choice_tasks(study.levels, request, exclude=settings.exclude, seed=settings.seed)

@@ -89,6 +89,12 @@ def _drawn(asked, seed):
         yield [*(every[n] for n in rng.permutation(81)[: asked.alternatives]), *none]
 
 
+def test_ranks_tell_what_is_best_where_no_priors_do():
+    ranks = {name: {"x": 1, "y": 0} for name in TWO}
+    with pytest.raises(ConfigError, match="only 1 different tasks"):
+        choice_tasks(TWO, ChoiceRequest(2, ranks=ranks), exclude=(), seed=0)
+
+
 @pytest.mark.parametrize(
     ("levels", "asked", "words"),
     [
