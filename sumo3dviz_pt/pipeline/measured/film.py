@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.job.report import ReportSettings
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.pipeline.accounts.road_users import brake_onsets
 from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames, without_overlays
 from sumo3dviz_pt.pipeline.measured.observer import (
@@ -30,9 +29,9 @@ from sumo3dviz_pt.pipeline.measured.safety import FIELD, FlashMeter, SignalColou
 from sumo3dviz_pt.pipeline.measured.things import Shown, lens_of, shown_in
 from sumo3dviz_pt.pipeline.measured.traffic import (
     Row,
-    Traffic,
-    film_traffic,
+    Simulated,
     gap_rows,
+    simulated,
     traffic_at,
     traffic_rows,
 )
@@ -121,14 +120,15 @@ def measure_film(
     eyes = np.array([camera["position"][:2] for camera in cameras])
     also = [each.position for each in settings.observers.values() if each.position is not None]
     near = np.concatenate([eyes, np.reshape(also, (-1, 2))])
-    traffic, scenario = film_traffic(stimulus, near, count=len(eyes))
+    simulation = simulated(stimulus, near, count=len(eyes))
+    traffic = simulation.traffic
     shown = shown_in(film, account, traffic, named=settings.things, within=settings.within)
     meter, colours = _meter(account), SignalColours()
     frames = _frame_rows(film, account, shown, (meter, colours), settings.white, compared)
     tables = {
         "frames": frames,
         "traffic": tuple(traffic_rows(traffic, cameras)),
-        **_observer_tables(stimulus, (traffic, scenario), cameras, shown, settings, near),
+        **_observer_tables(simulation, account, shown, settings, near),
         "gaps": tuple(gap_rows(stimulus, traffic)),
         "events": tuple(event_rows(account)),
         "shares": shown.shares,
@@ -151,18 +151,18 @@ def _meter(account: Mapping[str, Any]) -> FlashMeter:
 
 
 def _observer_tables(
-    stimulus: Stimulus,
-    simulated: tuple[Traffic, Scenario],
-    cameras: Sequence[Mapping[str, Any]],
+    simulation: Simulated,
+    account: Mapping[str, Any],
     shown: Shown,
     settings: ReportSettings,
     near: Floats,
 ) -> dict[str, tuple[Row, ...]]:
     """Return what observers see by frame, and who arrives at them."""
-    traffic, scenario = simulated
+    scenario, traffic = simulation.scenario, simulation.traffic
+    cameras, speed = [frame["camera"] for frame in account["frames"]], float(account["speed"])
     begin, end = float(traffic.times[0]), float(traffic.times[-1])
     grid = np.arange(begin - HORIZON, end + HORIZON + STEP, STEP)
-    around = traffic_at(stimulus.job, scenario, grid, near=near)
+    around = traffic_at(simulation.motion, scenario, grid, near=near)
     network = scenario.network
     named = (named_observer(*each, traffic, network) for each in settings.observers.items())
     observers = [camera_observer(cameras, traffic, network), *filter(None, named)]
@@ -172,7 +172,7 @@ def _observer_tables(
         found = arrivals(observer, around)
         seen = shown.seen if observer is observers[0] else {}
         rows += observer_rows(observer, (traffic, around), found, within=settings.within, seen=seen)
-        came += arrival_rows(observer, found, traffic.keys, (begin, end))
+        came += arrival_rows(observer, found, traffic.keys, begin=begin, speed=speed)
     return {"observer": tuple(rows), "arrivals": tuple(came)}
 
 

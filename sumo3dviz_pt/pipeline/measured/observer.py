@@ -276,7 +276,12 @@ def _crossings(across: Floats, points: Floats, times: Floats) -> list[tuple[floa
 
 
 def arrival_rows(
-    observer: Observer, found: Sequence[Arrival], keys: Sequence[str], span: tuple[float, float]
+    observer: Observer,
+    found: Sequence[Arrival],
+    keys: Sequence[str],
+    *,
+    begin: float,
+    speed: float = 1.0,
 ) -> Iterator[Row]:
     """Yield a row for each arrival while a film is shown, or soon after, with the gap before it.
 
@@ -284,17 +289,18 @@ def arrival_rows(
         observer: Whose way across it is.
         found: In order, also before the film.
         keys: Of road users.
-        span: First and last time of the film [s].
+        begin: First time of the film [s].
+        speed: SUMO's seconds per second of film.
     """
     left = -np.inf
     for each in found:
-        if each.time >= span[0]:
+        if each.time >= begin:
             yield {
                 "observer": observer.name,
                 "road_user": keys[each.k],
                 "from": each.side,
                 "arrives": known(each.time),
-                "arrives_in_film": known(each.time - span[0]),
+                "arrives_in_film": known((each.time - begin) / speed),
                 "leaves": known(each.left),
                 "speed": known(each.speed),
                 "gap_before": known(max(each.time - left, 0.0)) if observer.stands else "",

@@ -176,7 +176,8 @@ def _seen(
     found = {}
     for k in np.flatnonzero(traffic.alive[:, number]).tolist():
         front, yaw = traffic.fronts[k, number], float(traffic.yaws[k, number])
-        if np.linalg.norm(front - pose[:3, 3]) > within + traffic.sizes[k, 0]:
+        away = np.linalg.norm(front - pose[:3, 3])
+        if away > within + traffic.sizes[k, 0] or traffic.keys[k] == traffic.ridden:
             continue
         cos, sin = np.cos(yaw), np.sin(yaw)
         world_from_body = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -204,10 +205,12 @@ def _part(
     eye: Floats,
     body_from_camera: Floats,
 ) -> tuple[slice, slice]:
-    """Return rows and columns that hold a box; all of them for one that reaches behind the eye."""
+    """Return rows and columns that hold a box: none of one behind the eye, all if it is beside."""
     corners = np.stack(np.meshgrid(*np.stack(box, axis=1), indexing="ij"), axis=-1).reshape(-1, 3)
     points = (corners - eye) @ body_from_camera
     places, ahead = lens.project(points, size)
+    if lens.is_straight and not ahead.any():
+        return slice(0), slice(0)
     if not (lens.is_straight and ahead.all()):
         return slice(None), slice(None)
     first = np.maximum(np.floor(places.min(axis=1)), 0.0)

@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,6 +41,9 @@ from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.gaps import kept_gap, mover_of, plain_id
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.motion import LogMotion
 
 NEAREST = 3
 """How many road users near the camera are told of, beside the one that it rides with."""
@@ -97,7 +101,22 @@ class Traffic:
         return next((k for k, key in enumerate(self.keys) if key in wanted), None)
 
 
-def film_traffic(stimulus: Stimulus, near: Floats, *, count: int) -> tuple[Traffic, Scenario]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """A film's simulation, as far as it is read.
+
+    Attributes:
+        scenario: Of the film's times, and what smoothing needs around them.
+        motion: Of everyone in it; what it has smoothed is kept.
+        traffic: Everyone near the film's camera, at the frames' times.
+    """
+
+    scenario: Scenario
+    motion: LogMotion
+    traffic: Traffic
+
+
+def simulated(stimulus: Stimulus, near: Floats, *, count: int) -> Simulated:
     """Read who drives where in a film, of all who come near some places, and the simulation.
 
     Args:
@@ -109,16 +128,18 @@ def film_traffic(stimulus: Stimulus, near: Floats, *, count: int) -> tuple[Traff
     _, scenario = read_files(stimulus.job, begin=float(times[0]), end=float(times[-1]))
     camera = stimulus.job.cameras[stimulus.shot.camera]
     ridden = camera.vehicle if isinstance(camera, LagrangianCamera) else ""
-    return traffic_at(stimulus.job, scenario, times, near=near, ridden=ridden), scenario
+    motion = motion_of(stimulus.job, scenario)
+    traffic = traffic_at(motion, scenario, times, near=near, ridden=ridden)
+    return Simulated(scenario, motion, traffic)
 
 
 def traffic_at(
-    job: Job, scenario: Scenario, times: Floats, *, near: Floats, ridden: str = ""
+    motion: LogMotion, scenario: Scenario, times: Floats, *, near: Floats, ridden: str = ""
 ) -> Traffic:
     """Return who drives where at some times, of all who come near some places.
 
     Args:
-        job: The scene file.
+        motion: Of everyone in the simulation.
         scenario: As read around these times.
         times: (t,) [s].
         near: In SUMO's coordinates, (k, 2) [m].
@@ -128,7 +149,7 @@ def traffic_at(
     inside = location.inside(near)
     logs = scenario.traffic.traces
     there = np.array([_is_near(each, inside) for each in logs], dtype=np.bool_)
-    trajectories = motion_of(job, scenario).smooth(there)
+    trajectories = motion.smooth(there)
     traces = [trace for trace, kept in zip(logs, there.tolist(), strict=True) if kept]
     types = scenario.vehicle_types
     kinds = [types.get(each.type_id, UNKNOWN_TYPES[each.kind]) for each in trajectories]
@@ -359,7 +380,7 @@ def follow(
     if not times.size:
         raise _not_there(files, name, (own,))
     near = scenario.network.location.outside(seen.positions[seen.alive, :2])
-    traffic = traffic_at(job, scenario, times, near=near, ridden=own.key)
+    traffic = traffic_at(motion, scenario, times, near=near, ridden=own.key)
     k = traffic.keys.index(own.key)
     return [
         {"time": round(float(time), 6), **ahead_row(traffic, n, k)} for n, time in enumerate(times)

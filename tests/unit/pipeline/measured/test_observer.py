@@ -67,12 +67,12 @@ def kerb(count, *, at=(0.0, -5.0), end=(0.0, 5.0), eye=1.6):
     )
 
 
-def rows_of(*cars, observer=None, within=200.0):
+def rows_of(*cars, observer=None, within=200.0, speed=1.0):
     some, around = traffic(FRAMES, *cars), traffic(GRID, *cars)
     observer = observer or kerb(len(FRAMES))
     came = arrivals(observer, around)
     rows = list(observer_rows(observer, (some, around), came, within=within, seen={}))
-    return rows, list(arrival_rows(observer, came, some.keys, (0.0, 3.0)))
+    return rows, list(arrival_rows(observer, came, some.keys, begin=0.0, speed=speed))
 
 
 ALWAYS = (-99.0, 99.0)
@@ -88,6 +88,11 @@ def test_arrivals_and_the_gaps_between_them():
     # Each is 4 m long, which takes .4 s; nobody came in the ten seconds before the first.
     assert [row["gap_before"] for row in came] == ["", 3.0, 0.2]
     assert came[0]["leaves"] == 2.4 and came[0]["speed"] == 10.0
+
+
+def test_the_films_time_of_an_arrival_is_that_of_slow_motion():
+    (row,) = rows_of((-20, 0, 0, 10, *ALWAYS), speed=0.25)[1]
+    assert (row["arrives"], row["arrives_in_film"], row["leaves"]) == (2.0, 8.0, 2.4)
 
 
 def test_a_row_tells_distance_and_time_to_arrival():
