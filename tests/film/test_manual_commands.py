@@ -35,7 +35,6 @@ NOT_RUN = {
     "farm work": "as above",
     "farm --engine": "needs Slurm or Dask; tests/unit/pipeline/farm/engines",
     "study gaze": "needs films with layers; tests/unit/pipeline/measured/test_gaze.py",
-    "study verify": "needs a study's folder; tests/film/test_verify.py",
     "render --time-budget": "a pilot renders; tests/unit/pipeline/test_pilot.py",
     "render --target-error": "as above",
 }
