@@ -73,11 +73,14 @@ def check_study_inputs(folder: Path, plan: StudyPlan) -> None:
     Raises:
         ConfigError: Says what would be replaced.
     """
-    own = {plan.file.path: STUDY, plan.file.settings.scene: SCENE}
-    texts = resolved(plan, Places.of(plan))
-    for source, name in own.items():
-        target = folder / FOLDER / name
-        if target.is_file() and target.samefile(source) and not _holds(target, texts[name]):
+    own = {
+        folder / FOLDER / STUDY: plan.file.path,
+        folder / FOLDER / SCENE: plan.file.settings.scene,
+    }
+    own = {target: source for target, source in own.items() if target.is_file()}
+    texts = resolved(plan, Places.of(plan)) if own else {}
+    for target, source in own.items():
+        if target.samefile(source) and not _holds(target, texts[target.name]):
             raise ConfigError(
                 f"{target} is what the study is read from, and would be replaced by what is carried"
                 " out now; give another folder",
