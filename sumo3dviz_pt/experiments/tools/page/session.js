@@ -385,19 +385,21 @@ const visit = async () => {
   const opening = opened(run, steps, isAnew, jsPsych);
   const rest = steps.all(playlist);
   const names = (from) => [...new Set(rest.slice(from).flatMap((step) => step.films))].slice(0, 3);
-  const timeline = rest.map((step, number) => ({ step, number }))
-    .filter(({ step }) => !run.state.past.includes(step.name))
-    .map(({ step, number }) => ({
-      timeline: step.make(step.name),
-      on_timeline_start: () => {
-        run.begin(step.name);
-        steps.loader.ahead(names(number));
-      },
-      on_timeline_finish: () => {
-        if (!run.state.left) run.state.past.push(step.name);
-        run.save();
-      },
-    }));
+  const left = rest.map((step, number) => ({ step, number }))
+    .filter(({ step }) => !run.state.past.includes(step.name));
+  // The first films are loaded while people read.
+  if (left.length) steps.loader.ahead(names(left[0].number));
+  const timeline = left.map(({ step, number }) => ({
+    timeline: step.make(step.name),
+    on_timeline_start: () => {
+      run.begin(step.name);
+      steps.loader.ahead(names(number));
+    },
+    on_timeline_finish: () => {
+      if (!run.state.left) run.state.past.push(step.name);
+      run.save();
+    },
+  }));
   await jsPsych.run([...opening, ...timeline]);
   if (run.state.left) {
     run.forget();
