@@ -244,7 +244,7 @@ ACCOUNTS = {
     "a frame .04 s late": Violation(r"frame 1 shows 453\.04 s .* and 453\.08 s",
         _frame("time", lambda time: time + 0.04)),
     "another frame rate": Violation("frames per second", _set(frame_rate="30")),
-    "the camera 1 cm higher": Violation(r"in frame 1 by 1 cm and 0 deg", _frame("camera", _moved)),
+    "the camera 1 cm higher": Violation(r"in frame 1 by 1 cm and", _frame("camera", _moved)),
     "the camera turned by .05 degrees": Violation(r"by 0 cm and 0\.05 deg",
         _frame("camera", _turned)),
     "a lens of 61 degrees": Violation("lenses of 60 and 61 deg",
@@ -282,7 +282,7 @@ LEVELS = {
     "the level sets the exposure": "output.exposure: -0.5",
     "the level raises the eye by .5 m": "cameras.driver.eye_height: 1.84",
     "the level leaves a cyclist out": "traffic: {leave_out: [ride_10N.8]}",
-    "the level sets the quality": "quality: standard",
+    "the level sets the quality": "quality: reference",
     "the level ends the film later": "shots.0.to: 453.12",
 }
 """Seeded into what a level sets beside its factor."""
@@ -330,8 +330,8 @@ def _sky_turned(other: Evidence) -> Evidence:
 def _noise(other: Evidence) -> Evidence:
     """Draw the noise of all pixels anew, as another seed does."""
     rng = np.random.default_rng(8)
-    radiance = np.array(other.radiance)
-    return replace(other, radiance=radiance * rng.gamma(1.0, 1.0, (*radiance.shape[:2], 1)))
+    drawn = rng.gamma(1.0, 1.0, (*other.things.shape, 1)).astype(np.float32)
+    return replace(other, radiance=np.array(other.radiance) * drawn)
 
 
 def _painted(other: Evidence) -> Evidence:
@@ -370,11 +370,11 @@ def _of(label: str, name: str, value: Any) -> Any:
 
 def _stripes(other: Evidence) -> Evidence:
     """Move all by a pixel."""
-    return replace(other, **{
-        "things": np.roll(other.things, 1, axis=1),
-        "layers": {name: np.roll(layer, 1, axis=1) for name, layer in other.layers.items()},
-        "radiance": np.roll(other.radiance, 1, axis=1),
-    })  # fmt: skip
+    layers = {name: np.roll(layer, 1, axis=1) for name, layer in other.layers.items()}
+    things, radiance = (
+        np.roll(np.array(each), 1, axis=1) for each in (other.things, other.radiance)
+    )
+    return replace(other, things=things, layers=layers, radiance=radiance)
 
 
 _SHAPE = "shape or colour differs where the factor does not act"
@@ -387,7 +387,7 @@ PIXELS = {
     "7 % lit 2.5 times, trees gone": Violation(_LIGHT, shown=_relit(2.5, 0.07, 0.2, 0.6),
                                                factor="trees"),
     "the sky turned by 1 degree": Violation("the sky is another", shown=_sky_turned),
-    "another seed": Violation(_LIGHT, shown=_noise),
+    "another seed": Violation("a typical pixel .* differs in light by", shown=_noise),
     "all of it 1.07 times as bright": Violation("a typical pixel .* differs in light by",
                                                 shown=_relit(1.07, 1.0, 0.0, 0.0)),
     "a person painted in": Violation(f"{_SHAPE}.*person:painted", shown=_painted),

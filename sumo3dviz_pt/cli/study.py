@@ -154,6 +154,13 @@ def _add_gaze(study: Any) -> None:
     sub.add_argument(
         "--fixation", type=float, default=0.1, metavar="T", help="shortest fixation [0.1 s]"
     )
+    sub.add_argument(
+        "--radius",
+        type=float,
+        default=0.0,
+        metavar="PX",
+        help="gaze so near to a thing with an outline hits it, for the tracker's error [0 px]",
+    )
     add_overwrite(sub)
     sub.set_defaults(run=gaze)
 
@@ -164,7 +171,7 @@ def gaze(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.measured.gaze import GazeOrder, write_gaze
     from sumo3dviz_pt.pipeline.progress.build import WorkStep
 
-    names = ("folder", "samples", "output", "start", "fixation", "overwrite")
+    names = ("folder", "samples", "output", "start", "fixation", "radius", "overwrite")
     order = GazeOrder(**{name: getattr(options, name) for name in names})
     with progress(f"gaze {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
         files = write_gaze(order)

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from sumo3dviz_pt.job.ranges import File, Whole
-from sumo3dviz_pt.job.values import Settings
+from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
 
 MOST_FORMS = 100
 
@@ -68,12 +68,14 @@ def _form(name: str) -> str:
 NamedFile = Annotated[File, AfterValidator(_printable)]
 Language = Annotated[str, AfterValidator(_language)]
 FormName = Annotated[str, AfterValidator(_form)]
+FormNames = Annotated[tuple[FormName, ...], ONE_OR_MORE]
+Keys = Annotated[tuple[Annotated[str, AfterValidator(_key)], ...], ONE_OR_MORE]
 
 
 class DuringSettings(Settings):
     """What people press while a film plays; the film's time of each press is recorded."""
 
-    keys: tuple[Annotated[str, AfterValidator(_key)], ...] = Field(
+    keys: Keys = Field(
         (), max_length=MOST_FORMS, description="characters, space, enter or arrowleft and so on"
     )
     button: str | None = Field(
@@ -98,7 +100,7 @@ class SessionSettings(Settings):
     consent: str | None = Field(
         None, min_length=1, description="what people agree to first; default nothing"
     )
-    before: tuple[FormName, ...] = Field(
+    before: FormNames = Field(
         (), max_length=MOST_FORMS, description="forms before the films, by name"
     )
     practice: Whole = Field(
@@ -107,7 +109,7 @@ class SessionSettings(Settings):
     attention: Whole = Field(
         0, ge=0, le=100, description="how many checks of attention stand between the trials"
     )
-    after: tuple[FormName, ...] = Field(
+    after: FormNames = Field(
         (),
         max_length=MOST_FORMS,
         description="forms after the films: presence, sickness, symptoms, comments, or own ones",

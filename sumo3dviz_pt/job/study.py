@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Positive, Seed, Whole
+from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Finite, Positive, Seed, Whole
 from sumo3dviz_pt.job.report import ReportSettings
 from sumo3dviz_pt.job.sessions import (
     PAGE_COLUMNS,
@@ -196,7 +196,21 @@ class TableSettings(Settings):
     )
 
 
-Design = Literal["full", "fraction", "latin"] | TableSettings
+class ChoiceSettings(Settings):
+    """Choice tasks that tell effects apart as well as can be (least D-error)."""
+
+    tasks: Whole = Field(ge=1, le=1000, description="how many")
+    alternatives: Whole = Field(2, ge=2, le=10, description="films in each")
+    none: bool = Field(False, description="whether nothing may be chosen, too")
+    priors: dict[FactorName, dict[LevelName, Finite]] = Field(
+        default_factory=dict,
+        max_length=MOST_FACTORS,
+        description="utility that is assumed of levels, 0 where nothing is said; no film of a task"
+        " is better than another in all factors",
+    )
+
+
+Design = Literal["full", "fraction", "fraction_3", "latin", "choices"] | TableSettings
 
 
 # What comes out ----------------------------------------------------------------------------
@@ -339,7 +353,11 @@ class StudySettings(Settings):
     )
     design: Design = Field(
         "full",
-        description="full: all combinations; fraction: an orthogonal array; latin: a Latin square",
+        description="full: all combinations; fraction: an orthogonal array; fraction_3: one of"
+        " strength 3; latin: a Latin square; choices: choice tasks",
+    )
+    choices: ChoiceSettings | None = Field(
+        None, description="which choice tasks; goes with `design: choices`"
     )
     exposure: Literal["shared", "own"] = Field(
         "shared",
@@ -386,4 +404,17 @@ class StudySettings(Settings):
             if other := lowered.get(name.lower()):
                 raise ValueError(f"the factors {other!r} and {name!r} differ in capitals only")
             lowered[name.lower()] = name
+        return self
+
+    @model_validator(mode="after")
+    def _choices(self) -> StudySettings:
+        """Refuse choice tasks that no design asks for, and the other way round."""
+        if (self.design == "choices") != (self.choices is not None):
+            raise ValueError("design: choices goes with choices: {tasks: 12}, and these with it")
+        for name, priors in self.choices.priors.items() if self.choices else ():
+            if name not in self.factors:
+                raise ValueError(f"choices.priors: no factor is called {name!r}")
+            for level in priors:
+                if level not in self.factors[name].levels:
+                    raise ValueError(f"choices.priors.{name}: there is no level {level!r}")
         return self

@@ -57,12 +57,14 @@ def mover_of(job: Job, name: str, edit: RideEdit) -> str:
     """
     if edit.gap is None or edit.behind is None or edit.moves == "self":
         return name
-    rides = {
-        plain_id(camera.vehicle)
-        for camera in job.cameras.values()
-        if isinstance(camera, LagrangianCamera)
-    }
-    return edit.behind if edit.moves == "behind" or plain_id(name) in rides else name
+    moved = edit.moves == "behind" or plain_id(name) in ridden_ids(job)
+    return edit.behind if moved else name
+
+
+def ridden_ids(job: Job) -> set[str]:
+    """Return the ids of all with whom a camera of the scene rides, whichever one looks."""
+    cameras = job.cameras.values()
+    return {plain_id(each.vehicle) for each in cameras if isinstance(each, LagrangianCamera)}
 
 
 def as_moved(change: str, jobs: Iterable[Job]) -> str:

@@ -62,9 +62,12 @@ def print_of(planes: Planes, *, bits: int) -> Print:
     code = float(1 << (bits - 8))
     if planes[0].ndim == 3:
         planes = [planes[0][..., colour] for colour in range(3)]
-    means = [_sums(plane) / _counts(plane.shape) for plane in planes]
+    # Planes of colour are smaller, and their blocks belong to the same parts of the picture.
+    sides = zip(*(plane.shape for plane in planes), strict=True)
+    blocks = tuple(min(most, *own) for most, own in zip(_MOST, sides, strict=True))
+    means = [_sums(plane, blocks) / _counts(plane.shape, blocks) for plane in planes]
     first = planes[0]
-    signed = _sums(first * _signs(first.shape)) / np.sqrt(_counts(first.shape))
+    signed = _sums(first * _signs(first.shape), blocks) / np.sqrt(_counts(first.shape, blocks))
     steps = np.stack([*means, signed]) * (_STEPS / code)
     return np.rint(np.clip(steps, -32767, 32767)).astype(np.int16)
 
@@ -199,9 +202,9 @@ def _pictures(stream: IO[bytes], codec: Codec, size: tuple[int, int]) -> Iterato
         yield [plane.reshape(shape) for plane, shape in zip(whole, shapes, strict=True)]
 
 
-def _sums(plane: NDArray[Any]) -> Floats:
-    """Return the sums of a plane's blocks, (blocks,)."""
-    rows, columns = (_starts(side, most) for side, most in zip(plane.shape, _MOST, strict=True))
+def _sums(plane: NDArray[Any], blocks: tuple[int, ...]) -> Floats:
+    """Return the sums of a plane's blocks, so many down and across, (blocks,)."""
+    rows, columns = (_starts(*each) for each in zip(plane.shape, blocks, strict=True))
     across = np.add.reduceat(plane, columns, axis=1, dtype=np.int64)
     return np.add.reduceat(across, rows, axis=0).ravel().astype(np.float64)
 
@@ -210,14 +213,13 @@ _MOST = (ROWS, COLUMNS)
 
 
 @cache
-def _counts(shape: tuple[int, int]) -> Floats:
+def _counts(shape: tuple[int, int], blocks: tuple[int, ...]) -> Floats:
     """Return how many pixels blocks have."""
-    return _sums(np.ones(shape, dtype=np.int64))
+    return _sums(np.ones(shape, dtype=np.int64), blocks)
 
 
-def _starts(side: int, most: int) -> NDArray[np.int64]:
-    """Return where blocks begin along a side."""
-    count = min(side, most)
+def _starts(side: int, count: int) -> NDArray[np.int64]:
+    """Return where so many blocks begin along a side."""
     return np.arange(count) * side // count
 
 

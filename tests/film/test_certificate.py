@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from builders import write_scenario
 from violations import FACTORS, Films, all_violations, confounded, write_study
 
 from sumo3dviz_pt.cli import main
@@ -191,3 +192,47 @@ def test_a_rendered_violation_is_named_and_seen(made, study, tmp_path, name):
     shutil.copy(made.folder / "materials" / account, out / "materials" / account)
     silent = Films(made.plan, out).judge(spoilt.factor, "day")
     assert silent.faults and all("where the factor does not act" in each for each in silent.faults)
+
+
+# Other designs ------------------------------------------------------------------------------
+
+COLOURS = "{{vehicles: {{by_id: {{{0}: {{colour: '{1}'}}}}}}}}"
+FRACTION = f"""scene: scene.yaml
+clip: {{camera: post, from: 2, to: 2.1}}
+factors:
+  light:
+    levels:
+      a: {{sky: {{preset: sky_blue}}}}
+      b: {{sky: {{preset: sky_overcast}}}}
+      c: {{lights: "on"}}
+  road: {{levels: {{a: {{}}, b: {{roads.colour: "#703030"}}, c: {{roads.colour: "#307030"}}}}}}
+  first:
+    levels:
+      a: {COLOURS.format("v0", "#f0f0f0")}
+      b: {COLOURS.format("v0", "#b01010")}
+      c: {COLOURS.format("v0", "#1010b0")}
+  second:
+    levels:
+      a: {COLOURS.format("v1", "#f0f0f0")}
+      b: {COLOURS.format("v1", "#b01010")}
+      c: {COLOURS.format("v1", "#1010b0")[:-1]}, output.exposure: 0.5}}
+design: fraction
+certificate: {{frames: 1}}
+report: {{write: false}}
+calibration: null
+"""
+"""Four factors of three levels in nine films; one level is confounded."""
+
+
+def test_a_fraction_gets_a_certificate_and_its_confounded_level_none(tmp_path):
+    write_scenario(tmp_path, vehicles=2)
+    (tmp_path / "study.yaml").write_text(FRACTION, encoding="utf-8")
+    assert main(["study", str(tmp_path / "study.yaml"), "-o", str(tmp_path / "out")]) == 1
+    said = json.loads((tmp_path / "out" / "certificate.json").read_text("utf-8"))
+    pairs = {(pair["one"], pair["other"]): pair for pair in said["pairs"]}
+    assert len(pairs) == 8 and all(pair["factor"].count(" and ") == 2 for pair in pairs.values())
+    for names, pair in pairs.items():
+        beside = len({name.endswith("_c") for name in names}) == 2
+        assert pair["claim"] == ("failed" if beside else "proven"), pair["faults"]
+        assert any("output.exposure" in fault for fault in pair["confounds"]) == beside
+    assert {pair["claim"] for pair in pairs.values()} == {"failed", "proven"}

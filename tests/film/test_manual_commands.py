@@ -26,11 +26,16 @@ NOT_RUN = {
     "check --stress": "takes minutes; tests/film/test_stress_command.py",
     "init --record": "needs SUMO",
     "assets build": "bakes a body of one's own",
+    "study verify": "needs a study's folder; tests/film/test_verify.py",
+    "study pack": "as above; tests/unit/pipeline/studies/test_pack.py",
+    "study unpack": "as above",
     "farm status": "needs a farm that runs; tests/film/test_farm.py",
     "farm stop": "as above",
     "farm resume": "as above",
     "farm work": "as above",
     "farm --engine": "needs Slurm or Dask; tests/unit/pipeline/farm/engines",
+    "study gaze": "needs films with layers; tests/unit/pipeline/measured/test_gaze.py",
+    "study verify": "needs a study's folder; tests/film/test_verify.py",
     "render --time-budget": "a pilot renders; tests/unit/pipeline/test_pilot.py",
     "render --target-error": "as above",
 }
@@ -38,7 +43,8 @@ NOT_RUN = {
 
 VALUES = {
     "--time": "4", "--at": "4", "--from": "4", "--to": "4.2", "--size": "32x16", "--vehicle": "v0",
-    "--frames": "0:1", "--near": "post,40", "--type": "car", "--tone": "agx", "--quality": "draft",
+    "--frames": "0:1", "--near": "post,40", "--follow": "v0", "--type": "car", "--tone": "agx",
+    "--quality": "draft",
 }  # fmt: skip
 DRY = ("render", "study", "farm")
 CAMERAS = ("overview", "corner", "eulerian", "my_view", "path")

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from builders import write_scenario
@@ -106,8 +107,32 @@ def test_the_record_names_the_pair_and_no_path_of_this_machine(made, place):
     assert (pair["factor"], pair["one"], pair["other"]) == ("light", "clear", "grey")
     assert pair["changed"] == ["sky.preset: sky_blue -> sky_overcast"]
     assert not record["notes"]
-    for name in ("study.json", "inputs.sha256", "index.html", "README.md"):
-        assert str(place) not in (made / name).read_text("utf-8")
+
+
+def test_no_file_of_a_study_or_a_film_tells_of_this_machine(made, place, tmp_path):
+    """Accounts told the command, and it the whole path of the study file."""
+    words = ["render", str(place / "scene.yaml"), "-o", str(tmp_path / "film.mp4")]
+    small = ["--set", "output.size=[32, 18]", "--from", "4", "--to", "4.1", "--quality", "draft"]
+    assert main([*words, *small, "--variant", "scalar"]) == 0
+    assert len(digests(tmp_path)) == 4
+    for folder in (made, tmp_path):
+        for path in folder.rglob("*"):
+            content = path.read_bytes() if path.is_file() else b""
+            for word in (place, tmp_path, f"{Path.home()}/"):
+                assert str(word).encode() not in content, path
+
+
+def test_a_pack_makes_the_same_films_elsewhere(made, tmp_path):
+    pack, there = tmp_path / "study.zip", tmp_path / "there"
+    assert main(["study", "pack", str(made), "-o", str(pack)]) == 0
+    assert main(["study", "unpack", str(pack), "-o", str(there)]) == 0
+    assert digests(there) == digests(made)
+    words = ["study", str(there / "inputs" / "study.yaml"), "-o", str(tmp_path / "again")]
+    assert main([*words, "--variant", "scalar", "--discard-frames"]) == 0
+    again, once = digests(tmp_path / "again"), digests(made)
+    other = {name for name in again | once if again.get(name) != once.get(name)}
+    # Accounts tell the command, and lists their digests.
+    assert not [name for name in other if name.startswith("inputs/") or name.endswith(".mp4")]
 
 
 def test_a_film_that_was_lost_comes_back_with_the_same_bytes(made, place, tmp_path):
@@ -198,6 +223,13 @@ def test_a_level_that_changes_leaves_the_other_films_as_they_lie(whole, place, t
     assert "sky.rotation: 0.0 -> 90.0" in record["pairs"][0]["changed"]
 
 
+def measures(path):
+    """What a report says of films, but for the size of the files that are delivered."""
+    rows = csv.DictReader(path.read_text("utf-8").splitlines())
+    files = ("megabytes", "load_")
+    return [{k: v for k, v in row.items() if not k.startswith(files)} for row in rows]
+
+
 def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, place):
     """What is drawn over films, and the pictures before them, are in no measurement."""
     (place / "overlaid.yaml").write_text(OVERLAID, encoding="utf-8")
@@ -207,8 +239,9 @@ def test_a_study_with_overlays_is_measured_on_the_films_without_them(whole, plac
     for level in ("clear", "grey"):
         film = f"materials/{level}.mp4"
         assert found[f"materials/{level}.plain.mp4"] == plain[film] != found[film]
-    for name in ("report.json", "report/films.csv", "report/frames.csv"):
-        assert found[name] == plain[name], name
+    assert found["report/frames.csv"] == plain["report/frames.csv"]
+    rows = [measures(one / "report" / "films.csv") for one in (folder, whole)]
+    assert rows[0] == rows[1]
     pairs = [
         json.loads((one / "certificate.json").read_bytes())["pairs"] for one in (folder, whole)
     ]

@@ -21,6 +21,8 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.experiments.tools.papers import read_digests, write_checksums
 from sumo3dviz_pt.image.exr import read_layers, write_exr
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
+from sumo3dviz_pt.pipeline.certificate.page import write_page
+from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
 from sumo3dviz_pt.pipeline.films.encoding import developed
 from sumo3dviz_pt.pipeline.films.proof import delivered, sealed
 from sumo3dviz_pt.video import encode
@@ -293,6 +295,39 @@ def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, caps
     assert "a replay needs the study's inputs" in said and said.count("\n") == 1
 
 
+def test_damaged_files_are_faults_and_no_accidents(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder, ignore=shutil.ignore_patterns("*.exr"))
+    grey = json.loads((made / "materials" / "grey.json").read_bytes())
+    half = {"scene": {}, "frames": [{}], "files": {}, "inputs": {}, "delivered": {}, "x": 1}
+    endless = json.dumps(grey).replace('"codec_error": [', '"codec_error": [NaN, ')
+    for name, texts in {
+        "certificate.json": ("[]", "{", '{"pairs": 3}', '{"pairs": [{}], "digests": 3}'),
+        "materials/grey.json": ("", "{}", json.dumps(half), json.dumps(sealed(half)), endless),
+        "study.json": ('{"films": {"grey": 3}}',),
+    }.items():
+        for text in texts:
+            (folder / name).write_text(text, encoding="utf-8")
+            code, found = verify(folder, capsys, "--quick")
+            assert code == 1 and name in {each["file"] for each in found["faults"]}, text
+        shutil.copy(made / name, folder / name)
+    away = {"films": {"grey": {"file": "../elsewhere.mp4"}}}
+    (folder / "study.json").write_text(json.dumps(away), encoding="utf-8")
+    assert main(["study", "verify", str(folder), "-q"]) == 2
+    assert "names a film outside of the folder" in capsys.readouterr().err
+
+
+def test_a_study_that_was_packed_is_proven_where_it_is_unpacked(made, tmp_path, capsys):
+    pack, folder = tmp_path / "a.zip", tmp_path / "elsewhere"
+    assert main(["study", "pack", str(made), "-o", str(pack)]) == 0
+    assert main(["study", "unpack", str(pack), "-o", str(folder)]) == 0
+    code, found = verify(folder, capsys)
+    assert (code, found["faults"]) == (0, [])
+    assert found["pictures"] == {"decoded": 12, "developed": 0}
+    assert found["frames"]["there"] == 0
+    assert [note.partition(":")[0] for note in found["notes"]] == ["not tested", "not developed"]
+
+
 def test_what_is_no_study_is_refused(tmp_path, capsys):
     assert main(["study", "verify", str(tmp_path), "-q"]) == 2
     assert "holds no study.json" in capsys.readouterr().err
@@ -302,10 +337,19 @@ def test_what_is_no_study_is_refused(tmp_path, capsys):
 
 
 @skip_if(chromium() is None, "there is no Chromium on the PATH")
-def test_the_page_is_printed_on_two_sheets_of_a4(made, tmp_path):
+@pytest.mark.parametrize("times", [1, 40])
+def test_the_page_is_printed_on_two_sheets_of_a4(times, made, tmp_path):
+    content = json.loads((made / "certificate.json").read_bytes())
+    (factor,), (pair,) = content["factors"].values(), content["pairs"]
+    long = {**factor, "about": "how long it is until somebody comes, in seconds " * 4}
+    content["factors"] = {f"light{n}": long for n in range(times)}
+    content["pairs"] = [{**pair, "factor": name, "claim": "failed"} for name in content["factors"]]
+    told = ("factor", "levels", "one", "other", "acts", "faults")
+    verdicts = [PairVerdict(*(each[key] for key in told)) for each in content["pairs"]]
+    page = write_page(tmp_path / "certificate.html", content, verdicts)
     command = [str(chromium()), "--headless", "--no-sandbox", "--disable-gpu"]
     command += [f"--user-data-dir={tmp_path / 'profile'}", "--no-pdf-header-footer"]
-    command += [f"--print-to-pdf={tmp_path / 'a.pdf'}", (made / "certificate.html").as_uri()]
+    command += [f"--print-to-pdf={tmp_path / 'a.pdf'}", page.as_uri()]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
     pdf = (tmp_path / "a.pdf").read_bytes()
     assert len(re.findall(rb"/Type\s*/Page\b", pdf)) == 2

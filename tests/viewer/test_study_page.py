@@ -352,6 +352,18 @@ def test_a_reload_goes_on_and_the_end_stays_the_end(browser, address, folder, si
     assert len({a["visit"] for a in found}) == 1
 
 
+def test_a_second_window_waits_for_the_first(browser, address, folder):
+    """Both would keep answers in one place."""
+    with Visit(browser, address, folder, study(folder, single_trials([DAY]))) as visit:
+        second = browser.open(visit.url)
+        second.wait_for(f"document.body?.innerText.includes({json.dumps(TEXTS['elsewhere'])})")
+        visit.press("Start")
+        visit.press("3")
+        assert len(visit.rows()) == 1
+    second.wait_for(f"document.body?.innerText.includes({json.dumps(TEXTS['finished'])})")
+    second.close()
+
+
 def test_chance_gives_the_same_playlist_after_a_reload(browser, address, folder):
     trials = single_trials([DAY, NIGHT])
     lists = build_playlists(trials, order="random", count=50, parts=1, repeat=1, seed=0)

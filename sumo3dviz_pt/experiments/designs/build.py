@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from math import prod
 from types import MappingProxyType
@@ -45,7 +46,12 @@ def _full(counts: Sequence[int]) -> Rows:
 
 
 KINDS: Mapping[str, Callable[[Sequence[int]], Rows]] = MappingProxyType(
-    {"full": _full, "fraction": orthogonal_array, "latin": latin_square}
+    {
+        "full": _full,
+        "fraction": orthogonal_array,
+        "fraction_3": partial(orthogonal_array, strength=3),
+        "latin": latin_square,
+    }
 )
 """Designs that are made here, by their names in study files."""
 

@@ -25,18 +25,19 @@ _STARTS, _COLUMN_STARTS = 40, 60
 Whole = NDArray[np.int64]
 
 
-def interchange_array(counts: Sequence[int], runs: int) -> Rows | None:
-    """Return an orthogonal array of strength 2, (runs, factors); None if none was found.
+def interchange_array(counts: Sequence[int], runs: int, *, strength: int = 2) -> Rows | None:
+    """Return an orthogonal array, (runs, factors); None if none was found.
 
     Args:
-        counts: How many levels each factor has; the product of any two divides `runs`.
+        counts: How many levels each factor has; the product of any `strength` divides `runs`.
         runs: How many rows it is to have.
+        strength: 2 or 3.
     """
     order = sorted(range(len(counts)), key=lambda factor: -counts[factor])
     # Raw bits, which are the same in all versions of NumPy; methods that use them are not.
     bits = np.random.PCG64([runs, *(counts[factor] for factor in order)])
     for _ in range(_STARTS):
-        columns = _columns([counts[factor] for factor in order], runs, bits)
+        columns = _columns([counts[factor] for factor in order], runs, bits, strength)
         if columns is not None:
             rows = np.empty((runs, len(counts)), dtype=np.int64)
             rows[:, order] = np.stack(columns, axis=1)
@@ -44,16 +45,27 @@ def interchange_array(counts: Sequence[int], runs: int) -> Rows | None:
     return None
 
 
-def _columns(counts: Sequence[int], runs: int, bits: np.random.PCG64) -> list[Whole] | None:
-    """Return columns that are orthogonal to each other; None if one was not found."""
+def _columns(
+    counts: Sequence[int], runs: int, bits: np.random.PCG64, strength: int
+) -> list[Whole] | None:
+    """Return columns that are orthogonal to each other; None if one was not found.
+
+    For strength 3, each is orthogonal to every pair of earlier ones, taken as a column.
+    """
     columns = [np.repeat(np.arange(counts[0]), runs // counts[0])]
-    marks = _marks(columns[0], counts[0])
-    for count in counts[1:]:
-        column = _column(count, marks, len(columns), bits)
+    marks, earlier = _marks(columns[0], counts[0]), 1
+    for place, count in enumerate(counts[1:], start=1):
+        column = _column(count, marks, earlier, bits)
         if column is None:
             return None
+        added = [_marks(column, count)]
+        if strength > 2:
+            added += [
+                _marks(other * count + column, own * count)
+                for other, own in zip(columns, counts[:place], strict=True)
+            ]
         columns.append(column)
-        marks = np.concatenate([marks, _marks(column, count)], axis=1)
+        marks, earlier = np.concatenate([marks, *added], axis=1), earlier + len(added)
     return columns
 
 

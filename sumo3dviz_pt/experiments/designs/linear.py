@@ -35,12 +35,13 @@ def prime_power(count: int) -> tuple[int, int] | None:
     return None if prime is None or count != 1 else (prime, power)
 
 
-def linear_array(counts: Sequence[int], runs: int) -> Rows | None:
-    """Return an orthogonal array of strength 2, (runs, factors); None if none was found.
+def linear_array(counts: Sequence[int], runs: int, *, strength: int = 2) -> Rows | None:
+    """Return an orthogonal array, (runs, factors); None if none was found.
 
     Args:
         counts: How many levels each factor has.
         runs: How many rows it is to have.
+        strength: 2 or 3.
     """
     powers = [prime_power(count) for count in (*counts, runs)]
     if None in powers or len({power[0] for power in powers if power}) != 1:
@@ -48,7 +49,7 @@ def linear_array(counts: Sequence[int], runs: int) -> Rows | None:
     found = [power for power in powers if power]
     prime, size = found[-1]
     order = sorted(range(len(counts)), key=lambda factor: -found[factor][1])
-    search = _Search(prime, size, [found[factor][1] for factor in order])
+    search = _Search(prime, size, [found[factor][1] for factor in order], strength)
     bases = search.bases()
     if bases is None:
         return None
@@ -61,10 +62,14 @@ def linear_array(counts: Sequence[int], runs: int) -> Rows | None:
 
 
 class _Search:
-    """A search for subspaces that meet in zero only, the largest first."""
+    """A search for subspaces that meet in zero only, the largest first.
 
-    def __init__(self, prime: int, size: int, dimensions: Sequence[int]) -> None:
+    For strength 3, each meets the sum of any two others in zero only.
+    """
+
+    def __init__(self, prime: int, size: int, dimensions: Sequence[int], strength: int) -> None:
         self._prime, self._dimensions, self._steps = prime, dimensions, 0
+        self._strength = strength
         vectors = product(range(prime), repeat=size)
         # Of each line through zero, the vector whose first coefficient is 1 stands for all.
         self._lines = [v for v in vectors if next((x for x in v if x), 0) == 1]
@@ -73,17 +78,27 @@ class _Search:
     def bases(self) -> list[list[Form]] | None:
         """Return a basis of each subspace; None if there is no room or none was found."""
         needed = sum((self._prime**d - 1) // (self._prime - 1) for d in self._dimensions)
-        return None if needed > len(self._lines) else self._rest(0, frozenset())
+        return None if needed > len(self._lines) else self._rest(0, frozenset(), ())
 
-    def _rest(self, place: int, taken: frozenset[Form]) -> list[list[Form]] | None:
-        """Return bases of the subspaces from one on, beside lines that are taken."""
+    def _rest(
+        self, place: int, taken: frozenset[Form], before: tuple[frozenset[Form], ...]
+    ) -> list[list[Form]] | None:
+        """Return bases of the subspaces from one on, beside lines that are taken.
+
+        Args:
+            place: Of the first one.
+            taken: Lines that none may have.
+            before: The lines of earlier ones.
+        """
         if place == len(self._dimensions):
             return []
         for basis, lines in self._subspaces(self._dimensions[place], taken):
             self._steps += 1
             if self._steps > _MOST_STEPS:
                 return None
-            later = self._rest(place + 1, taken | lines)
+            sums = before if self._strength > 2 else ()
+            added = (self._spanned(basis, other) for other in sums)
+            later = self._rest(place + 1, taken.union(lines, *added), (*before, lines))
             if later is not None:
                 return [basis, *later]
         return None
@@ -102,6 +117,12 @@ class _Search:
                 added = self._joined(line, lines)
                 if not added & taken:
                     yield [*basis, line], added
+
+    def _spanned(self, basis: Sequence[Form], lines: frozenset[Form]) -> frozenset[Form]:
+        """Return the lines of the sum of two subspaces that meet in zero only."""
+        for line in basis:
+            lines = self._joined(line, lines)
+        return lines
 
     def _joined(self, line: Form, lines: frozenset[Form]) -> frozenset[Form]:
         """Return the lines of the subspace that a further one spans with those of another."""

@@ -40,24 +40,30 @@ SCRIPT = "survey.js"
 
 def write_survey_script(folder: Path, content: StudyContent) -> Path:
     """Write `survey.js`, which shows the films of a playlist within a survey."""
-    source = Path(__file__).with_name("page") / SCRIPT
-    study = json.dumps(_shown(content), ensure_ascii=False).replace("<", "\\u003c")
-    write_whole(folder / SCRIPT, f"const STUDY = {study};\n{source.read_text(encoding='utf-8')}")
-    return folder / SCRIPT
-
-
-def _shown(content: StudyContent) -> Mapping[str, object]:
-    """Return what the script knows."""
-    texts = (content.session or Session(own_texts()["en"]["page"])).texts
     playlists = {
         playlist.name: [_films(content, trial) for trial in playlist.trials]
         for playlist in content.playlists
     }
-    return {
+    write_whole(folder / SCRIPT, survey_script(content, playlists))
+    return folder / SCRIPT
+
+
+def survey_script(content: StudyContent, playlists: Mapping[str, object] | None) -> str:
+    """Return the script that plays the films of a trial before it is answered.
+
+    Args:
+        content: The study.
+        playlists: Films of each trial by playlist; None leaves them to links on the page.
+    """
+    texts = (content.session or Session(own_texts()["en"]["page"])).texts
+    study = {
         "digest": hashlib.sha256(json.dumps(playlists).encode()).hexdigest()[:16],
         "words": {key: texts[key] for key in ("problem", "retry", "skip", "play")},
         "playlists": playlists,
     }
+    known = json.dumps(study, ensure_ascii=False).replace("<", "\\u003c")
+    source = Path(__file__).with_name("page") / SCRIPT
+    return f"const STUDY = {known};\n{source.read_text(encoding='utf-8')}"
 
 
 def _films(content: StudyContent, trial: Trial) -> list[Mapping[str, str]]:

@@ -8,10 +8,12 @@ References:
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from sumo3dviz_pt.experiments.tools.content import StudyContent, letter
+from sumo3dviz_pt.experiments.tools.online import survey_script
 from sumo3dviz_pt.experiments.tools.rows import Record, playlist_rows, write_table
 from sumo3dviz_pt.files.whole import write_whole
 
@@ -29,12 +31,19 @@ def write_otree(folder: Path, content: StudyContent) -> list[Path]:
     texts = {
         "__init__.py": (_PAGES / "otree_app.txt").read_text(encoding="utf-8"),
         "tests.py": (_PAGES / "otree_bots.txt").read_text(encoding="utf-8"),
-        "Trial.html": (_PAGES / "otree_trial.html").read_text(encoding="utf-8"),
+        "Trial.html": _page(content),
         "study.json": json.dumps(_study(content), indent=1, ensure_ascii=False) + "\n",
     }
     for name, text in texts.items():
         write_whole(here / name, text)
     return [table, *(here / name for name in texts)]
+
+
+def _page(content: StudyContent) -> str:
+    """Return the page of a trial; oTree would take double braces for its own."""
+    script = re.sub(r"(?<=[{}])(?=[{}])", " ", survey_script(content, None))
+    page = (_PAGES / "otree_trial.html").read_text(encoding="utf-8")
+    return page.replace("SCRIPT", script)
 
 
 def _columns(content: StudyContent) -> list[str]:

@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.shutter import Shutter
 from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.accounts.road_users import RoadUsers
+from sumo3dviz_pt.pipeline.gaps import ridden_ids
 from sumo3dviz_pt.pipeline.metering import metering_of
 from sumo3dviz_pt.pipeline.weather_report import weather_account
 
@@ -47,6 +48,7 @@ def key_of(production: Production) -> str:
     content = {
         "settings": with_files(settings, inputs.content),
         "cameras": with_files(_cameras(job, production.camera), inputs.content),
+        **({} if job.traffic is None else {"ridden": sorted(ridden_ids(job))}),
         "files": {role: [inputs.content(path) for path in some] for role, some in files.items()},
         "truncated": job.scenario.allow_truncated,
         "window": [float(times[0]), float(times[-1]), len(times)],

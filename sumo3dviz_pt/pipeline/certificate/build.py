@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
@@ -25,6 +25,7 @@ from sumo3dviz_pt.pipeline.certificate.evidence import (
     compared_frames,
     read_evidence,
 )
+from sumo3dviz_pt.pipeline.certificate.light import MOST_BEYOND, spread
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
     CLAIMS,
@@ -42,6 +43,7 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
     TYPICAL_LIGHT,
     PairVerdict,
     pixel_verdict,
+    untested,
 )
 from sumo3dviz_pt.pipeline.films.frames import write_json
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
@@ -58,8 +60,9 @@ _APART = ("shade", "block", "pixel", "worst")
 _WIDEST = 480
 """Width of each picture on the page, at most [px]."""
 
-_GREY, _RED, _BLUE = (0.35, (255, 60, 40), (40, 150, 255))
-"""How dark the picture is under the mask, and colours of what is wrong and what is not."""
+_GREY, _RED, _BLUE, _AMBER = (0.35, (255, 60, 40), (40, 150, 255), (230, 170, 20))
+"""How dark the picture is under the mask, and colours of what is wrong, of what is not, and of what
+is lit otherwise."""
 
 Pixels = NDArray[np.uint8]
 
@@ -99,12 +102,13 @@ class Certificate:
         )
 
 
-def certify(folder: Path, plan: StudyPlan) -> Certificate:
+def certify(folder: Path, plan: StudyPlan, *, cards: Sequence[str] = ()) -> Certificate:
     """Compare all pairs of a study's films, and write `certificate.html` and `certificate.json`.
 
     Args:
         folder: The study's, with all films.
         plan: What they show.
+        cards: Files of choice cards, which are made of these films.
 
     Raises:
         InputError: If a film's account is missing or damaged.
@@ -116,7 +120,9 @@ def certify(folder: Path, plan: StudyPlan) -> Certificate:
     pictures = [folder / each.picture for each in verdicts if each.picture]
     study = replace(StudyFolder.read(folder), certificate=None)
     faults = _folder_faults(study)
-    content = sealed(_content(study, plan, verdicts, faults))
+    content = _content(study, plan, verdicts, faults)
+    content["digests"]["cards"] = {name: file_hash(folder / name) for name in sorted(cards)}
+    content = sealed(content)
     write_json(folder / CERTIFICATE, content, indent=1)
     page = write_page(folder / PAGE, content, verdicts)
     return Certificate(tuple(verdicts), (folder / CERTIFICATE, page, *pictures), faults)
@@ -147,6 +153,7 @@ def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
         (*(f"levels also set {each}" for each in confounds), *found),
         tuple(named_differences(accounts[0], accounts[1], acts)),
         confounds=confounds,
+        not_tested=untested(acts),
         told=len(confounds) + len(found),
     )
     count = min(len(account["frames"]) for account in accounts)
@@ -196,6 +203,7 @@ def _compared(
         wrong=0.0 if unlike else said.wrong,
         light=said.light,
         codes=said.codes,
+        lit=said.lit,
         things=said.things,
         picture=name,
     )
@@ -221,7 +229,8 @@ def _weight(found: Comparison) -> tuple[int, int]:
 def _picture(found: Comparison, one: Evidence, other: Evidence, *, light: bool) -> Pixels:
     """Return two pictures and the mask of their difference side by side, (h, 3 w, 3).
 
-    In the mask, blue is what differs, red what differs and should not.
+    In the mask, blue is what differs, amber blocks that are lit otherwise, red what differs in
+    shape or colour and should not.
 
     Args:
         found: What differs.
@@ -233,7 +242,10 @@ def _picture(found: Comparison, one: Evidence, other: Evidence, *, light: bool) 
     first, second = (_blocks(each.picture, step).mean(axis=(1, 3)) for each in (one, other))
     mask = np.repeat(_GREY * first.mean(axis=-1, keepdims=True), 3, axis=-1)
     differs = found.shape | found.paint | (found.light & light)
-    for where, colour in ((differs, _BLUE), (found.wrong, _RED)):
+    lit = np.zeros_like(differs)
+    if found.blocks is not None:
+        lit = spread(found.blocks.lit, side=found.blocks.side, shape=differs.shape)
+    for where, colour in ((differs, _BLUE), (lit & differs, _AMBER), (found.wrong, _RED)):
         # A block shows what any of its pixels does, so that nothing small gets lost.
         mask[_blocks(where, step).any(axis=(1, 3))] = colour
     return np.concatenate([first, second, mask], axis=1).round().astype(np.uint8)
@@ -265,7 +277,7 @@ def _content(
             for name, factor in factors.items()
         },
         "limits": {
-            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES},
+            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES, "beyond": MOST_BEYOND},
             "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
         },
         "codec": _codec(study),
@@ -318,4 +330,5 @@ def _codec(study: StudyFolder) -> dict[str, Any]:
 def _plain(verdict: PairVerdict) -> dict[str, Any]:
     """Return a verdict as JSON holds it; unknown numbers are null."""
     values = {"claim": verdict.claim, "passed": verdict.passed, **asdict(verdict)}
+    values["lit"] = [None if np.isnan(value) else value for value in verdict.lit]
     return {key: None if value != value else value for key, value in values.items()}

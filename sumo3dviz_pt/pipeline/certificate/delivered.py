@@ -160,6 +160,8 @@ def _said(path: Path, account: Account) -> _Delivered:
     from sumo3dviz_pt.video.prints import Apart, print_in
 
     own = account["delivered"][path.name]
+    if not all(math.isfinite(value) for each in own["pictures"] for value in each["codec_error"]):
+        raise ValueError("a codec's error is no number")
     whole = bool(account.get("overlays")) and ".plain" not in path.suffixes[-2:-1]
     return _Delivered(
         path,

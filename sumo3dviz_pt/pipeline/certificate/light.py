@@ -9,7 +9,7 @@ brighter than darker, or the other way round, by five standard errors of a fair 
 What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
 How much of a picture may be lit otherwise at all, and how much out of reach, hangs on what that is:
 a car in another colour changes no shadow, trees that are gone open the sky over a street. The
-limits are measured on clean pairs and on spoilt ones (docs/studies.md).
+limits are measured on clean pairs and on spoilt ones (docs/certificate.md).
 """
 
 from __future__ import annotations
@@ -31,8 +31,12 @@ LIT_OTHERWISE = 0.1
 STANDARD_ERRORS = 5.0
 """By how many standard errors more of its pixels must be brighter than darker, or less."""
 
-MOST_BEYOND = 0.01
+MOST_BEYOND = 0.005
 """Share of the blocks that may be lit otherwise out of reach."""
+
+MOST_OWN = 0.05
+"""Share of the blocks in which the ridden vehicle may be lit otherwise: its mirrors and its paint
+show what is behind and beside the picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +55,9 @@ class Throw:
 PAINT, USERS, THINGS = Throw(5.0, 0.005), Throw(15.0, 0.02), Throw(25.0, 0.15)
 """Of what is only painted otherwise, of road users that are gone or elsewhere, of all else."""
 
-MOST_SKY = 0.01
-"""Share of the sky's pixels that may be others, seen through clear air: nothing lights the sky."""
+MOST_SKY = 0.1
+"""Share of the sky's pixels that may be others, seen through clear air: nothing lights the sky,
+but wires and twigs that are thinner than a pixel hide some of it."""
 
 _ACROSS = 40
 """Blocks from left to right."""
@@ -60,6 +65,9 @@ _ACROSS = 40
 _SMALLEST, _FILLED = 8, 0.25
 """Side of a block [px], and the share of it that tells something, at least: where the factor does
 not act, and that is not dark."""
+
+_OWN = 0.25
+"""Share of a block that shows the ridden vehicle, from which on the block does."""
 
 _DARK = 2e-3
 """Luminance of pixels that tell nothing [white]: paths that found no lamp are black."""
@@ -82,7 +90,8 @@ class LightDifference:
     Attributes:
         side: Of blocks [px].
         judged: Blocks in enough of which the factor does not act, (rows, columns).
-        lit: Those that are lit otherwise.
+        lit: Those that are lit otherwise, and do not show the ridden vehicle.
+        own: Those that are, and do.
         beyond: Those of them that are out of reach.
         typical: By which share the light of a block's typical pixel differs, (rows, columns).
         sky: Pixels of the sky that were compared, and those of them that are others.
@@ -92,6 +101,7 @@ class LightDifference:
     side: int
     judged: Bools
     lit: Bools
+    own: Bools
     beyond: Bools
     typical: Floats
     sky: tuple[int, int]
@@ -129,10 +139,12 @@ def light_difference(
     typical = _medians(share, side, judged)
     more, less = (_sums(telling & where, side) for where in (second > first, second < first))
     sure = np.abs(more - less) > STANDARD_ERRORS * np.sqrt(more + less)
-    lit = judged & (np.abs(typical) > LIT_OTHERWISE) & sure
+    unlike = judged & (np.abs(typical) > LIT_OTHERWISE) & sure
+    own = unlike & (_sums(_ridden(one) | _ridden(other), side) >= _OWN * side**2)
+    lit = unlike & ~own
     most = max((throw.most for _, throw in acts_on), default=PAINT.most)
     beyond = lit & ~_reached(one, other, away, side=side, acts_on=acts_on)
-    return LightDifference(side, judged, lit, beyond, typical, _sky(one, other, away), most)
+    return LightDifference(side, judged, lit, own, beyond, typical, _sky(one, other, away), most)
 
 
 def _medians(values: Floats, side: int, judged: Bools) -> Floats:
@@ -174,8 +186,16 @@ def _reached(
         )
         if len(points):
             tree = cKDTree(points[:: -(-len(points) // _MOST_POINTS)])
-            reached |= tree.query(places.reshape(-1, 3))[0].reshape(reached.shape) <= throw.reach
+            far = np.reshape(tree.query(places.reshape(-1, 3))[0], reached.shape)
+            reached |= far <= throw.reach
     return reached
+
+
+def _ridden(one: Evidence) -> Bools:
+    """Return where the vehicle is seen that the camera rides in, (h, w)."""
+    names = [name for name, label in one.labels.items() if label == "ego vehicle"]
+    numbers = [number for number, name in one.names.items() if name in names]
+    return np.asarray(np.isin(one.things, numbers))
 
 
 def _places(one: Evidence) -> Floats:
@@ -194,29 +214,51 @@ def _sky(one: Evidence, other: Evidence, away: Bools) -> tuple[int, int]:
     return int(open_.sum()), int(unlike.sum())
 
 
+def spread(blocks: Bools, *, side: int, shape: tuple[int, ...]) -> Bools:
+    """Return blocks as pixels, (h, w)."""
+    whole = np.kron(blocks, np.ones((side, side), dtype=np.bool_))
+    rows, columns = (max(0, want - have) for want, have in zip(shape, whole.shape, strict=True))
+    return np.asarray(np.pad(whole, ((0, rows), (0, columns))), dtype=np.bool_)
+
+
 def around(own: Bools, *, reach: int) -> Bools:
     """Return pixels and those around them into which their edges are blurred."""
     return np.asarray(binary_dilation(own, iterations=reach))
 
 
-def light_faults(found: list[LightDifference]) -> list[str]:
+def lit_shares(found: Sequence[LightDifference]) -> tuple[float, float, float]:
+    """Return which shares of blocks are lit otherwise, are so out of reach, and may be; or NaN."""
+    blocks = sum(int(each.judged.sum()) for each in found)
+    if not blocks:
+        return (float("nan"),) * 3
+    lit, beyond = (sum(int(each.sum()) for each in some) / blocks for some in (
+        [each.lit for each in found], [each.beyond for each in found]))  # fmt: skip
+    return lit, beyond, max(each.most for each in found)
+
+
+def light_faults(found: Sequence[LightDifference]) -> list[str]:
     """Return what is lit otherwise and should not be, a sentence each.
 
     Args:
         found: By compared frame.
     """
-    blocks = sum(int(each.judged.sum()) for each in found)
-    lit, beyond = (
-        sum(int(getattr(each, what).sum()) for each in found) for what in ("lit", "beyond")
-    )
+    lit, beyond, most = lit_shares(found)
     sky, unlike = (sum(each.sky[n] for each in found) for n in (0, 1))
     where = "where the factor does not act"
-    most = max((each.most for each in found), default=0.0)
     said = []
-    if lit > most * blocks or beyond > MOST_BEYOND * blocks:
+    blocks = max(sum(int(each.judged.sum()) for each in found), 1)
+    own = sum(int(each.own.sum()) for each in found) / blocks
+    # A single block is chance, however small a picture is; out of reach, one in every frame.
+    one = 1.5 / blocks
+    if lit > max(most, one) or beyond > max(MOST_BEYOND, one * len(found)):
         said.append(
-            f"light differs {where} in {lit / blocks:.1%} of the picture's blocks, and out of its"
-            f" reach in {beyond / blocks:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.0%} may"
+            f"light differs {where} in {lit:.1%} of the picture's blocks, and out of its reach in"
+            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.1%} may"
+        )
+    if own > MOST_OWN:
+        said.append(
+            f"light differs on the ridden vehicle, {where}, in {own:.1%} of the picture's blocks,"
+            f" more than {MOST_OWN:.0%}"
         )
     if unlike > MOST_SKY * sky:
         said.append(
@@ -226,7 +268,7 @@ def light_faults(found: list[LightDifference]) -> list[str]:
     return said
 
 
-def _by(found: list[LightDifference]) -> str:
+def _by(found: Sequence[LightDifference]) -> str:
     """Return by how much blocks that are lit otherwise differ at most."""
     worst = max(float(np.abs(each.typical[each.lit]).max(initial=0.0)) for each in found)
     return f", by {worst:.0%} at most"

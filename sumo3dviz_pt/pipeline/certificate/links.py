@@ -17,6 +17,7 @@ from sumo3dviz_pt.experiments.tools.papers import CHECKSUMS, read_digests
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults
+from sumo3dviz_pt.pipeline.certificate.acts import Acts, Subject
 from sumo3dviz_pt.pipeline.certificate.delivered import FilmFault, film_faults
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in
@@ -33,7 +34,7 @@ CLAIMS: Mapping[Link, str] = {
     "inputs": "scenes of a pair differ in what its levels set, and input files are the same bytes",
     "frames": "every stored frame and layer is the one that was rendered",
     "films": "every picture of every film is its frame, but for what the codec did",
-    "pictures": "shape, colour and light differ where the factor acts, and nowhere else",
+    "pictures": "in the compared frames, shape, colour and light differ only where factors act",
 }
 """What each link claims, in words."""
 
@@ -68,7 +69,7 @@ class StudyFolder:
     Attributes:
         path: The folder.
         record: `study.json`.
-        certificate: `certificate.json`; None where there is none.
+        certificate: `certificate.json`; None where there is none, empty where it is damaged.
         accounts: Of all films that can be read, by name.
     """
 
@@ -89,9 +90,14 @@ class StudyFolder:
         record = _json(path / RECORD)
         if record is None or not isinstance(record.get("films"), dict):
             raise InputError("is damaged: it names no films", file=path / RECORD)
-        accounts = {name: _json(account_file(path / own["file"])) for name, own in _films(record)}
+        films = dict(_films(record))
+        for own in films.values():
+            if not (path / own["file"]).resolve().is_relative_to(path.resolve()):
+                raise InputError("names a film outside of the folder", file=path / RECORD)
+        accounts = {name: _json(account_file(path / own["file"])) for name, own in films.items()}
         known = {name: each for name, each in accounts.items() if each and _is_account(each)}
-        return cls(path, record, _json(path / CERTIFICATE), known)
+        certificate = (_json(path / CERTIFICATE) or {}) if (path / CERTIFICATE).exists() else None
+        return cls(path, record, certificate, known)
 
     @property
     def films(self) -> dict[str, Content]:
@@ -184,17 +190,25 @@ def scene_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
         study: The folder; what its certificate calls failed is not named again.
         plan: What its inputs show.
     """
-    certificate = study.certificate or {"pairs": []}
-    failed = {_names(each) for each in certificate["pairs"] if not each.get("passed")}
+    failed = {_names(each) for each in certified_pairs(study) if not each.get("passed")}
     for pair in plan.pairs:
         one, other = study.accounts.get(pair.one), study.accounts.get(pair.other)
         if one is None or other is None or (pair.factor, pair.one, pair.other) in failed:
             continue
-        subject = subject_of_pair(plan.file, pair, rider=rider_in(one))
-        found = [f"levels also set {each}" for each in subject.confounds]
         file = account_file(Path(str(study.films[pair.other]["file"]))).as_posix()
-        for what in (*found, *account_faults(one, other, subject.acts, pair.changed)):
+        try:
+            subject = subject_of_pair(plan.file, pair, rider=rider_in(one))
+            found = account_faults(one, other, subject.acts, pair.changed)
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
+            found, subject = [f"the accounts cannot be compared ({error})"], Subject(Acts())
+        for what in (*(f"levels also set {each}" for each in subject.confounds), *found):
             yield Fault("inputs", file, f"beside {pair.one}: {what}")
+
+
+def certified_pairs(study: StudyFolder) -> list[Content]:
+    """Return what a certificate says of pairs."""
+    pairs = (study.certificate or {}).get("pairs")
+    return [each for each in pairs if isinstance(each, dict)] if isinstance(pairs, list) else []
 
 
 def _names(pair: Content) -> tuple[str, str, str]:
@@ -212,12 +226,19 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     if certificate.get(DIGEST) != digest_in(certificate):
         yield Fault("inputs", CERTIFICATE, "was edited: it does not have the digest that it says")
         return
-    said = certificate.get("digests", {})
+    said = _mapping(certificate.get("digests"))
     if said.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
-    for file, digest in said.get("inputs", {}).items():
-        if file_hash(study.path / file) != digest:
-            yield Fault("inputs", file, f"is not the file that {CERTIFICATE} was written for")
+    links: tuple[tuple[Link, str], ...] = (("inputs", "inputs"), ("films", "cards"))
+    for link, key in links:
+        for file, digest in _mapping(said.get(key)).items():
+            if file_hash(study.path / file) != digest:
+                yield Fault(link, file, f"is not the file that {CERTIFICATE} was written for")
+
+
+def _mapping(value: Any) -> Content:
+    """Return a value if it is a mapping, and else an empty one."""
+    return value if isinstance(value, dict) else {}
 
 
 def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:

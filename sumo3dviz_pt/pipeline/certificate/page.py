@@ -17,13 +17,14 @@ from typing import Any
 
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.pipeline.certificate.comparison import ThingDifference
+from sumo3dviz_pt.pipeline.certificate.light import MOST_BEYOND
 from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
 
 _MOST_THINGS = 12
 """Most objects that a pair's table lists; `certificate.json` has all."""
 
-_MOST_FILMS, _MOST_WORDS, _MOST_FAULTS = 16, 140, 6
-"""Most films, letters of a text, and faults that the printed sheets show."""
+_MOST_FACTORS, _MOST_FILMS, _MOST_FAULTS, _MOST_WORDS = 14, 16, 6, 140
+"""Most factors, films, faults, and letters of a text that the printed sheets show."""
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 2rem auto;
@@ -49,6 +50,9 @@ figcaption { color: #444; font-size: .9rem; margin-top: .3rem }
 """
 
 Content = Mapping[str, Any]
+
+_NUMBER = ' class="n"'
+"""Of cells that hold numbers."""
 
 
 def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) -> Path:
@@ -89,8 +93,8 @@ def _claims(content: Content) -> Iterator[str]:
     yield f"<p>Certificate of the stimuli. {said}</p>"
     yield f"<p>{_text(content['description'])}</p>"
     yield _headline(content)
-    yield "<p><b>Proven</b>: tested wherever the claim is about, and nothing is wrong."
-    yield "<b>Not judged</b>: it was looked at, and could not be told apart from what is allowed."
+    yield "<p><b>Proven</b>: all that the claim names was tested, and nothing is wrong."
+    yield "<b>Not judged</b>: looked at, and no rule tells what was seen from what is allowed."
     yield "<b>Not tested</b>: nothing was compared. Nothing is claimed beyond what is proven.</p>"
     yield from _factors(content)
     yield from _links(content["links"])
@@ -112,42 +116,36 @@ def _headline(content: Content) -> str:
 
 
 def _factors(content: Content) -> Iterator[str]:
-    """Yield a table of what varies, and how many pairs say what of it."""
+    """Yield a table of what varies, and what its pairs say of it."""
     yield "<h2>What varies, and what was found</h2><table><thead><tr>"
-    for title in ("factor", "in words", "levels"):
-        yield f'<th scope="col">{title}</th>'
-    for title in ("proven", "failed", "not judged"):
-        yield f'<th scope="col" class="n">{title}</th>'
-    yield '<th scope="col">worst pair</th></tr></thead><tbody>'
-    for name, factor in content["factors"].items():
-        pairs = [each for each in content["pairs"] if name in _factors_of(each)]
+    for title, numeric in (
+        *(("factor", 0), ("in words", 0), ("levels", 0), ("acts on", 0)),
+        *(("proven", 1), ("failed", 1), ("not judged", 1), ("not tested", 0), ("worst pair", 0)),
+    ):
+        yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
+    yield "</tr></thead><tbody>"
+    for name, factor in list(content["factors"].items())[:_MOST_FACTORS]:
+        pairs = [each for each in content["pairs"] if name in str(each["factor"]).split(" and ")]
         found = Counter(each["claim"] for each in pairs)
-        counts = (
-            f'<td class="n">{found[word]}</td>' for word in ("proven", "failed", "not judged")
-        )
-        yield (
-            f"<tr><td>{_text(name)}</td><td>{_text(factor['about'] or '-')}</td>"
-            f"<td>{_text(', '.join(factor['levels']))}</td>{''.join(counts)}"
-            f"<td>{_worst_pair(pairs)}</td></tr>"
-        )
-    yield "</tbody></table>"
-
-
-def _factors_of(pair: Content) -> Sequence[str]:
-    """Return the factors in which two films should differ."""
-    return str(pair["factor"]).split(" and ")
+        untested = dict.fromkeys(what for each in pairs for what in each["not_tested"])
+        about = (name, factor["about"] or "-", ", ".join(factor["levels"]))
+        acts = "; ".join(dict.fromkeys(str(each["acts"]) for each in pairs))
+        cells = [f"<td>{_text(each)}</td>" for each in (*about, acts or "-")]
+        cells += [f"<td{_NUMBER}>{found[word]}</td>" for word in ("proven", "failed", "not judged")]
+        lacking = "-" if pairs else "all of it: no pair of films shows it"
+        cells += [f"<td>{_text('; '.join(untested) or lacking)}</td>"]
+        yield f"<tr>{''.join(cells)}<td>{_text(_worst_pair(pairs))}</td></tr>"
+    more = len(content["factors"]) - _MOST_FACTORS
+    yield f"</tbody></table>{f'<p>And {more} more, in certificate.json.</p>' if more > 0 else ''}"
 
 
 def _worst_pair(pairs: Sequence[Content]) -> str:
-    """Return what is most wrong with pairs of a factor, or that nothing was compared."""
-    if not pairs:
-        return '<span class="not">not tested: no pair of films shows it</span>'
+    """Return what is most wrong with pairs of a factor."""
     failed = next((each for each in pairs if each["claim"] != "proven"), None)
     if failed is None:
-        return "nothing is wrong"
+        return "nothing is wrong" if pairs else "-"
     why = [*failed["faults"], *failed["not_judged"]]
-    said = f"{failed['one']} and {failed['other']}: {why[0] if why else failed['claim']}"
-    return _text(said)
+    return f"{failed['one']} and {failed['other']}: {why[0] if why else failed['claim']}"
 
 
 def _links(links: Content) -> Iterator[str]:
@@ -182,9 +180,14 @@ _NUMBERS = (
         "shadows and reflections do not move a median; a tenth of an EV moves it by 5 %",
     ),
     (
+        *("beyond", "blocks of the picture lit otherwise, out of the factor's reach", "{:.2%}"),
+        "beyond",
+        "what a factor throws, as shadows, reaches 5 to 25 m, by what it acts on",
+    ),
+    (
         *("codes", "brightness of a typical pixel there, in 255 codes", "{:.1f}"),
         "codes",
-        "as small as one step of the film's own picture",
+        "a step or two of the film's own picture",
     ),
 )
 """Numbers of pairs: key, words, form, limit, why that limit."""
@@ -196,7 +199,10 @@ _CODEC = {
 }
 """Numbers of films, in words."""
 
-_WHY_CODEC = "1.5 times what the codec did when the film was made, picture by picture, and .1 to .5"
+_WHY_CODEC = (
+    "more than any codec here does; when it is verified, each picture may be 1.5 times as far as it"
+    " was when the film was made, and .1 (whole picture) or .5 more"
+)
 
 
 def _proof(content: Content) -> Iterator[str]:
@@ -206,7 +212,7 @@ def _proof(content: Content) -> Iterator[str]:
         yield f'<th scope="col"{_NUMBER if numeric else ""}>{title}</th>'
     yield "</tr></thead><tbody>"
     for key, words, form, limit, why in _NUMBERS:
-        values = [each[key] for each in content["pairs"] if each.get(key) is not None]
+        values = [each[key] for each in _compared(content) if each[key] is not None]
         most = content["limits"][limit] if isinstance(limit, str) else limit
         yield _number(words, _both(form, values), form.format(most), why)
     for key, words in _CODEC.items() if content["codec"]["pictures"] else ():
@@ -217,6 +223,13 @@ def _proof(content: Content) -> Iterator[str]:
     yield f"<p>Decoded and measured: {content['codec']['pictures']} pictures, which are all.</p>"
     yield from _digests(content)
     yield from _how(content)
+
+
+def _compared(content: Content) -> Iterator[Content]:
+    """Yield the pairs of which pixels were compared."""
+    for pair in content["pairs"]:
+        if pair["frames"]:
+            yield {**pair, "beyond": pair["lit"][1]}
 
 
 def _both(form: str, values: Sequence[float]) -> tuple[str, str]:
@@ -239,20 +252,20 @@ def _digests(content: Content) -> Iterator[str]:
     yield f"<tr><td>this certificate</td><td><code>{content['digest']}</code></td></tr>"
     for file, digest in list(films.items())[:_MOST_FILMS]:
         yield f"<tr><td>{_text(file)}</td><td><code>{digest}</code></td></tr>"
-    yield "</tbody></table><p>The certificate's digest stands for all of them"
-    if len(films) > _MOST_FILMS:
-        yield f" (and {len(films) - _MOST_FILMS} more films)"
+    more = len(films) - _MOST_FILMS
+    also = f", for {more} more films" if more > 0 else ""
     yield (
-        ", for every account, frame and input file: publish it, with the preregistration or in the"
-        " paper, and nothing can be changed unseen. Whoever can change the folder can also write"
-        " new digests; only a published one shows that.</p>"
+        f"</tbody></table><p>The certificate's digest stands for all of them{also}, and for every"
+        " account, frame and input file: publish it, with the preregistration or in the paper, and"
+        " nothing can be changed unseen. Whoever can change the folder can also write new digests;"
+        " only a published one shows that.</p>"
     )
 
 
 def _how(content: Content) -> Iterator[str]:
     """Yield how anybody can verify a study."""
     digest = content["digest"]
-    yield "<h2>How to verify it</h2><p>On any machine, in seconds, without rendering:</p>"
+    yield "<h2>How to verify it</h2><p>On any machine, without rendering:</p>"
     yield f"<p><code>sumo3dviz-pt study verify FOLDER --published {digest}</code></p>"
     yield "<p>With three frames that are drawn by lot, rendered anew and compared bit by bit:</p>"
     yield "<p><code>sumo3dviz-pt study verify FOLDER --replay 3</code></p>"
@@ -277,7 +290,6 @@ def _text(value: object) -> str:
 
 # Pairs, on the screen ----------------------------------------------------------------------
 
-_NUMBER = ' class="n"'
 _COLUMNS = (
     *(("pair", False), ("factor", False), ("films", False), ("verdict", False)),
     *(("differs", True), ("wrongly", True), ("light", True), ("codes", True)),
@@ -354,9 +366,21 @@ def _figure(folder: Path, verdict: PairVerdict) -> Iterator[str]:
     )
     blue = "in shape or colour" if math.isnan(verdict.light) else "in any way"
     yield (
-        f"<figcaption>{one}, {other}, and where they differ: blue is what differs {blue}, red what"
-        f" differs in shape or colour and should not. Compared frames: {frames}; the one shown"
-        " differs most.</figcaption></figure>"
+        f"<figcaption>{one}, {other}, and where they differ: blue is what differs {blue}, amber"
+        " blocks that are lit otherwise, red what differs in shape or colour and should not."
+        f"{_lit(verdict)} Compared frames: {frames}; the one shown differs most.</figcaption>"
+        "</figure>"
+    )
+
+
+def _lit(verdict: PairVerdict) -> str:
+    """Return how much of the pictures is lit otherwise; nothing where all light may be."""
+    lit, beyond, most = verdict.lit
+    if math.isnan(lit):
+        return ""
+    return (
+        f" Lit otherwise where the factor does not act: {lit:.1%} of the blocks, of {most:.1%} that"
+        f" may be for what it throws; out of its reach {beyond:.1%}, of {MOST_BEYOND:.1%}."
     )
 
 

@@ -1,7 +1,7 @@
 """Says whether a pair of films differs where its factor acts, and nowhere else.
 
 The limits of light and picture are measured on clean and on spoilt pairs of `examples/crossing`;
-docs/studies.md has the figures.
+docs/certificate.md has the figures.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from sumo3dviz_pt.pipeline.certificate.comparison import (
     ThingDifference,
     differing_things,
 )
-from sumo3dviz_pt.pipeline.certificate.light import light_faults
+from sumo3dviz_pt.pipeline.certificate.light import light_faults, lit_shares
 
 TYPICAL_LIGHT = 0.02
 """Share by which the light of a typical pixel may differ where a factor does not act."""
@@ -53,6 +53,8 @@ class PairVerdict:
             on all light.
         codes: By how much a typical pixel of the pictures is brighter or darker there [8-bit
             codes]; NaN if the factor acts on all pictures.
+        lit: Shares of the pictures' blocks that are lit otherwise, that are so out of the factor's
+            reach, and that may be lit otherwise; NaN if the factor acts on all light.
         things: What differs, object by object.
         picture: File with the two and where they differ, relative to the study's folder; or empty.
         confounds: Which settings the levels change beside what their factor is about.
@@ -73,6 +75,7 @@ class PairVerdict:
     wrong: float = 0.0
     light: float = 0.0
     codes: float = 0.0
+    lit: tuple[float, float, float] = (0.0, 0.0, 0.0)
     things: tuple[ThingDifference, ...] = ()
     picture: str = ""
     confounds: tuple[str, ...] = ()
@@ -106,7 +109,22 @@ class PixelVerdict:
     wrong: float
     light: float
     codes: float
+    lit: tuple[float, float, float]
     things: tuple[ThingDifference, ...]
+
+
+def untested(acts: Acts) -> tuple[str, ...]:
+    """Return what is not looked at in a pair, because its factors act on it, a sentence each."""
+    own = "light on what the factor itself acts on, and how it is reflected there"
+    cases = (
+        (bool(acts.things or acts.looks) and not acts.light, own),
+        (bool(acts.things), f"shape and place of {', '.join(acts.things)}"),
+        (bool(acts.looks), f"colour of {', '.join(acts.looks)}"),
+        (acts.light, "light, shadows and reflections, anywhere: the factor acts on all of them"),
+        (acts.develops, "exposure, tone curve and glare, which belong to the level"),
+        (acts.motion, "where road users are, and when"),
+    )
+    return tuple(words for true, words in cases if true)
 
 
 def pixel_verdict(comparisons: Sequence[Comparison], acts: Acts) -> PixelVerdict:
@@ -128,7 +146,14 @@ def pixel_verdict(comparisons: Sequence[Comparison], acts: Acts) -> PixelVerdict
     unseen = (acts.things or acts.looks) and not any(each.own.any() for each in comparisons)
     named = ("what the factor acts on is not seen in the compared frames",) if unseen else ()
     return PixelVerdict(
-        tuple(faults), named, float(np.mean(differing)), wrong, light, codes, things
+        tuple(faults),
+        named,
+        float(np.mean(differing)),
+        wrong,
+        light,
+        codes,
+        lit_shares(blocks),
+        things,
     )
 
 

@@ -24,6 +24,7 @@ from sumo3dviz_pt.pipeline.certificate.links import (
     StudyFolder,
     Tested,
     all_film_faults,
+    certified_pairs,
     frame_faults,
     listed_faults,
     scene_faults,
@@ -155,25 +156,26 @@ def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
 
 def _pictures(study: StudyFolder) -> Iterator[Fault]:
     """Yield what a certificate says itself that is wrong."""
-    for pair in (study.certificate or {}).get("pairs", []):
+    for pair in certified_pairs(study):
         for what in pair.get("faults", []):
-            yield Fault("pictures", CERTIFICATE, f"{pair['one']} and {pair['other']}: {what}")
+            films = f"{pair.get('one')} and {pair.get('other')}"
+            yield Fault("pictures", CERTIFICATE, f"{films}: {what}")
 
 
 def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
     """Yield what was not tested or judged, in sentences."""
     if study.certificate is None:
         yield "not tested: pictures of pairs, because there is no certificate"
-    for pair in (study.certificate or {}).get("pairs", []):
+    for pair in certified_pairs(study):
         if pair.get("claim") == "not judged":
-            yield f"not judged: {pair['factor']}: {pair['one']} and {pair['other']}"
+            yield f"not judged: {pair.get('factor')}: {pair.get('one')} and {pair.get('other')}"
     there, known = tested.frames
     if there < known:
         yield f"not tested: {known - there} of {known} frames and layers, which are not there"
     if tested.developed < tested.pictures:
         yield (
-            f"{tested.pictures - tested.developed} of {tested.pictures} pictures were held against"
-            " the prints of their frames only: these were not developed again"
+            f"not developed: {tested.pictures - tested.developed} of {tested.pictures} pictures,"
+            " which were held against the prints of their frames"
         )
 
 

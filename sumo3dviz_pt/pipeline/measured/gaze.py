@@ -2,7 +2,8 @@
 
 The layer `instance` of the stored frames says whose a pixel is, so nothing is guessed:
 
-* a sample hits the thing whose pixel it lies on, in the frame that is shown then;
+* a sample hits the thing whose pixel it lies on, in the frame that is shown then; where a radius is
+  asked for, for what the eye tracker may be off, the nearest thing with an outline within it;
 * it lasts until the next sample of the same person and film, at most a tenth of a second;
 * dwell: how long all samples last that hit a thing;
 * a fixation is taken as gaze that rests on one thing for at least a tenth of a second (another
@@ -11,7 +12,7 @@ The layer `instance` of the stored frames says whose a pixel is, so nothing is g
 
 References:
     Holmqvist and Andersson, "Eye tracking: A comprehensive guide to methods, paradigms and
-    measures", 2nd edition, 2017, chapter 12 (dwells, hits and fixations of areas of interest).
+    measures", 2nd edition, 2017 (dwells, hits and fixations of areas of interest).
 """
 
 from __future__ import annotations
@@ -21,14 +22,19 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.experiments.tools.rows import write_table
 from sumo3dviz_pt.image.layers.boxes import SURFACES, boxes_2d
+from sumo3dviz_pt.job.asked import settle
+from sumo3dviz_pt.job.ranges import Finite, Seconds
 from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.things import Thing
 from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside, said_file
@@ -45,6 +51,8 @@ NOWHERE, OUTSIDE = "", "outside"
 _FILMS = (".mp4", ".webm", ".mov")
 _COLUMNS = ("film", "time", "x", "y")
 
+_Length = Annotated[Finite, Field(ge=0, le=10_000)]
+
 
 @dataclass(frozen=True, slots=True)
 class GazeOrder:
@@ -56,15 +64,21 @@ class GazeOrder:
         output: Folder of the tables.
         start: When the film's first frame is shown, by the table's clock [s].
         fixation: How long gaze rests at least where it fixes [s].
+        radius: How far from a thing with an outline gaze still hits it [px].
         overwrite: Whether tables that exist are replaced.
     """
 
     folder: Path
     samples: Path | None
     output: Path
-    start: float = 0.0
-    fixation: float = 0.1
+    start: Seconds = 0.0
+    fixation: _Length = 0.1
+    radius: _Length = 0.0
     overwrite: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +118,7 @@ def write_gaze(order: GazeOrder) -> list[Path]:
     hits: list[tuple[Sample, Row]] = []
     for number, (name, film) in enumerate(films.items(), start=1):
         own = [sample for sample in samples if sample.film == name]
-        found, some = _film(name, film, own)
+        found, some = _film(name, film, own, radius=order.radius)
         hits += found
         boxes += some
         announce(Doing.MEASURE, number, len(films))
@@ -197,7 +211,7 @@ def _number(row: Mapping[str, str], column: str, path: Path, line: int) -> float
 
 
 def _film(
-    name: str, film: Path, samples: Sequence[Sample]
+    name: str, film: Path, samples: Sequence[Sample], *, radius: float
 ) -> tuple[list[tuple[Sample, Row]], list[Row]]:
     """Return what samples of a film hit, and the boxes of its things."""
     account = read_film_account(film)
@@ -206,20 +220,19 @@ def _film(
     for sample in samples:
         number = math.floor(sample.time * float(account["fps"]) + 1e-6)
         by_frame.setdefault(number if 0 <= number < len(times) else -1, []).append(sample)
-    hits = [(sample, _hit(sample, None)) for sample in by_frame.get(-1, ())]
+    hits = [(sample, _hit(sample, None, radius)) for sample in by_frame.pop(-1, ())]
     boxes: list[Row] = []
     folder = beside(frames_folder(film))
     for number, time in enumerate(times):
-        if said_file(folder, number).is_file():
-            seen = read_frame(folder, number)
-            hits += [(sample, _hit(sample, seen)) for sample in by_frame.get(number, ())]
-            boxes += box_rows(name, round(time, 6), seen)
+        seen = read_frame(folder, number) if said_file(folder, number).is_file() else None
+        hits += [(sample, _hit(sample, seen, radius)) for sample in by_frame.get(number, ())]
+        boxes += [] if seen is None else box_rows(name, round(time, 6), seen)
     hits.sort(key=lambda hit: (hit[0].participant, hit[0].time))
     return hits, boxes
 
 
-def _hit(sample: Sample, seen: FrameLayers | None) -> Row:
-    """Return a row about a sample, and what it hits in the frame that is shown."""
+def _hit(sample: Sample, seen: FrameLayers | None, radius: float) -> Row:
+    """Return a row about a sample, and what it hits in the frame that is shown, if one is."""
     name, label, frame = OUTSIDE, "", ""
     if math.isnan(sample.x) or math.isnan(sample.y):
         name = NOWHERE
@@ -227,7 +240,7 @@ def _hit(sample: Sample, seen: FrameLayers | None) -> Row:
         owners = seen.layers[COUNTED]
         row, column = math.floor(sample.y), math.floor(sample.x)
         if 0 <= row < owners.shape[0] and 0 <= column < owners.shape[1]:
-            thing = seen.things.get(int(owners[row, column]))
+            thing = _near(sample, seen, radius) or seen.things.get(int(owners[row, column]))
             name, label = ("sky", "sky") if thing is None else (thing.name, thing.label)
     return {
         **({"participant": sample.participant} if sample.participant else {}),
@@ -241,6 +254,25 @@ def _hit(sample: Sample, seen: FrameLayers | None) -> Row:
     }
 
 
+def _near(sample: Sample, seen: FrameLayers, radius: float) -> Thing | None:
+    """Return the nearest thing with an outline that is not farther than a radius [px], if any."""
+    owners = seen.layers[COUNTED]
+    low = np.maximum(np.floor([sample.y - radius, sample.x - radius]), 0).astype(int)
+    part = owners[low[0] : int(sample.y + radius) + 1, low[1] : int(sample.x + radius) + 1]
+    rows, columns = np.indices(part.shape)
+    away = np.hypot(rows + low[0] + 0.5 - sample.y, columns + low[1] + 0.5 - sample.x)
+    outlined = [key for key, thing in seen.things.items() if _has_outline(thing)]
+    away = np.where(np.isin(part, outlined) & (away <= radius), away, np.inf)
+    if radius <= 0.0 or not np.isfinite(away).any():
+        return None
+    return seen.things[int(part.ravel()[np.argmin(away)])]
+
+
+def _has_outline(thing: Thing) -> bool:
+    """Return whether a thing has an outline of its own, as road users and trees have."""
+    return ":" in thing.name and thing.label not in SURFACES
+
+
 def box_rows(film: str, time: float, seen: FrameLayers) -> Iterator[Row]:
     """Yield the box around each thing that has an outline of its own in a frame.
 
@@ -252,17 +284,16 @@ def box_rows(film: str, time: float, seen: FrameLayers) -> Iterator[Row]:
     numbers, owners = np.unique(seen.layers[COUNTED], return_inverse=True)
     things = [seen.things.get(int(number)) for number in numbers]
     names = ["" if thing is None else thing.name for thing in things]
-    labels = {thing.name: thing.label for thing in things if thing is not None}
+    outlined = {thing.name: thing for thing in things if thing and _has_outline(thing)}
     # The first is numbered 1, as 0 has no box.
     for box in boxes_2d(owners.reshape(seen.layers[COUNTED].shape) + 1, ["", *names]):
-        label = labels.get(box.name, "sky")
-        if ":" in box.name and label not in SURFACES:
+        if box.name in outlined:
             yield {
                 "film": film,
                 "frame": seen.frame,
                 "time": time,
                 "thing": box.name,
-                "label": label,
+                "label": outlined[box.name].label,
                 **{"x0": box.left, "y0": box.top, "x1": box.right, "y1": box.bottom},
                 "pixels": box.pixels,
             }

@@ -53,6 +53,14 @@ _GAPS = """<p>What <code>traffic.rides</code> asks for, and what the films show.
 the time from the leader's rear at a place to the follower's front there, at the moment that was
 asked for; the others are distances over the follower's speed, frame by frame.</p>"""
 
+_ARRIVALS = """<p>When fronts of vehicles come to the way across of observers who stand, by the
+film's time, and the time since the last rear left it, of all lanes and both directions together:
+the gaps that are offered. <code>arrivals.csv</code> also has who comes soon after the
+film.</p>"""
+
+_MOST_ARRIVALS = 200
+"""More are in the table alone."""
+
 _EFFECTS = """<p>Which measures differ between levels of a factor? The number is eta squared, the
 share of the measure's variance over all profiles that lies between the levels: 1 says that it
 tells the level, 0 that it knows nothing of it. Below it stand the means of the levels. A factor
@@ -101,6 +109,7 @@ def write_page(path: Path, page: ReportPage) -> None:
         _EFFECTS,
         *_effect_table(page.found, page.words),
         *_gaps(page.films),
+        *_arrivals(page.films),
         "<h2>What ethics boards ask</h2>",
         *_verdict(page.films),
         _SAFETY,
@@ -126,22 +135,49 @@ def _verdict(films: Sequence[FilmMeasures]) -> Iterator[str]:
 
 def _gaps(films: Sequence[FilmMeasures]) -> Iterator[str]:
     """Yield a table of the gaps that were asked for; nothing if there are none."""
-    rows = [(film.name, row) for film in films for row in film.tables["gaps"]]
+    rows = [{"film": film.name, **row} for film in films for row in film.tables["gaps"]]
+    heads = {
+        **{"film": "film", "follower": "follower", "leader": "leader", "moved": "moved"},
+        **{"at": "at [s]", "asked": "asked [s]", "kept_at": "kept at [s]"},
+        **{"time_gap_mean": "mean [s]", "time_gap_min": "least [s]", "time_gap_max": "largest [s]"},
+        "gap_mean": "mean [m]",
+    }
+    yield from _rows("Gaps", _GAPS, heads, rows)
+
+
+def _arrivals(films: Sequence[FilmMeasures]) -> Iterator[str]:
+    """Yield a table of who arrives at observers who stand while a film is shown."""
+    rows = [
+        {"film": film.name, **row}
+        for film in films
+        for row in film.tables["arrivals"]
+        if row["from"] in ("left", "right")
+        and float(row["arrives"]) <= float(film.tables["frames"][-1]["time"])
+    ]
+    heads = {
+        **{"film": "film", "observer": "observer", "road_user": "vehicle", "from": "from the"},
+        **{"arrives_in_film": "arrives [s]", "gap_before": "gap before [s]"},
+        "speed": "speed [m/s]",
+    }
+    yield from _rows("Who arrives", _ARRIVALS, heads, rows[:_MOST_ARRIVALS])
+
+
+def _rows(
+    title: str,
+    about: str,
+    heads: Mapping[str, str],
+    rows: Sequence[Mapping[str, str | int | float]],
+) -> Iterator[str]:
+    """Yield a section with a table of some columns; nothing without rows."""
     if not rows:
         return
-    yield "<h2>Gaps</h2>"
-    yield _GAPS
-    heads = {
-        **{"follower": "follower", "leader": "leader", "moved": "moved", "at": "at [s]"},
-        **{"asked": "asked [s]", "kept_at": "kept at [s]", "time_gap_mean": "mean [s]"},
-        **{"time_gap_min": "least [s]", "time_gap_max": "largest [s]", "gap_mean": "mean [m]"},
-    }
-    yield '<div class="scroll"><table><thead><tr><th scope="col">film</th>'
+    yield f"<h2>{title}</h2>"
+    yield about
+    yield '<div class="scroll"><table><thead><tr>'
     yield "".join(f'<th scope="col">{word}</th>' for word in heads.values())
     yield "</tr></thead><tbody>"
-    for film, row in rows:
-        cells = "".join(f"<td>{_cell(row[name])}</td>" for name in heads)
-        yield f'<tr><th scope="row">{html.escape(film)}</th>{cells}</tr>'
+    for row in rows:
+        yield f"<tr>{''.join(f'<td>{_cell(row[name])}</td>' for name in heads)}</tr>"
     yield "</tbody></table></div>"
 
 

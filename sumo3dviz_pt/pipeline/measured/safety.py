@@ -15,7 +15,7 @@
 
 References:
     W3C, Web Content Accessibility Guidelines 2.2, 2023, "general flash and red flash thresholds"
-    and success criterion 2.3.1; Recommendation ITU-R BT.1702-3, 2023; ISO 9241-391:2016.
+    and success criterion 2.3.1; Recommendation ITU-R BT.1702; ISO 9241-391:2016.
     Machado, Oliveira and Fernandes, "A physiologically-based model for simulation of color vision
     deficiency", IEEE TVCG 15, 2009, doi:10.1109/TVCG.2009.113.
     Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula", Color Research and Application
@@ -277,9 +277,9 @@ def size_row(files: Sequence[Path], connections: Sequence[float]) -> dict[str, f
 def safety_words(connections: Sequence[float]) -> dict[str, str]:
     """Return what these numbers mean, by name, in the order in which they are shown."""
     pairs = {
-        f"{one}_{other}_{vision}": f"colour difference of {one} and {other} lights, {vision} vision"
+        f"{one}_{other}_{vision}": f"colour difference of {one} and {other} lights to {whom}"
         for one, other in combinations(GLASS, 2)
-        for vision in ("normal", *VISIONS)
+        for vision, whom in {"normal": "all cones", **{name: name for name in VISIONS}}.items()
     }
     return {
         "flash_rate": "most flashes in a second over a quarter of a field of 10 degrees",

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from sumo3dviz_pt.experiments.tools.build import ONLINE, write_tools
 from sumo3dviz_pt.experiments.tools.content import Clip, Screen, StudyContent
@@ -41,8 +42,25 @@ from sumo3dviz_pt.pipeline.studies.thumbnails import write_thumbnails
 log = logging.getLogger(__name__)
 
 
+def cards_of(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> Mapping[str, str]:
+    """Write the choice cards of a study, if it wants any; return their files by trial.
+
+    Args:
+        folder: The study's.
+        plan: What its films show.
+        films: All of them, finished.
+    """
+    wanted = plan.file.settings.tools.cards
+    return write_cards(folder, content_of(plan, films)) if wanted else {}
+
+
 def write_outputs(
-    folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord], *, also: Sequence[Path] = ()
+    folder: Path,
+    plan: StudyPlan,
+    films: Mapping[str, FilmRecord],
+    *,
+    cards: Mapping[str, str] = MappingProxyType({}),
+    also: Sequence[Path] = (),
 ) -> list[Path]:
     """Write all files that go with films; files of an earlier run that are no more are removed.
 
@@ -50,15 +68,14 @@ def write_outputs(
         folder: The study's.
         plan: What its films show.
         films: All of them, finished.
+        cards: Its choice cards, as `cards_of` wrote them.
         also: Further files that count among its outputs.
 
     Returns:
         All files of the study.
     """
     before = read_digests(folder / CHECKSUMS)
-    content = content_of(plan, films)
-    if plan.file.settings.tools.cards:
-        content = replace(content, cards=write_cards(folder, content))
+    content = replace(content_of(plan, films), cards=cards)
     files = [*also, *_film_files(folder, plan)]
     files += [folder / card for card in content.cards.values()]
     files += write_thumbnails(folder, content.films)

@@ -12,8 +12,11 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.experiments.designs.balance import same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
+from sumo3dviz_pt.experiments.designs.choices import ChoiceRequest, choice_tasks
+from sumo3dviz_pt.experiments.designs.efficiency import d_error
 from sumo3dviz_pt.experiments.designs.parts import uneven
 from sumo3dviz_pt.experiments.playlists import (
+    TURNED,
     Playlist,
     build_playlists,
     most_placed,
@@ -24,7 +27,7 @@ from sumo3dviz_pt.experiments.tables.build import trials_in
 from sumo3dviz_pt.experiments.tables.cells import read_table
 from sumo3dviz_pt.experiments.tables.forms import TableRequest
 from sumo3dviz_pt.experiments.trials import Profile, Trial, dominated, profiles_of, single_trials
-from sumo3dviz_pt.job.study import Patch, TableSettings
+from sumo3dviz_pt.job.study import ChoiceSettings, Patch, TableSettings
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair, pairs_of
 from sumo3dviz_pt.pipeline.studies.patches import check_patches, told_only
@@ -60,6 +63,11 @@ class StudyPlan:
     def measured(self) -> bool:
         """Whether films are measured when all are there: for a certificate, or a report."""
         return self.file.settings.certificate.write or self.file.settings.report.write
+
+    @property
+    def designed(self) -> tuple[Trial, ...]:
+        """Trials as the design has them, without those whose films only changed places."""
+        return tuple(trial for trial in self.trials if TURNED not in trial.task)
 
     @cached_property
     def profiles(self) -> tuple[Profile, ...]:
@@ -135,12 +143,26 @@ def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
     settings = study.settings
     if isinstance(settings.design, TableSettings):
         return _tabled(study, settings.design)
+    if settings.choices is not None:
+        return _chosen(study, settings.choices)
     with study.blamed():
         design = build_design(
             settings.design, study.levels, exclude=settings.exclude, seed=settings.seed
         )
     gone = (f"{design.excluded} profiles are excluded",) if design.excluded else ()
     return single_trials(design.profiles), (*gone, *design.notes)
+
+
+def _chosen(study: StudyFile, asked: ChoiceSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+    """Return choice tasks, and notes on them."""
+    ranks = {name: own for name, own in zip(study.levels, study.ranks, strict=False) if own}
+    request = ChoiceRequest(asked.tasks, asked.alternatives, asked.none, asked.priors, ranks)
+    settings = study.settings
+    with study.blamed():
+        trials = choice_tasks(study.levels, request, exclude=settings.exclude, seed=settings.seed)
+    error = d_error(study.levels, trials, asked.priors)
+    told = "the priors" if asked.priors else "utilities of 0"
+    return trials, (f"{len(trials)} choice tasks have a D-error of {error:.4g}, for {told}",)
 
 
 def _tabled(study: StudyFile, table: TableSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:

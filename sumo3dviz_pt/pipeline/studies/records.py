@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.experiments.designs.efficiency import associations
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.films.frames import account_file, frames_folder, write_json
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in, sealed
@@ -191,6 +192,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
             if stimulus.name in films
         },
         "pairs": [asdict(pair) for pair in plan.pairs],
+        "associations": associations(plan.file.levels, plan.designed).round(4).tolist(),
         "notes": list(plan.notes),
         "versions": versions(),
     }

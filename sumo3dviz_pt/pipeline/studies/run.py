@@ -30,7 +30,7 @@ from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.reading import scenario_files
 from sumo3dviz_pt.pipeline.riders import check_known
 from sumo3dviz_pt.pipeline.studies.inputs import check_study_inputs, write_study_inputs
-from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
+from sumo3dviz_pt.pipeline.studies.outputs import cards_of, write_outputs
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import (
     MATERIALS,
@@ -261,13 +261,15 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
     plan = replace(plan, notes=(*plan.notes, *_unseen(plan, films)))
     record = write_record(folder, plan, films)
     inputs = write_study_inputs(folder, plan, variant=order.variant)
-    certificate = certify(folder, plan) if plan.file.settings.certificate.write else None
+    cards = cards_of(folder, plan, films)
+    wanted = plan.file.settings.certificate.write
+    certificate = certify(folder, plan, cards=[*cards.values()]) if wanted else None
     measured = certificate.files if certificate else ()
     if plan.file.settings.report.write:
         measured += report_study(folder, plan)
     if order.discard_frames:
         _discard_frames(folder, plan)
-    files = write_outputs(folder, plan, films, also=[record, *inputs, *measured])
+    files = write_outputs(folder, plan, films, cards=cards, also=[record, *inputs, *measured])
     return FinishedStudy(tuple(files), certificate)
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from sumo3dviz_pt.experiments.designs.efficiency import Priors
+from sumo3dviz_pt.experiments.designs.efficiency import in_words as design_in_words
 from sumo3dviz_pt.pipeline.certificate.acts import key_of
 from sumo3dviz_pt.pipeline.progress.costs import time_in_words
 from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
@@ -46,6 +48,8 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         "factors",
         *(f"  {name:<16} {', '.join(levels)}" for name, levels in plan.file.levels.items()),
         "",
+        *design_in_words(plan.file.levels, plan.designed, _priors(plan)),
+        "",
         "films",
         *(_film(each, there=each.name not in names) for each in plan.stimuli[:_MOST_ROWS]),
         *_rest(len(plan.stimuli)),
@@ -59,6 +63,12 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         f"cost     {forecast(plan, todo)}",
     ]
     return "\n".join(lines)
+
+
+def _priors(plan: StudyPlan) -> Priors:
+    """Return the utilities of levels that a study assumes."""
+    asked = plan.file.settings.choices
+    return asked.priors if asked else {}
 
 
 def _film(stimulus: Stimulus, *, there: bool) -> str:

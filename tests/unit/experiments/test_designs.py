@@ -1,5 +1,6 @@
 """Designs: what they promise, counted."""
 
+from collections import Counter
 from itertools import combinations, pairwise
 from math import prod
 
@@ -53,6 +54,31 @@ def test_arrays_are_as_small_as_known_ones_and_orthogonal(counts):
     assert rows.shape == (KNOWN[counts], len(counts))
     for seen in pairs_by_hand(rows.tolist(), counts):
         assert len(set(seen)) == 1
+
+
+STRONG = {
+    (2,) * 4: 8,
+    (2,) * 8: 16,
+    (3,) * 4: 27,
+    (4, 2, 2, 2): 16,
+    (3, 2, 2, 2, 2): 24,
+    (2,) * 12: 24,
+}
+"""Smallest arrays of strength 3."""
+
+
+@pytest.mark.parametrize("counts", STRONG, ids=str)
+def test_three_factors_meet_in_all_ways_equally_often_in_arrays_of_strength_3(counts):
+    rows = orthogonal_array(counts, strength=3)
+    assert rows.shape == (STRONG[counts], len(counts))
+    for three in combinations(range(len(counts)), 3):
+        seen = Counter(map(tuple, rows[:, list(three)].tolist()))
+        assert len(seen) == prod(counts[k] for k in three) and len({*seen.values()}) == 1
+
+
+def test_where_no_strong_fraction_can_exist_that_is_said():
+    with pytest.raises(ConfigError, match="no orthogonal fraction of strength 3 exists"):
+        orthogonal_array((2, 2, 3, 3), strength=3)
 
 
 @pytest.mark.parametrize(

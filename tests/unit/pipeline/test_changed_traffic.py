@@ -8,6 +8,7 @@ import pytest
 from builders import fcd_xml, write_scenario
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.reading import read, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.studies.file import load_study
@@ -209,3 +210,13 @@ def test_an_observer_that_nobody_is_is_refused_before_films_are_rendered(scene):
     said = r"study\.yaml:\d+:\d+: report\.observers\.cyclist\.road_user: no vehicle or person is"
     with pytest.raises(ConfigError, match=said):
         check_study(plan, StudyOrder(scene.with_name("out")))
+
+
+def test_frames_are_other_ones_where_another_camera_makes_another_ride_move(scene):
+    """The camera that looks is the same, and `--resume` would have kept the frames."""
+    keys = set()
+    for rider in ("v0", "v4"):
+        changes = {"traffic": ride(behind="v2", gap=2, at=5), "cameras.driver.vehicle": rider}
+        job = load_job(scene, {**changes, "traffic.leave_out": ["v1", "v3", "v5"]})
+        keys.add(prepare(job, Request(camera="post"), np.array([5.0])).key)
+    assert len(keys) == 2

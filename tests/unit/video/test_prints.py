@@ -129,3 +129,14 @@ def test_what_is_no_film_is_refused(tmp_path):
     path.write_bytes(b"no film")
     with pytest.raises(InputError, match="can be decoded"):
         film_prints(path, codec=CODECS["h264"], size=SIZE)
+
+
+@pytest.mark.parametrize("size", [(16, 32), (18, 32), (2, 2), (8, 300)])
+def test_small_pictures_have_prints_whose_planes_agree(size):
+    """Planes of colour are half as large, which may be fewer pixels than there are blocks."""
+    rng = np.random.default_rng(3)
+    half = (size[0] // 2, size[1] // 2)
+    planes = [rng.integers(0, 255, side, dtype=np.uint8) for side in (size, half, half)]
+    found = print_of(planes, bits=8)
+    assert found.shape == (4, min(9, half[0]) * min(16, half[1]))
+    assert found[0].mean() / 64.0 == pytest.approx(planes[0].mean(), abs=4.0)

@@ -106,7 +106,9 @@ class Run {
 const PATIENCE_MS = 20_000;
 
 const answered = async (url, options) => {
-  const reply = await fetch(url, { ...options, signal: AbortSignal.timeout(PATIENCE_MS) });
+  // What is on its way arrives even if the page is closed meanwhile.
+  const signal = AbortSignal.timeout(PATIENCE_MS);
+  const reply = await fetch(url, { ...options, keepalive: true, signal });
   if (!reply.ok) throw new Error(`${url}: ${reply.status} ${await reply.text()}`);
   return reply;
 };

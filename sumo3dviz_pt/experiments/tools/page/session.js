@@ -107,7 +107,7 @@ const itemOf = (item, place, form) => {
 /** Questions that stand on one page, or words and buttons alone. */
 const FormPlugin = plugin("form", async (display, show) => {
   const { form } = show;
-  display.innerHTML = `<form class="form"><h1>${text(form.title ?? "")}</h1>`
+  display.innerHTML = `<form class="form">${form.title ? `<h1>${text(form.title)}</h1>` : ""}`
     + `<p class="intro">${text(form.intro ?? "")}</p>${form.html ?? ""}`
     + (form.items ?? []).map((item, place) => itemOf(item, place, form)).join("")
     + `<div class="buttons">${buttonsOf(form.buttons)}</div></form>`;
@@ -183,7 +183,7 @@ class Steps {
     const wanted = answers[(3 * number + 1) % answers.length];
     return this.form({
       name: "attention",
-      items: [{ text: words.attention.replace("{answer}", wanted), answers, low, high }],
+      items: [{ text: words.attention.replace("{answer}", () => wanted), answers, low, high }],
     }, "attention", {
       on_row: (_, data) => ({
         attention_wanted: wanted, attention_passed: data.attention_1 === wanted ? 1 : 0,
@@ -249,7 +249,7 @@ class Steps {
     const labels = trial.films.map((name, place) => name === null
       ? study.question.none : study.letters[place]);
     return [...shown, this.form({
-      name: "choice", title: "", intro: [study.question.choice, told].join("\n"), buttons: labels,
+      name: "choice", intro: [study.question.choice, told].join("\n"), buttons: labels,
     }, kind, {
       on_row: (place) => ({
         ...common(), attempt: this.run.state.begun[step], answer: place + 1,
@@ -339,6 +339,22 @@ const reopened = (run, sender, asked, begin) => {
   }]);
 };
 
+/** Wait until no other window shows the same: each would write over what the other keeps. */
+const alone = (name) => new Promise((done) => {
+  if (!navigator.locks) return done();  // a page without https
+  let isNoted = false;
+  const timer = setTimeout(() => {
+    isNoted = true;
+    notice(words.elsewhere);
+  }, 1000);
+  return navigator.locks.request(name, () => {
+    clearTimeout(timer);
+    if (isNoted) document.body.innerHTML = "";
+    done();
+    return new Promise(() => {});
+  });
+});
+
 const visit = async () => {
   const { endpoint } = study;
   if (endpoint?.kind === "jatos" && typeof jatos === "undefined") return notice(words.no_jatos);
@@ -353,8 +369,9 @@ const visit = async () => {
   const begin = { forget: () => memory.removeItem(place) };
   const playlist = playlistFor(asked, participant, memory.getItem(place));
   if (!(playlist in study.playlists)) {
-    return notice(words.no_playlist.replace("{name}", playlist));
+    return notice(words.no_playlist.replace("{name}", () => playlist));
   }
+  await alone(`${place}:${playlist}`);
   const run = new Run(`${place}:${playlist}`, { participant, playlist, study_digest: study.digest });
   const sender = new Sender(run, endpoint);
   if (run.state.done) return reopened(run, sender, asked, begin);

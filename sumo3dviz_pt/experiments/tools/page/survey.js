@@ -1,11 +1,12 @@
-// Plays the films of one playlist within LimeSurvey and Qualtrics: one after the other, and no
-// answer before they have ended. `STUDY` stands above, with the playlists.
+// Plays the films of a trial within LimeSurvey, Qualtrics and oTree: one after the other, and no
+// answer before they have ended. `STUDY` stands above, with the playlists; oTree's pages have links
+// to the films of their trial instead.
 "use strict";
 
 (() => {
   const { words } = STUDY;
   const QUESTION = ".question-container, .QuestionOuter, .question";
-  const NEXT = "#ls-button-submit, #NextButton, #next-button";
+  const NEXT = "#ls-button-submit, #NextButton, #next-button, .otree-btn-next";
 
   /** Who sees what: the survey's own variable, the address, what was drawn here before, or chance. */
   const playlistOf = (element) => {
@@ -70,11 +71,16 @@
     }
   };
 
+  const filmsOf = (element) => {
+    const links = [...element.querySelectorAll("a.film")];
+    if (!STUDY.playlists) return links.map(({ href, dataset }) => ({ address: href, ...dataset }));
+    return STUDY.playlists[playlistOf(element)][Number(element.dataset.position) - 1];
+  };
+
   const show = async (element) => {
-    const name = playlistOf(element);
-    const films = STUDY.playlists[name][Number(element.dataset.position) - 1];
+    const films = filmsOf(element);
     const question = element.closest(QUESTION) ?? element.parentElement;
-    element.dataset.shown = name;
+    element.dataset.shown = "1";
     if (!films) {  // this playlist is shorter
       question.style.display = "none";
       document.querySelector(NEXT)?.click();

@@ -95,6 +95,22 @@ def test_dwell_and_first_fixation(study):
     assert float(things[0]["first_fixation"]) == 0.0 and things[1]["fixations"] == "1"
 
 
+@pytest.mark.parametrize(
+    ("radius", "hits"),
+    [("0", "sky"), ("1", "sky"), ("1.6", "vehicle:a@b:1"), ("9", "vehicle:a@b:1")],
+)
+def test_gaze_near_a_thing_hits_it_within_a_radius(study, radius, hits):
+    """The car's nearest pixel has its middle at column 1.5 and row 2.5."""
+    samples, _ = looked(study, ["one,0.0,1.5,0.95", "one,0.0,,"], "--radius", radius)
+    assert [row["thing"] for row in samples] == [hits, ""]
+
+
+def test_frames_without_layers_have_no_things(study):
+    places.said_file(study / "materials" / "one.layers", 3).unlink()
+    samples, _ = looked(study, ["one,0.3,1.5,2.5", "one,0.4,2.5,2.5"])
+    assert [row["thing"] for row in samples] == ["outside", "vehicle:a@b:1"]
+
+
 def test_breaks_end_a_fixation_and_do_not_count(study):
     _, things = looked(study, ["one,0,0.5,2.5", "one,0.02,0.5,2.5", "one,0.5,2.5,2.5"])
     assert float(things[0]["dwell"]) == pytest.approx(0.02 + 0.1 + 0.1)
@@ -127,6 +143,12 @@ def test_wrong_tables_are_refused_in_words(study, capsys, head, row, said):
     assert main(command) == 2
     assert said in capsys.readouterr().err
     assert not (study / "out").exists()
+
+
+@pytest.mark.parametrize("option", ["--radius=-1", "--fixation=nan", "--start=inf"])
+def test_numbers_that_are_none_are_refused(study, capsys, option):
+    assert main(["study", "gaze", str(study), "-o", str(study / "out"), option]) == 2
+    assert option.partition("=")[0].removeprefix("--") in capsys.readouterr().err
 
 
 def test_tables_stay_and_folders_without_films_are_refused(study, capsys):

@@ -57,7 +57,7 @@ def test_scales_say_their_source(tmp_path):
     ("more", "words"),
     [
         ({"question": {"language": "fr"}}, "no texts in 'fr', only in en and de"),
-        ({"session": {"after": ["presense"]}}, "did you mean 'presence'"),
+        ({"session": {"after": "presense"}}, "did you mean 'presence'"),
         ({"session": {"texts": "none.yaml"}}, "there is no file"),
         ({"tools": {"offline": True}}, "npm install jspsych@8.3.0"),
         ({"tools": {"offline": True, "jspsych": "node_modules/"}}, "not in node_modules/"),

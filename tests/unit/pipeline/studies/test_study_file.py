@@ -15,6 +15,7 @@ from sumo3dviz_pt.job.values import all_models
 from sumo3dviz_pt.pipeline.studies.file import load_study
 from sumo3dviz_pt.pipeline.studies.plan import plan_study
 from sumo3dviz_pt.pipeline.studies.schema import study_schema
+from sumo3dviz_pt.pipeline.studies.words import plan_in_words
 
 SCENE = """scenario: {network: a.net.xml, trajectories: fcd.xml}
 cameras:
@@ -166,6 +167,33 @@ def test_no_film_is_called_like_a_device_of_windows(tmp_path):
     assert {film.name == film.code for film in films} == {True, False}
 
 
+def test_overrides_of_a_study_file_win_as_those_of_the_command_do(tmp_path):
+    text = f"{STUDY}overrides: {{quality: preview, ground.planting: auto}}\n"
+    found = plan(tmp_path, text.replace("planting: none", "planting: none, scale: 2"))
+    assert {each.job.quality for each in found.stimuli} == {"preview"}
+    assert {each.job.ground.planting for each in found.stimuli} == {"auto"}
+    asked = plan(tmp_path, STUDY.replace("none: {ground: {planting: none}}", "x: {seed: 9}"),
+                 overrides={"quality": "preview"})  # fmt: skip
+    assert {each.job.quality for each in asked.stimuli} == {"preview"}
+
+
+def test_choice_tasks_are_made_and_told(tmp_path):
+    text = f"{STUDY}design: choices\nchoices: {{tasks: 2, none: true}}\n"
+    found = plan(tmp_path, f"{text}playlists: {{places: balanced}}\n")
+    assert [len(trial.alternatives) for trial in found.designed] == [3, 3]
+    assert any(note.startswith("2 choice tasks have a D-error of") for note in found.notes)
+    assert len(found.playlists) == 4 and len(found.trials) == 4
+    assert "D-error" in plan_in_words(found, found.stimuli)
+    assert len(plan(tmp_path, f"{text}playlists: {{places: balanced, count: 3}}\n").playlists) == 3
+
+
+def test_parts_and_counts_that_balance_nothing_are_noted(tmp_path):
+    notes = " ".join(plan(tmp_path, f"{STUDY}playlists: {{parts: 2, count: 3}}\n").notes)
+    assert "parts of block 1 do not share light x trees evenly" in notes
+    assert "3 playlists are no multiple of what the order takes" in notes
+    assert plan(tmp_path).notes == ()
+
+
 # Wrong files -------------------------------------------------------------------------------
 
 
@@ -218,7 +246,7 @@ def test_no_film_is_called_like_a_device_of_windows(tmp_path):
         (
             "seed: 3",
             "design: half",
-            "study.yaml:2:1: design: this should be 'full', 'fraction' or 'latin' or keys",
+            "study.yaml:2:1: design: this should be 'full', 'fraction', 'fraction_3', 'latin' or",
         ),
         ("seed: 3", "design: latin", "study.yaml:2:1: design: a Latin square takes three or more"),
         ("seed: 3", "design: fraction", "study.yaml:2:1: design: no orthogonal fraction exists"),
@@ -231,6 +259,18 @@ def test_no_film_is_called_like_a_device_of_windows(tmp_path):
             "seed: 3",
             "exclude: [{light: dya}]",
             "exclude.0.light: light has no level 'dya'; did you mean",
+        ),
+        (
+            "seed: 3",
+            "overrides: {quality: darft}",
+            "study.yaml:2:1: overrides: quality: no quality preset",
+        ),
+        ("seed: 3", "design: choices", "design: choices goes with choices: {tasks: 12}"),
+        ("seed: 3", "choices: {tasks: 3}", "design: choices goes with choices: {tasks: 12}"),
+        (
+            "seed: 3",
+            "design: choices\nchoices: {tasks: 3, priors: {light: {dya: 1}}}",
+            "choices.priors.light: there is no level 'dya'",
         ),
         ("seed: 3", "exclude: [{}]", "exclude.0: an exclusion names one factor at least"),
         ("seed: 3", "exclude: [{light: [day, night]}]", "study.yaml:2:1: exclude: nothing is left"),
