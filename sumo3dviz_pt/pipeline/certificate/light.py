@@ -243,8 +243,8 @@ def lit_shares(found: Sequence[LightDifference]) -> tuple[float, float, float]:
     blocks = sum(int(each.judged.sum()) for each in found)
     if not blocks:
         return (float("nan"),) * 3
-    lit, beyond = (sum(int(each.sum()) for each in some) / blocks for some in (
-        [each.lit for each in found], [each.beyond for each in found]))  # fmt: skip
+    lit = sum(int(each.lit.sum()) for each in found) / blocks
+    beyond = sum(int(each.beyond.sum()) for each in found) / blocks
     return lit, beyond, max(each.most for each in found)
 
 

@@ -66,11 +66,12 @@ class Verified:
         tested = self.tested
         there, known = tested.frames
         films = len(self.study.accounts)
+        own = "certificate" if self.study.certificate else "no certificate; study.json"
         if self.faults:
             return f"not proven: {len(self.faults)} things are wrong; see above"
         return (
             f"proven: {films} films with {tested.pictures} pictures, {there} of {known} frames and"
-            f" layers, {tested.developed} pictures developed again; certificate {self.digest}"
+            f" layers, {tested.developed} pictures developed again; {own} {self.digest}"
         )
 
     def as_plain(self) -> dict[str, Any]:

@@ -27,17 +27,22 @@ _SERVICES: Mapping[str, str | None] = {
 """Where the kinds of endpoints listen, unless the study file says it."""
 
 
+_ASKED = ("text", "choice", "low", "high", "none")
+"""Words of a question that a language has, where the study file has none of its own."""
+
+
 def words_of(settings: StudySettings) -> Words:
     """Return what people are asked, in the language of the study."""
     asked, about = settings.question, settings.about
-    own = texts_of(settings).question
+    usual = texts_of(settings).question
+    own = {key: usual[key] if (said := getattr(asked, key)) is None else said for key in _ASKED}
     return Words(
-        question=asked.text if asked.text is not None else own["text"],
-        choice=asked.choice if asked.choice is not None else own["choice"],
+        question=own["text"],
+        choice=own["choice"],
         answers=asked.answers,
-        low=asked.low if asked.low is not None else own["low"],
-        high=asked.high if asked.high is not None else own["high"],
-        none=asked.none if asked.none is not None else own["none"],
+        low=own["low"],
+        high=own["high"],
+        none=own["none"],
         language=asked.language,
         title=about.title,
         description=about.description,

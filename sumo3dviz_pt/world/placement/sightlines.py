@@ -15,6 +15,7 @@ import shapely
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.vectors import unit
+from sumo3dviz_pt.world.objects.kinds import Space
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR, Clearance
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
@@ -40,25 +41,11 @@ _RAYS = (24, 14)  # of a picture, across and down
 _POSES = 24  # that stand for a way
 
 
-@dataclass(frozen=True, slots=True)
-class Crown:
-    """The usual size of plants of a kind.
-
-    Attributes:
-        radius: [m].
-        bottom: Height above the ground [m].
-        top: Height above the ground [m].
-    """
-
-    radius: float
-    bottom: float
-    top: float
+TREE, SHRUB = Space(4.6, 1.5, 12.5), Space(1.5, 0.0, 2.5)
+"""What plants of a kind usually fill."""
 
 
-TREE, SHRUB = Crown(4.6, 1.5, 12.5), Crown(1.5, 0.0, 2.5)
-
-
-def in_the_way(places: Floats, around: Surroundings, *, crown: Crown) -> Bools:
+def in_the_way(places: Floats, around: Surroundings, *, crown: Space) -> Bools:
     """Return at which places, (n, 2) [m], plants would spoil the view of a camera, (n,).
 
     They would stand right before its lens, fill much of the middle of its picture, or hide many of
@@ -100,7 +87,7 @@ class _Sight:
     middle: Bools
     roads: Floats
 
-    def spoilt_by(self, feet: Floats, crown: Crown) -> Bools:
+    def spoilt_by(self, feet: Floats, crown: Space) -> Bools:
         """Return which plants at feet, (n, 3) [m], fill or hide too much, (n,)."""
         # Squeezed along z, crowns are balls.
         squeeze = np.array([1.0, 1.0, 2.0 * crown.radius / (crown.top - crown.bottom)])
