@@ -127,7 +127,7 @@ def take(name: str, folder: Path) -> None:
     plain = production.quality.model_copy(update={"denoise": "none"})
     costs = {"build": round(built - begun, 2)}
     production = replace(production, quality=plain)
-    with OpenShot(production, film=case.film) as shot:
+    with OpenShot(production) as shot:
         costs["open"] = round(time.process_time() - built, 2)
         for number, at in enumerate(film if case.film else [case.time]):
             start = time.process_time()
