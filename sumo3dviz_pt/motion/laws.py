@@ -80,14 +80,17 @@ def breaches(
     """
     found: dict[str, Breach] = {}
     for samples, piece in zip(split(trace, step=step), trajectory.pieces, strict=True):
-        begin, end = max(piece.begin, span[0]), min(piece.end, span[1])
-        if len(samples.times) < 2 or end <= begin:
+        if len(samples.times) < 2 or min(piece.end, span[1]) <= max(piece.begin, span[0]):
             continue
-        look = _Look.at(samples, piece, (begin, end))
+        # A body may stand askew for long, because it had no room to turn before the span begins.
+        look = _Look.at(samples, piece, (piece.begin, piece.end))
         own = _within(trajectory, look.times)
+        asked = (look.times >= span[0]) & (look.times <= span[1])
+        if not asked.any():
+            continue
         for law, sizes in _excesses(look, trace.kind, own, length=length, blur=blur).items():
-            worst = int(np.argmax(sizes)) if len(sizes) else 0
-            if len(sizes) and sizes[worst] > 0.0:
+            worst = int(np.argmax(np.where(asked, sizes, -np.inf)))
+            if sizes[worst] > 0.0:
                 new = Breach(law, trajectory.id, float(look.times[worst]), float(sizes[worst]))
                 old = found.setdefault(law, new)
                 found[law] = max(old, new, key=lambda each: each.value)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sumo3dviz_pt.motion import smooth_log, smoother_names
@@ -59,4 +60,18 @@ def test_nobody_is_drawn_otherwise_than_it_drives(name, smoother):
             trace, drawn, step=log.step, length=body_length(trace, types), blur=blur
         )
     ]
+    assert found == []
+
+
+@pytest.mark.parametrize("name", BUNDLED)
+def test_a_span_shows_no_breach_that_the_whole_log_does_not(name):
+    """Why a body stands askew may lie before a film begins."""
+    read = scenario(name)
+    log, types = read.traffic, read.vehicle_types
+    shown = smooth_log(log, smoother="lane", network=read.network, types=types)
+    found = []
+    for trace, drawn in zip(log.traces, shown, strict=True):
+        said = {"step": log.step, "length": body_length(trace, types)}
+        for begin in np.linspace(trace.times[0], trace.times[-1], 6)[1:-1]:
+            found += breaches(trace, drawn, **said, span=(float(begin), float(begin) + 4.0))
     assert found == []
