@@ -20,10 +20,11 @@ from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.model.tyre_tracks import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
-from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
+from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
-from sumo3dviz_pt.world.areas.slabs import slab_polygons
+from sumo3dviz_pt.world.areas.slabs import SlabParts, slab_polygons
 from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
+from sumo3dviz_pt.world.land.cuts import Paving, laid_beside
 from sumo3dviz_pt.world.land.far_woods import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.build import BUDGET, Scenery, build_scenery
@@ -43,7 +44,7 @@ from sumo3dviz_pt.world.plants.build import (
     why_nowhere,
 )
 from sumo3dviz_pt.world.plants.far import plant_far
-from sumo3dviz_pt.world.plants.meadow import Meadow, build_meadow, lawn_of
+from sumo3dviz_pt.world.plants.meadow import Meadow, build_meadow, lawn_of, near_eyes
 from sumo3dviz_pt.world.plants.tree_pits import tree_pits
 from sumo3dviz_pt.world.plants.verges import verges
 from sumo3dviz_pt.world.plants.wayside import wayside
@@ -187,7 +188,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
     # Roads and ground, and what grows on it.
     region = region_of(world, camera_path)
-    land, areas = _land(world, camera_path, region)
+    land, areas = _land(world, scenario, camera_path, region)
     roads, around = land.roads, land.around
     islands, areas = _islands(world, land, areas)
     grown = _grown(scenario, job, land, areas)
@@ -253,12 +254,20 @@ class _PreparedLand:
     roads: RoadParts
     ground: GroundParts
     around: Surroundings
+    rows: Rows
 
 
 def _land(
-    world: World, camera_path: CameraPath, region: BoundsXY | None
+    world: World, whole: Scenario, camera_path: CameraPath, region: BoundsXY | None
 ) -> tuple[_PreparedLand, AreaParts]:
-    """Roads and ground around a camera's path, and what covers the ground."""
+    """Roads and ground around a camera's path, and what covers the ground.
+
+    Args:
+        world: What exists.
+        whole: Its scenario, and what its stops take.
+        camera_path: Where the camera is and looks.
+        region: Where roads are built.
+    """
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
     # Roads first: everything else stands beside or below them.
@@ -275,8 +284,25 @@ def _land(
     # What objects are placed by.
     around = given(height_at=ground.height_at)
     around = replace(around, dark=world.dark, memory=world.memory, season=season_of(world.job))
-    areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
-    return _PreparedLand(roads, areas.ground, around), areas
+    # What is paved beside roads decides where the ground shows.
+    slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
+    rows = _rows(whole, job, roads, around)
+    if not roads.layout.cells.is_flat:
+        ground = laid_beside(ground, _pavings(slabs, rows, roads), solid=_solid(rows, roads))
+        around = replace(around, height_at=ground.height_at)
+    below = Below(roads, ground, slabs)
+    areas = build_areas(scenario, job, below=below, around=around, region=region)
+    return _PreparedLand(roads, areas.ground, around, rows), areas
+
+
+def _pavings(slabs: SlabParts, rows: Rows, roads: RoadParts) -> list[Paving]:
+    """All that is paved beside roads."""
+    return [*slabs.pavings, Paving(rows.forecourts, court_height(roads.layout))]
+
+
+def _solid(rows: Rows, roads: RoadParts) -> list[shapely.Geometry]:
+    """What needs no wall beside it that holds back the ground."""
+    return [*roads.layout.paved, *(shapely.Polygon(house.plan) for house in rows.houses)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -294,7 +320,7 @@ class _Grown:
 def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) -> _Grown:
     """Houses along streets, then planting beside them, then grass between all of it."""
     roads, around = land.roads, land.around
-    rows, fronts = _fronts(scenario, job, roads, around)
+    rows, fronts = _fronts(scenario, land)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
     drawn = [poi for poi in scenario.pois if _is_drawn(poi, job)]
     said = before_cameras(drawn, scenario.network, around)
@@ -304,7 +330,7 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     trees = yard_trees(yards, around)
     planted = (*planting.pois, *trees, *areas.grown.pois)
     scenario = replace(scenario, pois=(*scenario.pois, *planted))
-    meadow = _meadow(scenario, job, land, areas)
+    meadow = _meadow(scenario, job, land, areas, covered=rows.forecourts)
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
     return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards, around))
@@ -328,20 +354,25 @@ def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str
     }
 
 
-def _fronts(
-    scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
-) -> tuple[Rows, Fronts]:
-    """Rows of houses along city streets where the scenario has no buildings over areas."""
+def _rows(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Rows:
+    """Rows of houses along city streets where the scenario has no buildings."""
     why = why_none(scenario.polygons)
     if not job.textured:
         why = "everything is shown in plain colours"
     if job.street.fronts == "none":
         why = "switched off by `street.fronts`"
     if why is not None:
-        return Rows(), Fronts(left_out=(LeftOut(FAMILY, why),))
+        return Rows(why=why)
     paved, network = roads.layout.paved, scenario.network
     given = (*scenario.polygons, *stop_areas(network, scenario.stops))
-    rows = grow_rows(network, paved, Given(scenario.pois, given), around=around)
+    return grow_rows(network, paved, Given(scenario.pois, given), around=around)
+
+
+def _fronts(scenario: Scenario, land: _PreparedLand) -> tuple[Rows, Fronts]:
+    """Rows of houses as they are seen, over areas."""
+    rows, roads, around = land.rows, land.roads, land.around
+    if rows.why:
+        return rows, Fronts(left_out=(LeftOut(FAMILY, rows.why),))
     near = scenario.network.location.boundary[:2]
     return rows, build_fronts(in_view(rows, around), roads.layout, around=around, near=near)
 
@@ -402,7 +433,14 @@ def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
     return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
 
 
-def _meadow(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) -> Meadow:
+def _meadow(
+    scenario: Scenario,
+    job: Job,
+    land: _PreparedLand,
+    areas: AreaParts,
+    *,
+    covered: Sequence[shapely.Polygon],
+) -> Meadow:
     """Blades of grass near the cameras; none where everything is plain."""
     if not job.textured:
         return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
@@ -414,4 +452,5 @@ def _meadow(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts)
         eyes=land.around.viewpoints,
         mown=areas.mown,
     )
+    lawn = replace(lawn, covered=near_eyes(covered, land.around.viewpoints))
     return build_meadow(lawn, around=land.around)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -12,10 +12,10 @@ import shapely
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.mesh.planar import union
 from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
 from sumo3dviz_pt.world.areas.built_up import TILE, Houses, built_up, houses_of
 from sumo3dviz_pt.world.areas.covers import WATER, LandCovers, land_covers
-from sumo3dviz_pt.world.areas.drape import GroundFaces, without
+from sumo3dviz_pt.world.areas.drape import GroundFaces
 from sumo3dviz_pt.world.areas.meshes import (
     LIFT,
     LaidArea,
@@ -27,7 +27,7 @@ from sumo3dviz_pt.world.areas.meshes import (
 )
 from sumo3dviz_pt.world.areas.patterns import Drawn, drawn_on
 from sumo3dviz_pt.world.areas.planting import Grown, Stand, grow
-from sumo3dviz_pt.world.areas.slabs import SlabGround, build_slabs
+from sumo3dviz_pt.world.areas.slabs import SlabGround, SlabParts, build_slabs
 from sumo3dviz_pt.world.areas.water import (
     Pool,
     shore_walls,
@@ -35,6 +35,7 @@ from sumo3dviz_pt.world.areas.water import (
 )
 from sumo3dviz_pt.world.areas.zones import FAMILY, Area, Areas, areas_of
 from sumo3dviz_pt.world.land.build import GroundParts
+from sumo3dviz_pt.world.land.cuts import with_hole
 from sumo3dviz_pt.world.objects.build import merged
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
@@ -81,6 +82,21 @@ class AreaParts:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Below:
+    """What areas lie on, beside and below.
+
+    Attributes:
+        roads: They lie on top of areas.
+        ground: It lies below them.
+        slabs: From `slabs_on`; they take places of areas.
+    """
+
+    roads: RoadParts
+    ground: GroundParts
+    slabs: SlabParts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Setting:
     """What areas are placed by.
 
@@ -105,8 +121,7 @@ def build_areas(
     scenario: Scenario,
     job: Job,
     *,
-    roads: RoadParts,
-    ground: GroundParts,
+    below: Below,
     around: Surroundings,
     region: BoundsXY | None = None,
 ) -> AreaParts:
@@ -115,18 +130,17 @@ def build_areas(
     Args:
         scenario: Its polygons say what covers the ground.
         job: The scene file may switch them off, and shows none in plain colours.
-        roads: What lies on top of them.
-        ground: What they lie on.
+        below: Roads, ground and slabs.
         around: Cameras, seed and memory.
         region: Where roads are built; part of the names of what is kept.
 
     Raises:
         ConfigError: If the table of land covers is damaged.
     """
+    roads, ground, slabs = below.roads, below.ground, below.slabs
     if (why := _why_none(job)) is not None:
         return AreaParts((), {}, ground, left_out=(LeftOut(FAMILY, why),))
     covers, memory = land_covers(), around.memory
-    slabs = build_slabs(scenario, _slab_ground(scenario, roads, ground, around))
     areas: Areas = memory.of(
         ("areas",), partial(areas_of, scenario.polygons, covers, seed=around.seed)
     )
@@ -171,11 +185,36 @@ def build_areas(
             for part in parts
             if is_own(part.material)
         },
-        ground if hole is None else _with_hole(ground, hole),
+        ground if hole is None else with_hole(ground, hole),
         _grown(setting, laid, pools, drawn, scenario),
         *_grass(covers, laid, [*(pool.shape for pool in pools), *slabs.shapes], drawn),
         left_out,
     )
+
+
+def slabs_on(
+    scenario: Scenario, job: Job, *, roads: RoadParts, ground: GroundParts, around: Surroundings
+) -> SlabParts:
+    """Build the slabs of a scenario's stops; none where there are no land covers.
+
+    Args:
+        scenario: Its stops and parking areas.
+        job: The scene file.
+        roads: What they lie beside.
+        ground: As roads shape it.
+        around: Cameras and memory.
+    """
+    if not covers_ground(job):
+        return SlabParts()
+    beside = SlabGround(
+        roads.layout.paved,
+        list(roads.layout.raised),
+        standing_height(roads, ground),
+        ground.height_at,
+        around,
+        scenario.network.location.boundary[:2],
+    )
+    return build_slabs(scenario, beside)
 
 
 def covers_ground(job: Job) -> bool:
@@ -269,33 +308,6 @@ def _drawn(setting: _Setting, laid: Sequence[LaidArea]) -> list[Drawn]:
         make = partial(drawn_on, pattern, some.area, some.shape, seed=around.seed)
         found += around.memory.of((*setting.name, "drawn", some.area.number), make)
     return found
-
-
-def _slab_ground(
-    scenario: Scenario, roads: RoadParts, ground: GroundParts, around: Surroundings
-) -> SlabGround:
-    """What slabs are laid by."""
-    return SlabGround(
-        roads.layout.paved,
-        list(roads.layout.raised),
-        standing_height(roads, ground),
-        ground.height_at,
-        around,
-        scenario.network.location.boundary[:2],
-    )
-
-
-def _with_hole(ground: GroundParts, hole: shapely.Geometry) -> GroundParts:
-    """The ground without what is water."""
-    static = []
-    for part in ground.static:
-        if part.id not in ("ground", "ground/far"):
-            static.append(part)
-            continue
-        cut = without(part.part.mesh, hole)
-        tint = None if part.part.tint is None else part.part.tint[cut.sources]
-        static.append(replace(part, part=Part(cut.mesh, part.part.material, tint)))
-    return replace(ground, static=tuple(static))
 
 
 def _grown(

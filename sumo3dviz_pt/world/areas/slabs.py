@@ -23,6 +23,7 @@ from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import LeftOut, Part
 from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Stop
 from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.world.land.cuts import Paving
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 from sumo3dviz_pt.world.street.places import offset
 
@@ -96,13 +97,18 @@ class SlabParts:
 
     Attributes:
         parts: With materials whose names begin with `area:` where they show a surface.
-        shapes: What they cover.
+        pavings: What they cover; no two slabs share a place.
         left_out: What has no room.
     """
 
     parts: tuple[Part, ...] = ()
-    shapes: tuple[shapely.Geometry, ...] = ()
+    pavings: tuple[Paving, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
+
+    @property
+    def shapes(self) -> tuple[shapely.Polygon, ...]:
+        """What all of them cover."""
+        return tuple(shape for some in self.pavings for shape in some.shapes)
 
 
 def slabs_of(scenario: Scenario) -> tuple[Slab, ...]:
@@ -144,7 +150,7 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
     """
     slabs = ground.around.memory.of(("slabs",), partial(slabs_of, scenario))
     parts: list[Part] = []
-    shapes: list[shapely.Geometry] = []
+    pavings: list[Paving] = []
     cramped = 0
     for slab in slabs:
         middle = np.array(slab.shape.centroid.coords[0])[None]
@@ -155,16 +161,20 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
         near = _near(ground.outline, low, high)
         free = subtract(slab.shape, [union(near)]) if near else slab.shape
         pieces = [part for part in polygon_parts(free) if part.area > _SMALLEST]
+        # Bays of two parking areas may share a place, which the first one paves.
+        own = _apart(pieces, pavings)
         if slab.kind == "platform" and not pieces:
             cramped += 1
             continue
-        shapes += pieces
-        parts += _slab_parts(slab, pieces, ground, detailed=away < _DETAIL)
+        pavings.append(Paving(own, partial(_top_at, slab)))
+        parts += _slab_parts(slab, own, ground)
+        if away < _DETAIL:
+            parts += _on_slab(slab, pieces, ground)
     shown = [stop for stop in scenario.stops if stop.kind == "charging"]
     for stop in shown:
         parts += _posts(stop, scenario.network, slabs, ground)
     why = LeftOut(f"{cramped} platforms", "there is no room beside the rails")
-    return SlabParts(tuple(parts), tuple(shapes), (why,) if cramped else ())
+    return SlabParts(tuple(parts), tuple(pavings), (why,) if cramped else ())
 
 
 def _near(shapes: Sequence[shapely.Geometry], low: Floats, high: Floats) -> list[shapely.Geometry]:
@@ -217,28 +227,39 @@ def _strip(
     return line, shapely.MultiPolygon(polygon_parts(strip))
 
 
-def _slab_parts(
-    slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround, *, detailed: bool
-) -> list[Part]:
-    """A slab, its walls, and what is painted or stands on it."""
+def _apart(
+    pieces: Sequence[shapely.Polygon], pavings: Sequence[Paving]
+) -> Sequence[shapely.Polygon]:
+    """What of pieces is not paved before."""
+    whole = union(pieces)
+    others = [shape for some in pavings for shape in some.shapes if shape.intersects(whole)]
+    if not others:
+        return pieces
+    left = subtract(whole, [union(others)])
+    return [part for part in polygon_parts(left) if part.area > _SMALLEST]
+
+
+def _top_at(slab: Slab, places: Floats) -> Floats:
+    """Height of a slab at places, (n, 2) -> (n,) [m]: it follows its lane."""
+    return np.asarray(_lane_heights(slab.lane, places) + slab.top - 0.004)
+
+
+def _slab_parts(slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround) -> list[Part]:
+    """A slab and its walls."""
     surface = {"bays": "asphalt_old", "yard": "concrete", "platform": "paving"}[slab.kind]
+    return _body(pieces, surface, partial(_top_at, slab), ground)
 
-    def top_at(places: Floats) -> Floats:
-        """Height of the slab; never below the ground."""
-        level = _lane_heights(slab.lane, places) + slab.top - 0.004
-        return np.asarray(np.maximum(level, ground.ground_at(places) + 0.012))
 
-    parts = _body(pieces, surface, top_at, ground)
-    if not detailed:
-        return parts
+def _on_slab(slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround) -> list[Part]:
+    """What is painted or stands on a slab."""
+    top_at = partial(_top_at, slab)
     if slab.kind == "bays":
-        parts += _lines(_bay_lines(slab), pieces, top_at, ground)
-    if slab.kind == "platform":
-        edge = shapely.LineString(slab.line)
-        stripe = edge.buffer(0.62, cap_style="flat").difference(edge.buffer(0.5, cap_style="flat"))
-        parts += _lines([stripe], pieces, top_at, ground)
-        parts += _shelter(slab, pieces, top_at)
-    return parts
+        return _lines(_bay_lines(slab), pieces, top_at, ground)
+    if slab.kind != "platform":
+        return []
+    edge = shapely.LineString(slab.line)
+    stripe = edge.buffer(0.62, cap_style="flat").difference(edge.buffer(0.5, cap_style="flat"))
+    return [*_lines([stripe], pieces, top_at, ground), *_shelter(slab, pieces, top_at)]
 
 
 def _lane_heights(lane: Lane, places: Floats) -> Floats:
@@ -265,7 +286,8 @@ def _body(
         for ring in (piece.exterior, *piece.interiors):
             flat = shapely.get_coordinates(ring)[:-1]
             rings.append(np.column_stack([flat, top_at(flat)]))
-            feet.append(np.column_stack([flat, ground.ground_at(flat) - _DEEP]))
+            low = np.minimum(top_at(flat), ground.ground_at(flat)) - _DEEP
+            feet.append(np.column_stack([flat, low]))
     return [*parts, Part(walls(rings, feet), KERB)]
 
 

@@ -65,6 +65,7 @@ class Lawn:
         paved: Roads, footways and buildings: polygons, (n,).
         stems: Trees and posts, which are mown around, (k, 2) [m].
         mown: Lawns, on which blades are short: polygons, (m,).
+        covered: Where paving lies over the ground: polygons, (k,).
     """
 
     surface: str
@@ -72,6 +73,7 @@ class Lawn:
     paved: Sequence[shapely.Geometry]
     stems: Floats
     mown: Sequence[shapely.Geometry] = ()
+    covered: Sequence[shapely.Geometry] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,16 +114,18 @@ def lawn_of(
         for item in polygons
         if kind_of(item.type, item.source) == "buildings" and len(item.shape) > 2
     ]
-    near: list[shapely.Geometry] = []
-    short: list[shapely.Geometry] = []
-    if len(eyes):
-        low, high = eyes[:, :2].min(axis=0) - REACH - 5.0, eyes[:, :2].max(axis=0) + REACH + 5.0
-        near, short = (
-            [area for area in shapely.clip_by_rect(some, *low, *high) if not area.is_empty]
-            for some in ([*paved, *plans], list(mown))
-        )
+    near, short = near_eyes([*paved, *plans], eyes), near_eyes(mown, eyes)
     places = np.array(stems, dtype=np.float64).reshape(-1, 2)
     return Lawn(surface, mean_reflectance(surface), near, places, short)
+
+
+def near_eyes(areas: Sequence[shapely.Geometry], eyes: Floats) -> list[shapely.Geometry]:
+    """Return what of areas lies where blades may be seen from cameras, (n, 3) [m]."""
+    if not len(eyes) or not len(areas):
+        return []
+    low, high = eyes[:, :2].min(axis=0) - REACH - 5.0, eyes[:, :2].max(axis=0) + REACH + 5.0
+    some = shapely.clip_by_rect(list(areas), *low, *high)
+    return [area for area in some if not area.is_empty]
 
 
 def build_meadow(lawn: Lawn, *, around: Surroundings, budget: int = BUDGET) -> Meadow:
@@ -209,7 +213,7 @@ def _planted(cells: Floats, counts: Ints, coarse: Floats, away: Floats, seed: in
 def _free(blades: Blades, lawn: Lawn) -> Blades:
     """Blades that stand on nothing paved."""
     free = np.ones(len(blades.feet), dtype=np.bool_)
-    for area in lawn.paved:
+    for area in (*lawn.paved, *lawn.covered):
         wide = shapely.buffer(area, KEEP_OFF)
         shapely.prepare(wide)
         free &= ~shapely.contains_xy(wide, blades.feet[:, :2])

@@ -19,7 +19,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.buildings.parcels import Lot
-from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, union
+from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
 from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
@@ -43,6 +43,8 @@ _YARDS = 0.06  # share of lots that stay open
 _TILE = 500.0  # tiles of houses [m]
 _SMALLEST = 250.0  # smaller blocks bear no houses [m2]
 _HOUSE = {"homes": 11.0, "shops": 13.0, "blocks": 16.0, "trees": _TRUNK}  # radii [m]
+_LEAST = 4.0  # smaller forecourts are left out [m2]
+_STOP = "bus_stop"  # shelters stand on what is paved
 _LAND = ("boundary", "place", "admin", "landuse.residential", "landuse.commercial")
 
 
@@ -138,6 +140,7 @@ def _in_tile(
     rim = _RIM if streets.walks.mean() > 0.5 else 0.0
     inner = ground.buffer(-rim, join_style="mitre")
     courts = _forecourts(lots, setback, ground=inner, houses=houses)
+    courts = _beside(courts, around.memory.of((SOURCE, "laid"), partial(_laid, given)))
     return Rows(tuple(houses), courts, tuple(found.yards))
 
 
@@ -251,6 +254,32 @@ def _taken(given: Given) -> shapely.STRtree:
     return shapely.STRtree(found)
 
 
+def _laid(given: Given) -> shapely.STRtree:
+    """What the scenario has laid on the ground: water, bays, lawns, and its own houses."""
+    return shapely.STRtree(
+        [
+            shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
+            for item in given.polygons
+            if item.fill and len(item.shape) > 2 and not item.type.startswith((*_LAND, _STOP))
+        ]
+    )
+
+
+def _beside(
+    courts: tuple[shapely.Polygon, ...], laid: shapely.STRtree
+) -> tuple[shapely.Polygon, ...]:
+    """Forecourts without what else lies there, which keeps its place."""
+    found: list[shapely.Polygon] = []
+    for court in courts:
+        near = np.sort(laid.query(court, predicate="intersects"))
+        if not len(near):
+            found.append(court)
+            continue
+        left = subtract(court, [union(laid.geometries[near])])
+        found += [part for part in polygon_parts(left) if part.area > _LEAST]
+    return tuple(found)
+
+
 def _forecourts(
     lots: Sequence[Lot], setback: float, *, ground: shapely.Geometry, houses: Sequence[House]
 ) -> tuple[shapely.Polygon, ...]:
@@ -274,4 +303,4 @@ def _forecourts(
     whole = closing(union(strips), 0.6)
     near = shapely.intersection(ground.buffer(30.0), whole)
     area = shapely.difference(near, ground)
-    return tuple(part for part in polygon_parts(area.buffer(0)) if part.area > 4.0)
+    return tuple(part for part in polygon_parts(area.buffer(0)) if part.area > _LEAST)

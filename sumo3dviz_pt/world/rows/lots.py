@@ -73,11 +73,13 @@ class Rows:
         houses: Tile by tile.
         forecourts: What is paved between pavements and houses.
         yards: Lots that stay open; they may overlap houses of another street.
+        why: Why there are none, where the scene has none.
     """
 
     houses: tuple[House, ...] = ()
     forecourts: tuple[shapely.Polygon, ...] = ()
     yards: tuple[Yard, ...] = ()
+    why: str = ""
 
     def polygons(self) -> tuple[Polygon, ...]:
         """Return houses and forecourts as areas on which nothing else may stand."""

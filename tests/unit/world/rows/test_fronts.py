@@ -8,11 +8,13 @@ import shapely
 from coincident import shared_area
 
 from sumo3dviz_pt.catalog import data_root
-from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.job.settings import Job, RoadSettings
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Poi, Polygon, Stop, TrafficLog
 from sumo3dviz_pt.sumo import read_network
+from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.build import build_roads
@@ -320,3 +322,113 @@ def test_mitred_corners_leave_no_paved_place_to_houses():
     paved = shapely.Polygon(outline)
     free = _kept_free(paved, 2.2)
     assert shapely.difference(paved.buffer(1.8), free).area < 1e-6
+
+
+BAYS = tuple(Bay((-70.0 + 6.0 * k, -8.2), 0.0, 6.0, 2.4) for k in range(8))
+"""Behind the pavement of a street, where forecourts lie."""
+
+
+@pytest.fixture(scope="module", params=[0.0, 0.31], ids=["flat", "steep"])
+def shops(request):
+    """A place with two streets, one as steep as a stair and one less so, with bays and a yard."""
+    rise = request.param
+    ends = [((-110, y), (110, y)) for y in (0, 45)]
+    net = network(street("e", ends[0], rise=rise), street("f", ends[1], rise=0.65 * rise))
+    # Two parking areas want the same bays.
+    parking = (ParkingArea("p", "e_1", BAYS, 8), ParkingArea("q", "e_1", BAYS[4:], 4))
+    stops = (Stop("c", "-f_1", 60.0, 90.0, "container"),)
+    given = Scenario(net, TrafficLog((), (), 0.0, 0.0, 0.0), stops=stops, parking=parking)
+    bare = {"lamps": "none", "signs": "none", "furniture": "none"}
+    job = Job.model_validate(
+        {
+            "scenario": {"network": "n"},
+            "ground": {"horizon": "flat"},
+            "street": bare,
+            "lights": "off",
+        }
+    )
+    return build_place(World.of(given, job), CameraPath.all_round(EYES)).static
+
+
+def faces_up(parts):
+    """Triangles that are seen from above, (n, 3, 3) [m]."""
+    meshes = [part.part.mesh for part in parts]
+    corners = np.concatenate([np.zeros((0, 3, 3)), *(m.vertices[m.faces] for m in meshes)])
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return corners[across[:, 2] > 0.3 * np.linalg.norm(across, axis=1)]
+
+
+def highest(corners, places):
+    """Height of the topmost triangle at places, (n,) [m]; -inf where there is none."""
+    tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
+    asked, face = tree.query(shapely.points(places), predicate="intersects")
+    a, b, c = (corners[face, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    z = a[:, 2] - ((places[asked] - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2]
+    found = np.full(len(places), -np.inf)
+    np.maximum.at(found, asked, z)
+    return found
+
+
+def kinds_of(static):
+    """Parts of forecourts, of slabs, of roads and footways, and of the ground and its grass."""
+    courts = [part for part in static if "/court/" in part.id]
+    slabs = [
+        part for part in static if part.id in ("areas/area:asphalt_old", "areas/area:concrete")
+    ]
+    roads = [part for part in static if part.id in ("road/asphalt", "road/paving")]
+    lawns = ("ground", "ground/far", "ground/blades/near", "ground/blades/far")
+    ground = [part for part in static if part.id in lawns or part.id == "areas/area:ground_grass"]
+    assert courts and len(slabs) == 2 and roads and ground
+    return courts, slabs, roads, ground
+
+
+def points_on(corners, step=0.45):
+    """Places on a grid over triangles, (n, 2) [m]."""
+    low, high = corners[..., :2].min(axis=(0, 1)), corners[..., :2].max(axis=(0, 1))
+    x, y = np.meshgrid(*(np.arange(a + 0.13, b, step) for a, b in zip(low, high, strict=True)))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    return places[np.isfinite(highest(corners, places))]
+
+
+def test_the_ground_and_its_grass_never_lie_above_what_is_paved(shops):
+    courts, slabs, _, ground = kinds_of(shops)
+    for paved in (courts, slabs):
+        tops = faces_up(paved)
+        places = points_on(tops)
+        assert len(places) > 500
+        over = highest(faces_up(ground), places) - highest(tops, places)
+        assert (over < 0.0).all(), f"{(over >= 0).sum()} of {len(places)}, up to {over.max():.2f} m"
+        # Blades are not seen from above; their tips lean over the border.
+        inner = shapely.union_all(shapely.polygons(tops[..., :2]), grid_size=1e-4).buffer(-0.25)
+        shapely.prepare(inner)
+        for part in (part for part in ground if "blades" in part.id):
+            assert not shapely.contains_xy(inner, part.part.mesh.vertices[:, :2]).any(), part.id
+
+
+def test_forecourts_follow_the_footways_that_they_join(shops):
+    courts, _, roads, _ = kinds_of(shops)
+    tops, footways = faces_up(courts), faces_up(roads)
+    places = points_on(tops, 0.11)
+    gap = highest(tops, places) - highest(footways, places)
+    gap = gap[np.isfinite(gap)]
+    assert len(gap) > 100 and gap.min() > -0.02 and gap.max() < 0.03
+
+
+def test_two_things_never_pave_one_place(shops):
+    courts, slabs, roads, _ = kinds_of(shops)
+    shapes = {
+        name: shapely.union_all(shapely.polygons(faces_up(parts)[..., :2]), grid_size=1e-4)
+        for name, parts in (("courts", courts), ("slabs", slabs), ("roads", roads))
+    }
+    assert shapes["courts"].intersection(shapes["slabs"]).area < 0.01
+    assert shapes["slabs"].intersection(shapes["roads"]).area < 0.01
+    # Forecourts cover the stones at the back of pavements and nothing more.
+    assert shapes["courts"].intersection(shapes["roads"].buffer(-0.25)).area < 0.01
+    for parts in (courts, slabs):
+        corners = faces_up(parts)
+        whole = shapely.union_all(shapely.polygons(corners[..., :2]), grid_size=1e-4)
+        assert shapely.area(shapely.polygons(corners[..., :2])).sum() < whole.area + 0.1
+    meshes = {part.id: part.part.mesh for part in (*courts, *slabs, *roads)}
+    paved = {part.id for part in (*courts, *slabs)}
+    assert not {pair for pair in shared_area(meshes) if paved & set(pair)}
