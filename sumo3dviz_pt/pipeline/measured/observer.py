@@ -302,8 +302,10 @@ def arrival_rows(
                 "arrives": known(each.time),
                 "arrives_in_film": known((each.time - begin) / speed),
                 "leaves": known(each.left),
+                "leaves_in_film": known((each.left - begin) / speed),
                 "speed": known(each.speed),
                 "gap_before": known(max(each.time - left, 0.0)) if observer.stands else "",
+                "in_picture": "",
             }
         left = max(left, each.left)
 
