@@ -194,7 +194,8 @@ def as_study(made: Proposal, scene: str) -> str:
             f"{{behind: {_word(pair.first.id)}, gap: {gap:g} s, at: {pair.first.leaves:.2f},"
             " moves: self}"
         )
-        lines.append(f"      {name}: {{traffic: {{rides: {{{_word(pair.then.id)}: {ride}}}}}}}")
+        lines.append(f"      {name}:")
+        lines.append(f"        traffic: {{rides: {{{_word(pair.then.id)}: {ride}}}}}")
     return "\n".join([*lines, *_ASKED, ""])
 
 
