@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.pipeline.kerb.pairs import KerbPair, Passage, pairs_in, passages
 from sumo3dviz_pt.pipeline.kerb.place import Kerb, kerb_at
 from sumo3dviz_pt.pipeline.kerb.proposal import Proposal, proposal
@@ -148,6 +148,6 @@ def _passage(each: Passage) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _rounded(values: Sequence[float]) -> list[float]:
+def _rounded(values: Floats) -> list[float]:
     """Return lengths to a centimetre."""
     return [round(float(value), 2) for value in values]

@@ -65,7 +65,7 @@ def watched_by(
     around = traffic_at(simulation.motion, scenario, grid, near=near)
     network = scenario.network
     named = (named_observer(*each, traffic, network) for each in settings.observers.items())
-    found = []
+    found: list[Watched] = []
     for observer in (camera_observer(cameras, traffic, network), *filter(None, named)):
         came = arrivals(observer, around)
         rows = list(arrival_rows(observer, came, traffic.keys, begin=begin, speed=speed))

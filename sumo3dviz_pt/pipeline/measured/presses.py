@@ -160,9 +160,10 @@ def _rows(
 
 def _shown(row: Cells, name: str, levels: Mapping[str, str]) -> Row:
     """Return cells about who saw which film; a factor that is called like one of them ends in _."""
-    own: Row = {key: row[key] for key in _WHO if key in row} | {"film": name}
+    own: Row = {**{key: row[key] for key in _WHO if key in row}, "film": name}
     taken = {*own, "press", *_PRESSED}
-    return own | {f"{key}_" if key in taken else key: level for key, level in levels.items()}
+    named = {f"{key}_" if key in taken else key: level for key, level in levels.items()}
+    return {**own, **named}
 
 
 _PRESSED = (

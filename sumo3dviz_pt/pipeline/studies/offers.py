@@ -13,14 +13,14 @@ import numpy as np
 
 from sumo3dviz_pt.job.report import CAMERA
 from sumo3dviz_pt.job.settings import EulerianCamera, Job
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.pipeline.accounts.build import camera_account
 from sumo3dviz_pt.pipeline.changed_traffic import shows
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.gaps import plain_id
 from sumo3dviz_pt.pipeline.kerb.pairs import ahead_of, passages
 from sumo3dviz_pt.pipeline.kerb.place import Kerb
 from sumo3dviz_pt.pipeline.measured.observer import Observer, way_across
-from sumo3dviz_pt.pipeline.measured.offered import Camera, watched_by
+from sumo3dviz_pt.pipeline.measured.offered import watched_by
 from sumo3dviz_pt.pipeline.measured.traffic import Row, Simulated, simulated
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
@@ -76,7 +76,8 @@ def _offer(plan: StudyPlan, stimulus: Stimulus) -> Offer | None:
     if way_across(near[0], network) is None and not also:
         return None
     speed = float(Pace.of(job, stimulus.shot).speed)
-    frames = [_camera(camera, network)] * len(times)
+    view = standing_view(camera, network.location)
+    frames = [camera_account(view, network.location)] * len(times)
     _, watched = watched_by(simulation, frames, settings, near=near, speed=speed)
     rows = tuple(
         row
@@ -87,16 +88,6 @@ def _offer(plan: StudyPlan, stimulus: Stimulus) -> Offer | None:
     )
     braking = _braking(job, simulation, watched[0].observer)
     return Offer(rows, (*_unseen(rows), *braking))
-
-
-def _camera(settings: EulerianCamera, network: Network) -> Camera:
-    """Return a standing camera as an account has it."""
-    view = standing_view(settings, network.location)
-    return {
-        "position": network.location.outside(view.position),
-        "forward": view.world_from_camera.matrix[:3, 0],
-        "fov": np.degrees(view.lens.opening),
-    }
 
 
 def _unseen(rows: Sequence[Row]) -> Iterator[str]:
@@ -148,7 +139,7 @@ def offer_lines(offers: Mapping[str, Offer]) -> list[str]:
     if not any(offer.rows for offer in offers.values()):
         return []
     head = ("film", "observer", "vehicle", "from", "arrives", "leaves", "gap before", "in picture")
-    cells = [head]
+    cells: list[tuple[str, ...]] = [head]
     for name, offer in offers.items():
         cells += [_cells(name, row) for row in offer.rows[:_MOST_ROWS]]
         if len(offer.rows) > _MOST_ROWS:

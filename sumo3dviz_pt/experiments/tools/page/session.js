@@ -61,7 +61,7 @@ const pressed = () => {
   if (!during) return { button: null, sentence: "" };
   const isTouched = matchMedia("(pointer: coarse)").matches;
   const button = during.button ?? (isTouched ? words.press : null);
-  const named = during.keys.map((key) => words[`key_${key}`] ?? key.toUpperCase());
+  const named = during.keys.map((key) => key === "space" ? words.key_space : key.toUpperCase());
   const keys = named.length < 2 ? named.join("")
     : `${named.slice(0, -1).join(", ")} ${words.key_or} ${named[named.length - 1]}`;
   // Where a finger is the pointer there may be no keys.
