@@ -6,6 +6,7 @@ against it: nobody brakes before the kerb, nobody comes between on another lane,
 * brakes: somebody loses so much speed within half a second that brake lamps would shine, or stands,
   from a few seconds before the kerb until soon after it. For whom is the road user straight ahead,
   if one is near; else it is a signal, a turn, or nothing that is known;
+* appears: its ride begins in sight, so that it comes out of nothing in films of long gaps;
 * between: who is on the way across from when the first one's rear leaves it until the second one's
   front comes to it;
 * turns off: who is on the second one's way to the kerb in that time, and never comes to it.
@@ -51,6 +52,12 @@ _LONGEST = 30.0
 _LIKED = 4.5
 """Recorded gaps near this need the least moving [s]."""
 
+SEEN_FAR = 150.0
+"""Whose ride begins farther away appears too small to be noticed [m]."""
+
+_KNOWN = 10.0
+"""Whose ride begins so long before it arrives is there from the film's first frame on [s]."""
+
 _CARS = frozenset({"passenger", "private", "taxi", "evehicle", "hov", "custom1", "custom2"})
 
 
@@ -71,6 +78,7 @@ class Passage:
         slows: When it brakes hardest, if it brakes [s]; NaN if it does not.
         stands: Whether it stands.
         ride: Its motion.
+        appears: In words, if its ride begins in sight.
     """
 
     id: str
@@ -85,6 +93,7 @@ class Passage:
     slows: float
     stands: bool
     ride: Trajectory
+    appears: str = ""
 
     @property
     def brakes(self) -> bool:
@@ -124,7 +133,7 @@ class KerbPair:
     def is_proposed(self) -> bool:
         """Whether nothing stands against it that people would see."""
         return not any(self.braking) and all(
-            each.vclass in _CARS for each in (self.first, self.then)
+            each.vclass in _CARS and not each.appears for each in (self.first, self.then)
         )
 
     @property
@@ -132,6 +141,7 @@ class KerbPair:
         """How much stands against it: less is better."""
         strange = sum(each.vclass not in _CARS for each in (self.first, self.then))
         away = abs(math.log(max(self.gap, 0.2) / _LIKED))
+        strange += 2 * sum(bool(each.appears) for each in (self.first, self.then))
         faults = 8.0 * bool(self.braking[0]) + 4.0 * bool(self.braking[1]) + 2.0 * strange
         return faults + 0.5 * len(self.leave_out) + away
 
@@ -142,6 +152,8 @@ class KerbPair:
             for each, why in zip((self.first, self.then), self.braking, strict=True)
             if why
         ]
+        both = (self.first, self.then)
+        found += [f"{each.id} {each.appears}" for each in both if each.appears]
         found += [f"{each.id} ({each.vclass}) comes between" for each in self.between]
         return [*found, *(f"{name} turns off before" for name in self.turning)]
 
@@ -199,8 +211,19 @@ def _passing(
         yield Passage(
             ride.id, trace.type_id, kind.vclass, time, left, speed,
             "left" if rising else "right", lanes[-1] if lanes else "", frozenset(lanes),
-            slows, stands, ride,
+            slows, stands, ride, _appears(ride, scenario, kerb, time),
         )  # fmt: skip
+
+
+def _appears(ride: Trajectory, scenario: Scenario, kerb: Kerb, time: float) -> str:
+    """Return that a ride begins in sight of a kerb soon before it arrives [s], in words."""
+    begin = max(piece.begin for piece in ride.pieces if piece.begin <= time)
+    pose = ride.at(begin)
+    if pose is None or time - begin > _KNOWN:
+        return ""
+    place = scenario.network.location.outside(pose.position)[:2]
+    away = float(np.linalg.norm(place - kerb.position))
+    return f"appears {time - begin:.0f} s before, {away:.0f} m away" if away < SEEN_FAR else ""
 
 
 def _lanes(trace: Trace, scenario: Scenario, begin: float, end: float) -> list[str]:

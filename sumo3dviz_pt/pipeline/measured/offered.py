@@ -35,11 +35,14 @@ class Watched:
         observer: At the film's times.
         came: Who comes to its way across, in order, also before the film and after it.
         rows: Of those who come in the film or soon after, for tables.
+        shown: Of those, by number: in which frames they lie within the picture's width, (t,);
+            of the film's camera only.
     """
 
     observer: Observer
     came: tuple[Arrival, ...]
     rows: tuple[Row, ...]
+    shown: Mapping[int, Bools]
 
 
 def watched_by(
@@ -69,6 +72,7 @@ def watched_by(
     for observer in (camera_observer(cameras, traffic, network), *filter(None, named)):
         came = arrivals(observer, around)
         rows = list(arrival_rows(observer, came, traffic.keys, begin=begin, speed=speed))
+        shown: Mapping[int, Bools] = {}
         if not found:
             coming = [each for each in came if each.time >= begin]
             shown = _in_picture(observer, traffic, cameras, {each.k for each in coming})
@@ -77,7 +81,7 @@ def watched_by(
                 step = (end - begin) / max(len(traffic.times) - 1, 1) / speed
                 longest = float(row["arrives_in_film"])
                 row["in_picture"] = round(min(float(before.sum()) * step, longest), 3)
-        found.append(Watched(observer, tuple(came), tuple(rows)))
+        found.append(Watched(observer, tuple(came), tuple(rows), shown))
     return around, found
 
 

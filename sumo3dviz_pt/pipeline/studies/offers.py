@@ -17,11 +17,11 @@ from sumo3dviz_pt.pipeline.accounts.build import camera_account
 from sumo3dviz_pt.pipeline.changed_traffic import shows
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.gaps import plain_id
-from sumo3dviz_pt.pipeline.kerb.pairs import ahead_of, passages
+from sumo3dviz_pt.pipeline.kerb.pairs import SEEN_FAR, ahead_of, passages
 from sumo3dviz_pt.pipeline.kerb.place import Kerb
 from sumo3dviz_pt.pipeline.measured.observer import Observer, way_across
-from sumo3dviz_pt.pipeline.measured.offered import watched_by
-from sumo3dviz_pt.pipeline.measured.traffic import Row, Simulated, simulated
+from sumo3dviz_pt.pipeline.measured.offered import Watched, watched_by
+from sumo3dviz_pt.pipeline.measured.traffic import Row, Simulated, Traffic, simulated
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
@@ -87,7 +87,7 @@ def _offer(plan: StudyPlan, stimulus: Stimulus) -> Offer | None:
         if float(row["arrives"]) <= times[-1]
     )
     braking = _braking(job, simulation, watched[0].observer)
-    return Offer(rows, (*_unseen(rows), *braking))
+    return Offer(rows, (*_unseen(rows), *_popping(simulation.traffic, watched[0], speed), *braking))
 
 
 def _unseen(rows: Sequence[Row]) -> Iterator[str]:
@@ -100,6 +100,27 @@ def _unseen(rows: Sequence[Row]) -> Iterator[str]:
                 f" {float(row['in_picture']):.1f} s before): leave it out, take a wider lens, or"
                 " turn the camera"
             )
+
+
+def _popping(traffic: Traffic, watched: Watched, speed: float) -> Iterator[str]:
+    """Yield who appears in the picture out of nothing, or vanishes there."""
+    for k, shown in watched.shown.items():
+        alive = np.flatnonzero(traffic.alive[k])
+        if not alive.size:
+            continue
+        ends = (
+            ("appears", alive[0], alive[0] > 0),
+            ("vanishes", alive[-1], not traffic.alive[k, -1]),
+        )
+        for what, n, is_within in ends:
+            away = float(np.linalg.norm(traffic.fronts[k, n] - watched.observer.eyes[n]))
+            if is_within and shown[n] and away < SEEN_FAR:
+                when = float(traffic.times[n] - traffic.times[0]) / speed
+                yield (
+                    f"{plain_id(traffic.keys[k])} {what} in sight after {when:.1f} s, {away:.0f} m"
+                    " away: its ride begins or ends there; take another pair, or a place farther"
+                    " from where rides begin"
+                )
 
 
 def _braking(job: Job, simulation: Simulated, observer: Observer) -> Iterator[str]:
