@@ -270,8 +270,10 @@ class Fleet:
         k, piece = int(present.users[row]), int(present.pieces[row])
         body, key = self.bodies[k], self.trajectories[k].key
         name = body.prototype.name
+        shown = [unit.prototype for unit in body.assembly.units]
         if key == opened and key in self.cockpits:
-            name = self.cockpits[key].body.name
+            shown.append(self.cockpits[key].body)
+            name = shown[-1].name
         frame = frame.copy()
         frame[:3, :3] *= body.scale
         phase = share = 0.0
@@ -280,9 +282,11 @@ class Fleet:
             phase = stride_phase(travelled, stride=body.stride, start=self.first_step(key))
             share = effort(float(present.speeds[row]))
         lit = frozenset[str]()
-        if self.lights is not None and body.prototype.lamps:
+        # What a body has no lamp for shines nowhere: bicycles brake without a light.
+        has = frozenset(lamp.role for each in shown for lamp in each.lamps)
+        if self.lights is not None and has:
             derived = partial(self.pose_sampler.derived, piece)
-            lit = self.lights.lit(key, present.time, derived=derived)
+            lit = has & self.lights.lit(key, present.time, derived=derived)
         colour, parked = self.colours[k], key in self.parked
         return Mover(key, name, Transform(frame), colour, lit, "", phase, share, parked)
 

@@ -52,6 +52,7 @@ def add(commands: Any) -> None:
     add_verify(sub)
     add_packs(sub)
     _add_gaze(sub)
+    _add_presses(sub)
 
 
 def add_verify(study: Any) -> None:
@@ -176,6 +177,33 @@ def gaze(options: argparse.Namespace) -> int:
     with progress(f"gaze {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
         files = write_gaze(order)
     print(f"wrote {', '.join(str(file) for file in files)}")
+    return 0
+
+
+def _add_presses(study: Any) -> None:
+    """Say what `study presses` takes."""
+    sub = study.add_word("presses", "join presses during films with who arrives in them")
+    sub.add_argument("data", type=Path, help="what the page saved (.csv), or a folder of it")
+    sub.add_argument("--study", type=Path, required=True, metavar="OUT", help="the study's folder")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="table (.csv)")
+    sub.add_argument(
+        "--observer", default="camera", metavar="NAME", help="for whom vehicles arrive [camera]"
+    )
+    add_overwrite(sub)
+    sub.set_defaults(run=presses)
+
+
+def presses(options: argparse.Namespace) -> int:
+    """Write presses with the next arrival, the margin and the gap."""
+    from sumo3dviz_pt.pipeline.measured.presses import write_presses
+    from sumo3dviz_pt.pipeline.production import check_target
+
+    output, again = options.output, options.overwrite
+    check_target(output, suffixes=(".csv",), overwrite=again)
+    count = write_presses(
+        options.study, options.data, output, observer=options.observer, overwrite=again
+    )
+    print(f"wrote {output}: {count} rows")
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`vehicles`: lists the road users in the log, or says whom one of them follows."""
+"""`vehicles`: lists the road users in the log, whom one follows, or which pairs pass a kerb."""
 
 from __future__ import annotations
 
@@ -30,9 +30,7 @@ def add(commands: Any) -> None:
         help="begin, end, id, type, length, duration, mean, max or distance"
         " [begin; with --near distance]",
     )
-    sub.add_argument(
-        "--type", default="*", metavar="GLOB", help='vType, vClass or person, as "bus*"'
-    )
+    sub.add_argument("--type", metavar="GLOB", help='vType, vClass or person, as "bus*"')
     sub.add_argument(
         "--at", type=sumo_time, metavar="T", help="only road users that are there at this time [s]"
     )
@@ -46,22 +44,100 @@ def add(commands: Any) -> None:
         metavar="ID",
         help="whom this road user follows over time: gap, time gap, time to collision, speeds",
     )
-    add_window(sub, first="first time of --follow [s]", last="last time of --follow [s]")
-    sub.add_argument("-o", "--output", type=Path, help="table of --follow (.csv)")
+    sub.add_argument(
+        "--kerb",
+        metavar="PLACE",
+        help="pairs of vehicles that pass a kerb one after the other, and a study of their gap: at"
+        " X,Y or X,Y,RADIUS [m], or a standing camera, a crossing, an edge or a lane",
+    )
+    sub.add_argument("--pick", type=int, metavar="NO", help="propose this pair of --kerb")
+    where = "--follow or --kerb [s]"
+    add_window(sub, first=f"first time of {where}", last=f"last time of {where}")
+    sub.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        help="table of --follow (.csv), or study file of --kerb (.yaml)",
+    )
     add_overwrite(sub)
     add_overrides(sub)
     sub.set_defaults(run=run)
 
 
+_LIST, _FOLLOW, _KERB = "a list", "--follow", "--kerb"
+
+_GOES_WITH = {
+    "type": (_LIST,),
+    "at": (_LIST,),
+    "near": (_LIST,),
+    "sort": (_LIST,),
+    "start": (_FOLLOW, _KERB),
+    "end": (_FOLLOW, _KERB),
+    "output": (_FOLLOW, _KERB),
+    "pick": (_KERB,),
+    "follow": (_FOLLOW,),
+    "kerb": (_KERB,),
+}
+"""Which flags go with what is asked for."""
+
+_FLAGS = {"start": "--from", "end": "--to", "output": "-o"}
+
+
 def run(options: argparse.Namespace) -> int:
-    """List road users, or say whom one of them follows."""
+    """List road users, say whom one of them follows, or who passes a kerb."""
+    asked = _LIST
     if options.follow is not None:
-        return _follow(options)
-    alone = {"--from": options.start, "--to": options.end, "-o": options.output}
-    for flag, value in alone.items():
-        if value is not None:
-            raise ConfigError("goes with --follow ID", key=flag)
-    return _list(options)
+        asked = _FOLLOW
+    elif options.kerb is not None:
+        asked = _KERB
+    for name, fitting in _GOES_WITH.items():
+        if getattr(options, name) is not None and asked not in fitting:
+            raise ConfigError(
+                f"goes with {' and '.join(fitting)}, not with {asked}",
+                key=_FLAGS.get(name, f"--{name}"),
+            )
+    return {_LIST: _list, _FOLLOW: _follow, _KERB: _kerb}[asked](options)
+
+
+def _kerb(options: argparse.Namespace) -> int:
+    """Say which pairs pass a kerb, and propose a study."""
+    import json
+
+    from sumo3dviz_pt.files.whole import write_whole
+    from sumo3dviz_pt.pipeline.kerb.build import at_kerb, kerb_dicts, kerb_lines
+    from sumo3dviz_pt.pipeline.kerb.proposal import as_study
+    from sumo3dviz_pt.pipeline.production import check_target
+    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.reading import spare_inputs
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+
+    job, output = load_job(options.scene, overrides_of(options)), options.output
+    if output is not None:
+        check_target(output, suffixes=(".yaml", ".yml"), overwrite=options.overwrite)
+        spare_inputs(job, output)
+        if output.exists() and output.samefile(options.scene):
+            raise ConfigError(f"{output} is the scene file", key="-o")
+    window = {"begin": options.start, "end": options.end}
+    with progress(options.scene.name, building_steps(job)[:1]):
+        found = at_kerb(job, options.kerb, **window, pick=options.pick)
+    study = "" if found.proposal is None else as_study(found.proposal, _from(output, options.scene))
+    if options.json:
+        print(json.dumps({**kerb_dicts(found), "study": study or None}, indent=1))
+    else:
+        print("\n".join(kerb_lines(found)))
+    if output is not None and study:
+        write_whole(output, study)
+        print(f"wrote {output}; next: sumo3dviz-pt study {output} -o OUT --dry-run")
+    elif study and not options.json:
+        print(f"\n{study}", end="")
+    return 0
+
+
+def _from(output: Path | None, scene: Path) -> str:
+    """Return how a study file names a scene file; one that is only printed as the call does."""
+    import os
+
+    return (scene if output is None else Path(os.path.relpath(scene, output.parent))).as_posix()
 
 
 def _follow(options: argparse.Namespace) -> int:
@@ -74,10 +150,6 @@ def _follow(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
-    chosen = {"--near": options.near, "--at": options.at, "--sort": options.sort}
-    for flag, value in chosen.items():
-        if value is not None:
-            raise ConfigError("goes with a list, not with --follow", key=flag)
     job = load_job(options.scene, overrides_of(options))
     if options.output is not None:
         check_target(options.output, suffixes=(".csv",), overwrite=options.overwrite)
@@ -106,6 +178,6 @@ def _list(options: argparse.Namespace) -> int:
     job = load_job(options.scene, overrides_of(options))
     near = None if options.near is None else point_of(job, options.near)
     with progress(options.scene.name, building_steps(job)[:1]):
-        found = roster(job, RosterQuery(options.type, options.at, near, options.sort))
+        found = roster(job, RosterQuery(options.type or "*", options.at, near, options.sort))
     print(json.dumps(as_dicts(found), indent=1) if options.json else found)
     return 0

@@ -292,9 +292,23 @@ def _check_free(job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[flo
     Raises:
         ConfigError: Names both, and when.
     """
+    for own, other, time in _collisions(job, scenario, ride, span):
+        raise ConfigError(
+            f"{own} would drive through {other} at {time:.1f} s; choose another"
+            f" delay, gap or pace, or leave {other} out",
+            key=f"traffic.rides.{ride.asked}",
+        )
+
+
+def _collisions(
+    job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[float, float]
+) -> Iterator[tuple[str, str, float]]:
+    """Yield through whom a changed ride leads within a span [s]: both ids, and when first [s]."""
     motion = motion_of(job, scenario)
     traces = scenario.traffic.traces
-    number = next(k for k, trace in enumerate(traces) if trace.key == ride.key)
+    number = next((k for k, trace in enumerate(traces) if trace.key == ride.key), None)
+    if number is None:
+        return
     (own,) = motion.smooth(_only(motion, number))
     begin, end = max(span[0], traces[number].times[0]), min(span[1], traces[number].times[-1])
     if begin > end:
@@ -308,11 +322,32 @@ def _check_free(job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[flo
         others = _bodies(other, _type(scenario.vehicle_types, traces[k]), times)
         hits = np.flatnonzero(shapely.intersects(bodies, others))
         if hits.size:
-            raise ConfigError(
-                f"{own.id} would drive through {other.id} at {times[hits[0]]:.1f} s; choose another"
-                f" delay, gap or pace, or leave {other.id} out",
-                key=f"traffic.rides.{ride.asked}",
-            )
+            yield own.id, other.id, float(times[hits[0]])
+
+
+def in_the_way(job: Job, scenario: Scenario, *, begin: float, end: float) -> tuple[str, ...]:
+    """Return ids of all through whom changed rides would lead, instead of refusing them.
+
+    Args:
+        job: The scene file, with changed rides.
+        scenario: As recorded, all of it.
+        begin: First time that is shown [s].
+        end: Last time that is shown [s].
+
+    Raises:
+        ConfigError: If a ride cannot be changed so.
+    """
+    assert job.traffic is not None
+    done: list[ChangedRide] = []
+    for name, edit in job.traffic.rides.items():
+        scenario, rides = _ridden(job, scenario, name, edit)
+        done += rides
+    scenario = replace(
+        scenario,
+        traffic=replace(scenario.traffic, traces=_kept(job, scenario.traffic.traces)),
+    )
+    found = (hit for ride in done for hit in _collisions(job, scenario, ride, (begin, end)))
+    return tuple(dict.fromkeys(other for _, other, _ in found))
 
 
 def _bodies(trajectory: Trajectory, kind: VehicleType, times: Floats) -> Floats:

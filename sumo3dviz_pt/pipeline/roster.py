@@ -165,8 +165,13 @@ def _fits(user: RoadUser, wanted: RosterQuery) -> bool:
     return away <= wanted.near.radius
 
 
-def point_of(job: Job, text: str) -> Point:
+def point_of(job: Job, text: str, *, key: str = "near") -> Point:
     """Return a place to look from, as text: `X,Y`, `X,Y,R` [m], `CAMERA` or `CAMERA,R`.
+
+    Args:
+        job: Of the cameras.
+        text: As it is written.
+        key: What asks for it.
 
     Raises:
         ConfigError: If it is none of these.
@@ -177,36 +182,43 @@ def point_of(job: Job, text: str) -> Point:
     if numbers[0] is None or text in job.cameras:
         if len(words) == 2 and numbers[1] is not None and text not in job.cameras:
             text, radius = words[0], numbers[1]
-        return point_near(job, text, radius=radius)
+        return point_near(job, text, radius=radius, key=key)
     if None in numbers or not 2 <= len(numbers) <= 3:
-        raise ConfigError(f"{text!r} is no place; write X,Y or X,Y,R [m]", key="near")
+        raise ConfigError(f"{text!r} is no place; write X,Y or X,Y,R [m]", key=key)
     x, y, radius = (*(number or 0.0 for number in numbers), RADIUS)[:3]
-    return point_near(job, (x, y), radius=radius)
+    return point_near(job, (x, y), radius=radius, key=key)
 
 
-def point_near(job: Job, place: str | tuple[float, float], *, radius: float | None = None) -> Point:
+def point_near(
+    job: Job,
+    place: str | tuple[float, float],
+    *,
+    radius: float | None = None,
+    key: str = "near",
+) -> Point:
     """Return a place to look from.
 
     Args:
         job: Of the cameras.
         place: A standing camera's name, or x, y [m].
         radius: [m]; default `RADIUS`.
+        key: What asks for it.
 
     Raises:
         ConfigError: If there is no such camera, it moves, or the radius is no length.
     """
     radius = RADIUS if radius is None else asked(Finite, radius, key="radius")
     if radius <= 0.0:
-        raise ConfigError(f"the radius must be above 0 m, not {radius:g}", key="near")
+        raise ConfigError(f"the radius must be above 0 m, not {radius:g}", key=key)
     if not isinstance(place, str):
-        x, y = asked(tuple[Metres, Metres], place, key="near")
+        x, y = asked(tuple[Metres, Metres], place, key=key)
         return Point(x, y, radius)
     camera = job.cameras.get(place)
     if camera is None:
         hint = catalog.did_you_mean(place, job.cameras)
-        raise ConfigError(f"no camera is called {place!r}{hint}", key="near")
+        raise ConfigError(f"no camera is called {place!r}{hint}", key=key)
     if not isinstance(camera, EulerianCamera):
-        raise ConfigError(f"{place!r} is no standing camera; give one, or X,Y [m]", key="near")
+        raise ConfigError(f"{place!r} is no standing camera; give one, or X,Y [m]", key=key)
     x, y, _ = camera.position
     return Point(x, y, radius)
 

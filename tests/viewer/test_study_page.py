@@ -470,6 +470,15 @@ GREY = (
 )
 
 
+INSIDE = (
+    "(() => { const seen = (e) => { const b = e?.getBoundingClientRect(); return !!b"
+    " && b.left >= 0 && b.top >= 0 && b.right <= innerWidth && b.bottom <= innerHeight; };"
+    " return {film: seen(document.querySelector('video')),"
+    " button: seen(document.querySelector('.during button'))}; })()"
+)
+"""Whether the film and the button lie within the window, so that nobody has to scroll."""
+
+
 @pytest.mark.parametrize("size", [DESKTOP, PHONE])
 def test_presses_hold_the_films_time_to_a_frame(browser, address, folder, size):
     """What the film showed is read from its own grey at that moment."""
@@ -477,9 +486,12 @@ def test_presses_hold_the_films_time_to_a_frame(browser, address, folder, size):
     content = study(folder, single_trials([DAY]), session=replace(ENGLISH, during=during))
     with Visit(browser, address, folder, content, size=size) as visit:
         visit.page.evaluate(GREY)
+        told = 'you press the space bar or J, or the button "I would cross".'
+        assert told in visit.said and "Press when you would cross." in visit.said
         visit.press("Start")
         visit.page.wait_for("(document.querySelector('video')?.currentTime ?? 0) > 0.1")
         visit.page.evaluate("window.greys.length = 0")
+        assert told in visit.said
         visit.page.hold("Space", seconds=0.1)
         visit.page.press("KeyK")
         visit.page.press("KeyJ")
@@ -507,22 +519,41 @@ def test_a_touch_screen_has_a_button_that_stands_for_the_keys(browser, address, 
     with Visit(browser, address, folder, content, size=PHONE) as visit:
         visit.page.send("Emulation.setTouchEmulationEnabled", enabled=True)
         visit.press("Start")
+        visit.press(TEXTS["ready"])
         visit.page.wait_for("(document.querySelector('video')?.currentTime ?? 0) > 0.1")
+        assert 'you press the button "Press".' in visit.said
+        inside = visit.page.evaluate(INSIDE)
         x, y = visit.page.place(".during button")
         touch = [{"x": x, "y": y}]
         visit.page.send("Input.dispatchTouchEvent", type="touchStart", touchPoints=touch)
         visit.page.send("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
         (row,) = visit.rows()
+    assert inside == {"film": True, "button": True}
     assert (row["presses"], row["press_keys"]) == (1, "button")
     assert 0 < float(row["press_film_times"]) < FRAMES / RATE
 
 
-def test_a_film_without_a_question_goes_on_by_itself(browser, address, folder):
-    session = replace(ENGLISH, during=During(("space",), only=True))
-    with Visit(browser, address, folder, study(folder, session=session)) as visit:
-        visit.press("Start")
-        found = visit.rows()
-    assert [(row["presses"], row["press_frames"], row["answer"]) for row in found] == 2 * [
+@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+def test_before_films_without_a_question_people_rest_and_read_which_key(
+    browser, address, folder, size
+):
+    """After consent, too; the rest is no row, and the space bar ends it as a click does."""
+    during = During(("space",), text="Press when you would cross.", only=True)
+    session = replace(ENGLISH, during=during, consent="Do you agree?")
+    with Visit(browser, address, folder, study(folder, session=session), size=size) as visit:
+        visit.press(TEXTS["agree"])
+        for number in (1, 2):
+            visit.page.wait_for("document.body.innerText.includes('ready')")
+            assert f"Film {number} of 2" in visit.said and during.text in visit.said
+            assert "you press the space bar." in visit.said
+            visit.page.press("Space")
+            visit.page.wait_for("(document.querySelector('video')?.currentTime ?? 0) > 0.1")
+            assert visit.page.evaluate(INSIDE)["film"]
+        found = visit.rows(None)
+    kinds = [row["row_kind"] for row in found]
+    assert kinds == ["consent", "answer", "answer", "end"]
+    rows = [row for row in found if row["row_kind"] == "answer"]
+    assert [(row["presses"], row["press_frames"], row["answer"]) for row in rows] == 2 * [
         (0, "", "")
     ]
 

@@ -14,6 +14,9 @@ from sumo3dviz_pt.model.lamps import VehicleLamp
 NARROW = frozenset(["bicycle", "scooter", "motorcycle", "moped"])
 """Classes with one lamp at each end."""
 
+UNBRAKED = frozenset(["bicycle", "scooter"])
+"""Classes without a lamp that shows that they brake, as in the catalogue."""
+
 UNLIT = frozenset(["pedestrian", "wheelchair", "container", "aircraft", "drone"])
 """Classes without lamps; a word that is no class has them."""
 
@@ -21,7 +24,7 @@ _NARROW_SIZE = (0.12, 0.12)
 
 
 def plain_lamps(vclass: str, meshes: Sequence[Mesh]) -> tuple[VehicleLamp, ...]:
-    """Return head, tail and brake lamps on the surface of a plain body.
+    """Return head, tail and brake lamps on the surface of a plain body; cycles have no brake lamp.
 
     Args:
         vclass: SUMO's vClass.
@@ -42,7 +45,7 @@ def _spots(vclass: str, width: float, height: float) -> Iterator[LampSpot]:
     across = 0.0 if narrow else 0.36 * width
     up = 0.5 * height if narrow else min(0.42 * height, 0.85)
     ends: tuple[tuple[str, End], ...] = (("head", "front"), ("tail", "rear"), ("brake", "rear"))
-    for role, view in ends:
+    for role, view in ends[:2] if vclass in UNBRAKED else ends:
         above = 1.6 * size[1] if role == "brake" else 0.0
         # Ships have lights, but none that throws a beam.
         shown = "sign" if (vclass, role) == ("ship", "head") else role

@@ -26,7 +26,7 @@ from sumo3dviz_pt.pipeline.weather_report import weather_account
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.network import Location
-    from sumo3dviz_pt.model.scene import FrameState
+    from sumo3dviz_pt.model.scene import FrameState, View
     from sumo3dviz_pt.pipeline.production import Production
     from sumo3dviz_pt.shot.build import Shot
 
@@ -170,20 +170,24 @@ def film_account(
 
 def _frame_account(number: int, frame: FrameState, location: Location) -> dict[str, Any]:
     """Return what one frame shows, in SUMO's coordinates."""
-    view = frame.view
-    matrix = view.world_from_camera.matrix
     return {
         "frame": number,
         "time": frame.time,
-        "camera": {
-            "position": [round(float(value), 6) for value in location.outside(view.position)],
-            "forward": [round(float(value), 9) for value in matrix[:3, 0]],
-            "up": [round(float(value), 9) for value in matrix[:3, 2]],
-            "fov": round(float(np.degrees(view.lens.opening)), 6),
-            **({} if view.lens.is_pinhole else {"lens": _lens(view.lens)}),
-        },
+        "camera": camera_account(frame.view, location),
         "drawn": sorted(frame.users),
         **({} if frame.weather is None else {"weather": weather_account(frame.weather)}),
+    }
+
+
+def camera_account(view: View, location: Location) -> dict[str, Any]:
+    """Return where a camera is, how it looks and with which lens, in SUMO's coordinates."""
+    matrix = view.world_from_camera.matrix
+    return {
+        "position": [round(float(value), 6) for value in location.outside(view.position)],
+        "forward": [round(float(value), 9) for value in matrix[:3, 0]],
+        "up": [round(float(value), 9) for value in matrix[:3, 2]],
+        "fov": round(float(np.degrees(view.lens.opening)), 6),
+        **({} if view.lens.is_pinhole else {"lens": _lens(view.lens)}),
     }
 
 

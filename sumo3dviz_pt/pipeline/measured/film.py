@@ -15,15 +15,8 @@ from sumo3dviz_pt.job.report import ReportSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.pipeline.accounts.road_users import brake_onsets
 from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames, without_overlays
-from sumo3dviz_pt.pipeline.measured.observer import (
-    HORIZON,
-    STEP,
-    arrival_rows,
-    arrivals,
-    camera_observer,
-    named_observer,
-    observer_rows,
-)
+from sumo3dviz_pt.pipeline.measured.observer import observer_rows
+from sumo3dviz_pt.pipeline.measured.offered import watched_by
 from sumo3dviz_pt.pipeline.measured.pictures import picture_rows, scene_row
 from sumo3dviz_pt.pipeline.measured.safety import FIELD, FlashMeter, SignalColours, size_row
 from sumo3dviz_pt.pipeline.measured.things import Shown, lens_of, shown_in
@@ -32,7 +25,6 @@ from sumo3dviz_pt.pipeline.measured.traffic import (
     Simulated,
     gap_rows,
     simulated,
-    traffic_at,
     traffic_rows,
 )
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
@@ -158,22 +150,15 @@ def _observer_tables(
     near: Floats,
 ) -> dict[str, tuple[Row, ...]]:
     """Return what observers see by frame, and who arrives at them."""
-    scenario, traffic = simulation.scenario, simulation.traffic
     cameras, speed = [frame["camera"] for frame in account["frames"]], float(account["speed"])
-    begin, end = float(traffic.times[0]), float(traffic.times[-1])
-    grid = np.arange(begin - HORIZON, end + HORIZON + STEP, STEP)
-    around = traffic_at(simulation.motion, scenario, grid, near=near)
-    network = scenario.network
-    named = (named_observer(*each, traffic, network) for each in settings.observers.items())
-    observers = [camera_observer(cameras, traffic, network), *filter(None, named)]
+    around, watched = watched_by(simulation, cameras, settings, near=near, speed=speed)
     rows: list[Row] = []
-    came: list[Row] = []
-    for observer in observers:
-        found = arrivals(observer, around)
-        seen = shown.seen if observer is observers[0] else {}
-        rows += observer_rows(observer, (traffic, around), found, within=settings.within, seen=seen)
-        came += arrival_rows(observer, found, traffic.keys, begin=begin, speed=speed)
-    return {"observer": tuple(rows), "arrivals": tuple(came)}
+    for each in watched:
+        seen = shown.seen if each is watched[0] else {}
+        both = (simulation.traffic, around)
+        rows += observer_rows(each.observer, both, each.came, within=settings.within, seen=seen)
+    came = tuple(row for each in watched for row in each.rows)
+    return {"observer": tuple(rows), "arrivals": came}
 
 
 def _whole(tables: Mapping[str, Sequence[Row]]) -> dict[str, float]:

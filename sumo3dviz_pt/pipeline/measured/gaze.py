@@ -17,7 +17,6 @@ References:
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,8 +26,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from sumo3dviz_pt.catalog import did_you_mean
-from sumo3dviz_pt.errors import ConfigError, InputError, cut
+from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.experiments.tools.rows import write_table
 from sumo3dviz_pt.image.layers.boxes import SURFACES, boxes_2d
 from sumo3dviz_pt.job.asked import settle
@@ -39,6 +37,7 @@ from sumo3dviz_pt.pipeline.certificate.evidence import COUNTED
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.layers.places import beside, said_file
 from sumo3dviz_pt.pipeline.layers.read import FrameLayers, read_frame
+from sumo3dviz_pt.pipeline.measured.tables import Cells, film_named, number_in, read_rows
 from sumo3dviz_pt.pipeline.measured.traffic import Row
 from sumo3dviz_pt.pipeline.studies.records import MATERIALS, read_film_account
 
@@ -164,47 +163,18 @@ def _read(path: Path, films: Mapping[str, Path], start: float) -> list[Sample]:
     Raises:
         InputError: If a column is missing, or a row is wrong.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            table = csv.DictReader(file)
-            missing = [name for name in _COLUMNS if name not in (table.fieldnames or ())]
-            if missing:
-                raise InputError(
-                    f"has no column {missing[0]!r}; it needs film, time, x and y", file=path
-                )
-            return [_sample(row, path, table.line_num, films, start) for row in table]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot be read as a table ({error})", file=path) from error
+    rows = read_rows(path, _COLUMNS, needs="film, time, x and y")
+    return [_sample(row, path, line, films, start) for row, line in rows]
 
 
-def _sample(
-    row: Mapping[str, str], path: Path, line: int, films: Mapping[str, Path], start: float
-) -> Sample:
+def _sample(row: Cells, path: Path, line: int, films: Mapping[str, Path], start: float) -> Sample:
     """Return the sample of a row."""
-    name = (row["film"] or "").strip().rpartition("/")[2]
-    film = next((each for each, file in films.items() if name in (each, file.name)), None)
-    if film is None:
-        hint = did_you_mean(name, films)
-        raise InputError(f"no film is called {cut(name)!r}{hint}", file=path, line=line)
-    time = _number(row, "time", path, line)
+    names = {name: file.name for name, file in films.items()}
+    film = film_named(row["film"], names, path=path, line=line)
+    time, x, y = (number_in(row[name], name, path=path, line=line) for name in ("time", "x", "y"))
     if math.isnan(time):
         raise InputError("has no time", file=path, line=line)
-    x, y = (_number(row, column, path, line) for column in ("x", "y"))
-    return Sample((row.get("participant") or "").strip(), film, time - start, x, y)
-
-
-def _number(row: Mapping[str, str], column: str, path: Path, line: int) -> float:
-    """Return a cell's number; NaN of an empty one."""
-    text = (row[column] or "").strip()
-    if text.lower() in ("", "na", "nan"):
-        return math.nan
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.inf
-    if math.isinf(value):
-        raise InputError(f"{column} should be a number, not {cut(text)!r}", file=path, line=line)
-    return value
+    return Sample(row.get("participant", "").strip(), film, time - start, x, y)
 
 
 # Hits ---------------------------------------------------------------------------------------

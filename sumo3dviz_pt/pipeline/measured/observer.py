@@ -127,7 +127,7 @@ def named_observer(
     place = np.array(settings.position, dtype=float)
     end = settings.across
     way = way_across(place, network) if end is None else np.array([place, end])
-    return _standing(name, place, way, settings.eye + _height(place, network), len(traffic.times))
+    return _standing(name, place, way, settings.eye + height_at(place, network), len(traffic.times))
 
 
 def _standing(name: str, place: Floats, way: Floats | None, z: float, count: int) -> Observer:
@@ -157,7 +157,7 @@ def way_across(place: Floats, network: Network) -> Floats | None:
     Returns:
         Its ends in SUMO's coordinates; None if no lane for vehicles is near.
     """
-    found = _nearest(place, network)
+    found = nearest_lane(place, network)
     if found is None or found[0] > _KERB:
         return None
     away, middle, along, lane = found
@@ -168,7 +168,7 @@ def way_across(place: Floats, network: Network) -> Floats | None:
     return np.stack([place - _BEYOND * left, place + _BEYOND * left])
 
 
-def _nearest(place: Floats, network: Network) -> tuple[float, Floats, Floats, Lane] | None:
+def nearest_lane(place: Floats, network: Network) -> tuple[float, Floats, Floats, Lane] | None:
     """Return the nearest lane for vehicles: how far, its nearest point, its direction, itself."""
     best: tuple[float, Floats, Floats, Lane] | None = None
     for lane in network.lanes.values():
@@ -187,9 +187,9 @@ def _nearest(place: Floats, network: Network) -> tuple[float, Floats, Floats, La
     return best
 
 
-def _height(place: Floats, network: Network) -> float:
+def height_at(place: Floats, network: Network) -> float:
     """Return how high the nearest lane lies [m]."""
-    found = _nearest(place, network)
+    found = nearest_lane(place, network)
     if found is None:
         return 0.0
     points = network.location.outside(found[3].shape)
@@ -241,15 +241,15 @@ def arrivals(observer: Observer, around: Traffic) -> list[Arrival]:
         forward = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
         fronts = around.fronts[k, :, :2]
         rears = fronts - around.sizes[k, 0] * forward
-        leaves = [time for time, _ in _crossings(across, rears, around.times)]
-        for time, rising in _crossings(across, fronts, around.times):
+        leaves = [time for time, _ in crossings(across, rears, around.times)]
+        for time, rising in crossings(across, fronts, around.times):
             left = next((other for other in leaves if other >= time), time)
             speed = float(np.interp(time, around.times, around.speeds[k]))
             found.append(Arrival(k, time, left, speed, sides[0 if rising else 1]))
     return sorted(found, key=lambda each: (each.time, each.k))
 
 
-def _crossings(across: Floats, points: Floats, times: Floats) -> list[tuple[float, bool]]:
+def crossings(across: Floats, points: Floats, times: Floats) -> list[tuple[float, bool]]:
     """Return when a point comes over a line, and whether from the left of it as it is walked.
 
     Args:
@@ -302,8 +302,10 @@ def arrival_rows(
                 "arrives": known(each.time),
                 "arrives_in_film": known((each.time - begin) / speed),
                 "leaves": known(each.left),
+                "leaves_in_film": known((each.left - begin) / speed),
                 "speed": known(each.speed),
                 "gap_before": known(max(each.time - left, 0.0)) if observer.stands else "",
+                "in_picture": "",
             }
         left = max(left, each.left)
 

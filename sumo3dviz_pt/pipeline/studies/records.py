@@ -74,7 +74,7 @@ def finished_films(
         hashed: Whether films and accounts are compared with their digests; else they only are
             there.
     """
-    known = _films(folder)
+    known = noted_films(folder)
     found = {}
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
@@ -112,7 +112,7 @@ def lacking_layers(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, 
         plan: What is wanted.
         variant: The renderer's.
     """
-    known, found = _films(folder), dict[str, tuple[str, ...]]()
+    known, found = noted_films(folder), dict[str, tuple[str, ...]]()
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
@@ -231,7 +231,7 @@ def _drop_parts(folder: Path, films: Mapping[str, FilmRecord]) -> None:
         (folder / PARTS).rmdir()
 
 
-def _films(folder: Path) -> dict[str, FilmRecord]:
+def noted_films(folder: Path) -> dict[str, FilmRecord]:
     """Return the films that a folder's records name; none where they are missing or damaged."""
     found = {}
     try:

@@ -8,8 +8,10 @@ from sumo3dviz_pt.experiments.designs.efficiency import Priors
 from sumo3dviz_pt.experiments.designs.efficiency import in_words as design_in_words
 from sumo3dviz_pt.pipeline.certificate.acts import key_of
 from sumo3dviz_pt.pipeline.progress.costs import time_in_words
+from sumo3dviz_pt.pipeline.studies.anew import why_anew
 from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
 from sumo3dviz_pt.pipeline.studies.foresight import foresight
+from sumo3dviz_pt.pipeline.studies.offers import offer_lines, offer_notes, offers_of
 from sumo3dviz_pt.pipeline.studies.pairs import possible_pairs
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import finished_films
@@ -25,7 +27,10 @@ def in_words(plan: StudyPlan, order: StudyOrder) -> str:
     done = finished_films(order.folder, plan, variant=order.variant)
     todo = [stimulus for stimulus in plan.stimuli if stimulus.name not in done]
     there = f"there    {len(done)} of {_many(len(plan.stimuli), 'film')} in {order.folder}"
-    return plan_in_words(plan, todo, there)
+    anew = why_anew(order.folder, plan, variant=order.variant)
+    again = [f"anew     {name}: {why}" for name, why in anew.items()]
+    rest = [f"anew     and {len(again) - _MOST_ROWS} more"] if len(again) > _MOST_ROWS else []
+    return plan_in_words(plan, todo, there, *again[:_MOST_ROWS], *rest)
 
 
 def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
@@ -37,6 +42,7 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         more: Lines before the cost.
     """
     names = {stimulus.name for stimulus in todo}
+    offers = offers_of(plan)
     design = plan.file.settings.design
     kind = design if isinstance(design, str) else f"{design.form} table {design.table.name}"
     several = max(len(trial.alternatives) for trial in plan.trials)
@@ -58,7 +64,8 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         " they differ",
         *_pairs(plan),
         "",
-        *(f"note: {note}" for note in (*plan.notes, *foresight(plan))),
+        *offer_lines(offers),
+        *(f"note: {note}" for note in (*plan.notes, *foresight(plan), *offer_notes(offers))),
         *more,
         f"cost     {forecast(plan, todo)}",
     ]

@@ -55,15 +55,33 @@ const plugin = (name, act) => class {
   }
 };
 
+/** What is pressed during a film: its button, if there is one, and a sentence that names all. */
+const pressed = () => {
+  const { during } = study;
+  if (!during) return { button: null, sentence: "" };
+  const isTouched = matchMedia("(pointer: coarse)").matches;
+  const button = during.button ?? (isTouched ? words.press : null);
+  const named = during.keys.map((key) => key === "space" ? words.key_space : key.toUpperCase());
+  const keys = named.length < 2 ? named.join("")
+    : `${named.slice(0, -1).join(", ")} ${words.key_or} ${named[named.length - 1]}`;
+  // Where a finger is the pointer there may be no keys.
+  const said = !button ? words.press_keys : isTouched || !keys ? words.press_button
+    : words.press_keys_or_button;
+  const sentence = said.replace("{keys}", () => keys).replace("{button}", () => button);
+  return { button, sentence };
+};
+
+/** The same with what it is pressed for. */
+const pressedFor = () => [study.during?.text, pressed().sentence].filter(Boolean).join("\n");
+
 /** A film, and a question about it as soon as it has ended; without a question it goes on. */
 const FilmPlugin = plugin("film", async (display, show) => {
   const { asked } = show;
-  const isTouched = matchMedia("(pointer: coarse)").matches;
-  const during = show.during && {
-    ...show.during, button: show.during.button ?? (isTouched ? words.press : null),
-  };
+  const { button, sentence } = pressed();
+  const during = show.during && { ...show.during, button };
   display.innerHTML = `<div class="show">${show.letter ? `<h2>${text(show.letter)}</h2>` : ""}`
     + (during?.text ? `<p>${text(during.text)}</p>` : "")
+    + (during ? `<p class="keys">${text(sentence)}</p>` : "")
     + `<div class="stage"></div><p>${text(show.told)}</p>`
     + (during?.button ? `<div class="buttons during"><button>${text(during.button)}</button></div>` : "")
     + (asked ? `<p>${text(asked.text)}</p><div class="scale">${endsOf(asked)}`
@@ -205,6 +223,22 @@ class Steps {
     };
   }
 
+  /** A rest before a film that nothing is asked after; it is no row of the data. */
+  rest(position) {
+    const { number, count } = position;
+    const title = number && words.film_of.replace("{number}", () => number)
+      .replace("{count}", () => count);
+    return {
+      type: FormPlugin,
+      show: {
+        form: {
+          title, intro: pressedFor(), buttons: [words.ready],
+          begin: (page) => page.querySelector("button").focus(),
+        },
+      },
+    };
+  }
+
   /** The trials of a step; `kind` is `answer`, or `practice`. */
   trial(trial, kind, position, step, isAgain = false) {
     const common = () => ({
@@ -216,7 +250,8 @@ class Steps {
       const [name] = trial.films;
       const asked = during?.only ? null : study.question;
       const shown = this.film(name, { during, asked, told: trial.told[0] });
-      return [{
+      const count = study.playlists[this.run.common.playlist].length;
+      return [...(during?.only ? [this.rest({ number: position, count })] : []), {
         ...shown,
         on_finish: (data) => this.run.add({
           row_kind: kind, ...common(), attempt: this.run.state.begun[step], answer: "", rt_start: "",
@@ -288,7 +323,10 @@ class Steps {
         name: `attention ${number}`, films: [], make: () => [this.attention(number)],
       });
     }
+    // After consent the start page, which names the keys, does not come.
+    const isTold = session.consent === null || !study.during || study.during.only;
     return [
+      ...(isTold ? [] : [said("keys", pressedFor())]),
       ...(study.screen && !this.run.state.kept.px_per_cm
         ? [{ name: "screen", films: [], make: () => [this.screen()] }] : []),
       ...forms(session.before, "before"),
@@ -416,9 +454,10 @@ const opened = (run, steps, isAnew, jsPsych) => {
   const { consent } = study.session;
   const title = study.title;
   if (!isAnew) {
-    return [steps.form({ title, intro: words.again, buttons: [words.resume] }, "start")];
+    const intro = [words.again, pressedFor()].filter(Boolean).join("\n");
+    return [steps.form({ title, intro, buttons: [words.resume] }, "start")];
   }
-  if (consent === null) return [steps.form({ title, buttons: [words.start] }, "start")];
+  if (consent === null) return [steps.form({ title, intro: pressedFor(), buttons: [words.start] }, "start")];
   const form = { name: "consent", title, intro: consent, buttons: [words.agree, words.decline] };
   return [{
     ...steps.form(form, "consent"),

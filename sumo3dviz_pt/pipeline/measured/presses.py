@@ -1,0 +1,196 @@
+"""Joins what people pressed during films with who arrives in them: margins and accepted gaps.
+
+* a press belongs to the gap in which it lies: it ends when the next vehicle's front comes to the
+  observer's way across, by the film's own time;
+* margin: from the press until that front comes;
+* gap: from when the last rear left the way until that front comes, as `arrivals.csv` has it. It is
+  accepted by a press within it; who presses while somebody is on the way accepts none;
+* a film in which nobody pressed has one row without a press: all its gaps were refused.
+
+References:
+    Raff and Hart, "A volume warrant for urban stop signs", Eno Foundation, 1950 (accepted and
+    refused gaps and lags).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.experiments.tools.rows import write_table
+from sumo3dviz_pt.job.report import CAMERA
+from sumo3dviz_pt.pipeline.measured.build import FOLDER
+from sumo3dviz_pt.pipeline.measured.tables import Cells, film_named, number_in, read_rows
+from sumo3dviz_pt.pipeline.measured.traffic import Row, known
+from sumo3dviz_pt.pipeline.studies.records import RECORD, read_film_account
+
+_SHOWN = ("answer", "film")
+"""Kinds of the page's rows that are about a film that counts."""
+
+_WHO = ("participant", "playlist", "position", "attempt")
+"""Columns of the page that are kept where they are there."""
+
+_COLUMNS = ("row_kind", "film", "press_film_times")
+
+_TINY = 5e-4
+"""Tables have thousandths [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coming:
+    """A vehicle that arrives in a film.
+
+    Attributes:
+        name: Its key, such as `vehicle:car.7`.
+        arrives: When its front is at the way across, by the film's time [s].
+        leaves: When its rear has left it [s].
+        gap: That it ends [s]; NaN if nobody came before.
+    """
+
+    name: str
+    arrives: float
+    leaves: float
+    gap: float
+
+
+def write_presses(
+    study: Path, data: Path, output: Path, *, observer: str = CAMERA, overwrite: bool = False
+) -> int:
+    """Write a row for each press in a study's films, with who comes next; return how many.
+
+    Args:
+        study: Its folder.
+        data: What the page saved: a table, or a folder of them.
+        output: The table to write.
+        observer: For whom vehicles arrive.
+        overwrite: Whether a table that exists is replaced.
+
+    Raises:
+        ConfigError: If there is no such observer, no data, or the table exists.
+        InputError: If a table is wrong.
+    """
+    if output.exists() and not overwrite:
+        raise ConfigError(f"{output} exists; --overwrite replaces it", key="output")
+    tables = sorted(data.glob("*.csv")) if data.is_dir() else [data]
+    if not tables:
+        raise ConfigError(f"{data} holds no table (.csv)", key="data")
+    films = _films(study)
+    coming = _coming(study, observer)
+    rows: list[Row] = []
+    for table in tables:
+        rows += _rows(table, films, coming)
+    if not rows:
+        raise ConfigError(f"{data} tells of no film of the study", key="data")
+    write_table(output, rows)
+    return len(rows)
+
+
+def _films(study: Path) -> Mapping[str, Mapping[str, Any]]:
+    """Return the films of a study by name.
+
+    Raises:
+        InputError: If the folder is none of a finished study.
+    """
+    record = study / RECORD
+    try:
+        found: Mapping[str, Mapping[str, Any]] = json.loads(record.read_bytes())["films"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"is no record of a study ({error})", file=record) from error
+    return {
+        name: {**film, "before": _before(study / str(film["file"]))} for name, film in found.items()
+    }
+
+
+def _before(film: Path) -> float:
+    """Return how long a film shows something else before its first frame, such as a title [s]."""
+    account = read_film_account(film)
+    return int(account.get("overlays", {}).get("frames_before", 0)) / float(account["fps"])
+
+
+def _coming(study: Path, observer: str) -> Mapping[str, list[Coming]]:
+    """Return who arrives at an observer, by film, in order.
+
+    Raises:
+        ConfigError: If nobody ever arrives at an observer of that name.
+    """
+    path = study / FOLDER / "arrivals.csv"
+    columns = ("stimulus", "observer", "road_user", "arrives_in_film", "leaves_in_film")
+    needs = "what `study` writes of observers who stand"
+    found: dict[str, list[Coming]] = {}
+    names: dict[str, None] = {}
+    for row, line in read_rows(path, (*columns, "gap_before"), needs=needs):
+        names[row["observer"]] = None
+        if row["observer"] == observer:
+            arrives, leaves, gap = (
+                number_in(row[name], name, path=path, line=line)
+                for name in ("arrives_in_film", "leaves_in_film", "gap_before")
+            )
+            own = found.setdefault(row["stimulus"], [])
+            own.append(Coming(row["road_user"], arrives, leaves, gap))
+    if not found:
+        hint = did_you_mean(observer, names)
+        raise ConfigError(
+            f"nobody arrives at an observer called {observer!r}{hint}", key="observer"
+        )
+    return found
+
+
+def _rows(
+    table: Path, films: Mapping[str, Mapping[str, Any]], coming: Mapping[str, Sequence[Coming]]
+) -> Iterator[Row]:
+    """Yield a row for each press in a table of the page; one for a film without."""
+    files = {name: Path(str(film["file"])).name for name, film in films.items()}
+    for row, line in read_rows(table, _COLUMNS, needs="what the page of a study saves"):
+        if row["row_kind"] not in _SHOWN or not row["film"]:
+            continue
+        name = film_named(row["film"], files, path=table, line=line)
+        film, shown = films[name], _shown(row, name, films[name]["profiles"][0])
+        times = [each for each in row["press_film_times"].split(";") if each.strip()]
+        if not times:
+            yield {**shown, "press": 0, **dict.fromkeys(_PRESSED, "")}
+        for number, text in enumerate(times, start=1):
+            time = number_in(text, "press_film_times", path=table, line=line) - film["before"]
+            yield {**shown, "press": number, **press_row(time, coming.get(name, ()))}
+
+
+def _shown(row: Cells, name: str, levels: Mapping[str, str]) -> Row:
+    """Return cells about who saw which film; a factor that is called like one of them ends in _."""
+    own: Row = {**{key: row[key] for key in _WHO if key in row}, "film": name}
+    taken = {*own, "press", *_PRESSED}
+    named = {f"{key}_" if key in taken else key: level for key, level in levels.items()}
+    return {**own, **named}
+
+
+_PRESSED = (
+    *("press_time", "next", "next_arrives", "margin", "gap", "accepted"),
+    *("since_last", "on_the_way"),
+)
+"""Cells about a press."""
+
+
+def press_row(time: float, coming: Sequence[Coming]) -> Row:
+    """Return what a press says: who comes next, with which margin, and which gap it accepts.
+
+    Args:
+        time: Of the press, by the film's [s].
+        coming: Who arrives, in order.
+    """
+    following = next((each for each in coming if each.arrives > time), None)
+    gone = [each.leaves for each in coming if each.leaves <= time + _TINY]
+    blocked = any(each.arrives <= time < each.leaves - _TINY for each in coming)
+    gap = float("nan") if following is None else following.gap
+    return {
+        "press_time": known(time),
+        "next": "" if following is None else following.name,
+        "next_arrives": "" if following is None else known(following.arrives),
+        "margin": "" if following is None else known(following.arrives - time),
+        "gap": known(gap),
+        "accepted": int(not blocked),
+        "since_last": known(time - max(gone)) if gone else "",
+        "on_the_way": int(blocked),
+    }
