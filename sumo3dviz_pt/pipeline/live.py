@@ -74,7 +74,7 @@ class Ground:
         last = log.end if end is None else min(end, log.end)
         if not first <= last:
             raise ConfigError(
-                f"the log goes from {log.begin:.10g} s to {log.end:.10g} s:"
+                f"the log goes from {log.begin:.12g} s to {log.end:.12g} s:"
                 " nothing lies in the window",
                 key="from",
             )

@@ -127,7 +127,7 @@ def _notes(proposal: Proposal) -> list[str]:
     if found.movers:
         where = f"junction {found.junction}" if found.junction else "the place"
         notes.append(
-            f"most moves from {found.start:.10g} to {found.end:.10g} s at {where}"
+            f"most moves from {found.start:.12g} to {found.end:.12g} s at {where}"
             f" ({found.place[0]:.0f}, {found.place[1]:.0f}): {found.movers} road users"
         )
     else:

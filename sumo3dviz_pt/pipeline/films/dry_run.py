@@ -62,7 +62,7 @@ class Plan:
         lines = [
             f"{self.path}",
             f"  shot    {self.shot.camera},"
-            f" {self.shot.start:.10g} to {self.shot.end:.10g} s{speed}",
+            f" {self.shot.start:.12g} to {self.shot.end:.12g} s{speed}",
             f"  frames  {len(self.wanted)}{part}, {width}x{height},"
             f" {in_short(self.pace.fps)} a second, {self.quality}",
             f"  there   {self.stored} of these frames in {frames_folder(self.path)};"

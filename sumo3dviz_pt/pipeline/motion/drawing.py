@@ -106,7 +106,7 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) ->
     roads = [replace(r, shape=location.outside(r.shape)) for r in roads]
     return Drive(
         title=f"{user.trajectory.kind} {user.trajectory.id}",
-        subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:.10g} to {last:.10g} s,"
+        subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:.12g} to {last:.12g} s,"
         f" smoother {job.motion.smoother}, {len(logged.times)} samples",
         shown=replace(shown, places=location.outside(shown.places)),
         logged=replace(logged, places=location.outside(logged.places)),
@@ -125,7 +125,7 @@ def _window(user: User, wanted: MotionDrawing) -> tuple[float, float]:
     if first > last:
         raise ConfigError(
             f"{wanted.vehicle!r} is not there then; it is there"
-            f" from {begin:.10g} s to {end:.10g} s",
+            f" from {begin:.12g} s to {end:.12g} s",
             key="--from" if wanted.begin is not None else "--to",
         )
     return first, last

@@ -84,7 +84,7 @@ def scene_text(
     lines = [
         LINE,
         "# A scene for sumo3dviz-pt. Every key but `scenario` and `cameras` may go.",
-        f"# The log runs from {traffic.begin:.10g} to {traffic.end:.10g} s,"
+        f"# The log runs from {traffic.begin:.12g} to {traffic.end:.12g} s,"
         f" a step every {traffic.step:g} s.",
         "scenario:",
         *_scenario_lines(files, output.parent),
@@ -139,7 +139,7 @@ def _place_lines(found: Busiest) -> list[str]:
     x, y = found.place[:2]
     where = f"junction {_comment(found.junction)}" if found.junction else "a road"
     return [
-        f"# Most moves from {found.start:.10g} to {found.end:.10g} s at {where} ({x:.0f}, {y:.0f}):"
+        f"# Most moves from {found.start:.12g} to {found.end:.12g} s at {where} ({x:.0f}, {y:.0f}):"
         f" {found.movers} road users."
     ]
 
@@ -195,7 +195,7 @@ def _flight_lines(flight: Flight | None) -> list[str]:
         f"    lens: {{fov: {flight.fov:g}}}",
         "    keyframes:",
         *(
-            f"      - {{time: {time:.10g}, position: {_point(eye)}, look_at: {_point(aim)}}}"
+            f"      - {{time: {time:.12g}, position: {_point(eye)}, look_at: {_point(aim)}}}"
             for time, eye, aim in zip(
                 np.round(flight.times, 3).tolist(), flight.eyes, flight.aims, strict=True
             )
@@ -214,5 +214,5 @@ def _shot_lines(proposal: Proposal) -> list[str]:
     windows += [(ride.camera, ride.start, ride.end) for ride in proposal.rides]
     if proposal.flight is not None:
         windows.append(("flight", found.start, found.end))
-    lines = [f"  - {{camera: {name}, from: {a:.10g}, to: {b:.10g}}}" for name, a, b in windows]
+    lines = [f"  - {{camera: {name}, from: {a:.12g}, to: {b:.12g}}}" for name, a, b in windows]
     return ["shots:", *lines]

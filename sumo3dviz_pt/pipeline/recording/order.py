@@ -41,7 +41,7 @@ class RecordOrder:
         """
         if self.start is not None and self.end is not None and self.end <= self.start:
             raise ConfigError(
-                f"--to ({self.end:.10g}) must be later than --from ({self.start:.10g})"
+                f"--to ({self.end:.12g}) must be later than --from ({self.start:.12g})"
             )
         if self.around is not None and self.follow is not None:
             raise ConfigError("give either --around or --follow")

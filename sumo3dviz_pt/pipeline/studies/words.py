@@ -74,7 +74,7 @@ def _priors(plan: StudyPlan) -> Priors:
 def _film(stimulus: Stimulus, *, there: bool) -> str:
     """Return a row about a film."""
     width, height = stimulus.job.output.size
-    shot = f"{stimulus.shot.camera} {stimulus.shot.start:.10g} to {stimulus.shot.end:.10g} s"
+    shot = f"{stimulus.shot.camera} {stimulus.shot.start:.12g} to {stimulus.shot.end:.12g} s"
     work = (
         "is there"
         if there

@@ -53,12 +53,12 @@ def _shot(peer: Configuration, mode: str, log: Path) -> dict[str, Any] | None:
         peer.notes.append(f"modes.{mode}.ego_identifier: {ego!r} is not in the log {log}")
         return shot
     if last <= first:
-        there = ", ".join(f"{a:.10g} to {b:.10g} s" for a, b in spans)
+        there = ", ".join(f"{a:.12g} to {b:.12g} s" for a, b in spans)
         text = f"no shot for modes.{mode}: {ego!r} is in the log at other times ({there})"
         peer.notes.append(text)
         return None
     if (first, last) != (start, end):
-        span = f"{first:.10g} to {last:.10g} s"
+        span = f"{first:.12g} to {last:.12g} s"
         peer.notes.append(f"modes.{mode} is filmed from {span}, while {ego!r} is in the log")
     return {**shot, "from": first, "to": last}
 

@@ -185,10 +185,10 @@ class RidingCamera:
             if piece.begin - self.slack <= time <= piece.end + self.slack:
                 return piece
         lives = ", ".join(
-            f"{piece.begin:.10g} to {piece.end:.10g} s" for piece in self.trajectory.pieces
+            f"{piece.begin:.12g} to {piece.end:.12g} s" for piece in self.trajectory.pieces
         )
         raise ConfigError(
-            f"{self.trajectory.id!r} is not there at {time:.10g} s; it is there from {lives}",
+            f"{self.trajectory.id!r} is not there at {time:.12g} s; it is there from {lives}",
             key="cameras",
         )
 
