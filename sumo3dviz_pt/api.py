@@ -193,7 +193,9 @@ class Scene:
 
         request = Request(camera, quality, size, spp, seed, variant, "", time_budget, target_error)
         time = asked(Seconds, time, key="time")
-        with _followed(f"still at {time:g} s", progress, partial(still_steps, self.job, request)):
+        with _followed(
+            f"still at {time:.12g} s", progress, partial(still_steps, self.job, request)
+        ):
             if self._open is not None and self._open.shows(self.job, request, time):
                 self._open.retune(request, quality=quality or self.job.quality)
             else:

@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
 
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.progress.build import WorkStep
-    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.progress.expectations import checking_steps, reading_step
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     if options.stress:
@@ -57,16 +57,16 @@ def run(options: argparse.Namespace) -> int:
     if options.camera is not None or options.time is not None or options.only:
         raise ConfigError("--camera, --time and --only belong to --stress", key="check")
     job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
-    steps = building_steps(job, shots=max(len(job.shots), 1))
     if options.motion:
-        with progress(options.scene.name, (steps[0], WorkStep(Doing.MEASURE, steps[0].seconds))):
+        read = reading_step(job)
+        with progress(options.scene.name, (read, WorkStep(Doing.MEASURE, read.seconds))):
             from sumo3dviz_pt.pipeline.motion.checks import motion_report
 
             words = motion_report(job, as_json=options.json)
         print(words)
         return 0
     presets = None if options.quality is None else [options.quality]
-    with progress(options.scene.name, steps):
+    with progress(options.scene.name, checking_steps(job)):
         # Loading takes a second or two, of which the user is to know.
         from sumo3dviz_pt.pipeline.checks import check_scene, in_words
 

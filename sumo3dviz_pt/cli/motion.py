@@ -25,14 +25,14 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw how one road user moves."""
     from sumo3dviz_pt.pipeline.motion.drawing import MotionDrawing, draw_motion
-    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.progress.expectations import reading_step
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     job = load_job(options.scene, overrides_of(options))
     wanted = MotionDrawing(
         options.vehicle, options.output, options.start, options.end, options.overwrite
     )
-    with progress(options.output.name, building_steps(job)[:1]):
+    with progress(options.output.name, (reading_step(job),)):
         draw_motion(job, wanted)
     print(f"wrote {options.output}")
     return 0

@@ -107,7 +107,7 @@ def _kerb(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.kerb.build import at_kerb, kerb_dicts, kerb_lines
     from sumo3dviz_pt.pipeline.kerb.proposal import as_study
     from sumo3dviz_pt.pipeline.production import check_target
-    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.progress.expectations import reading_step
     from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
@@ -118,7 +118,7 @@ def _kerb(options: argparse.Namespace) -> int:
         if output.exists() and output.samefile(options.scene):
             raise ConfigError(f"{output} is the scene file", key="-o")
     window = {"begin": options.start, "end": options.end}
-    with progress(options.scene.name, building_steps(job)[:1]):
+    with progress(options.scene.name, (reading_step(job),)):
         found = at_kerb(job, options.kerb, **window, pick=options.pick)
     study = "" if found.proposal is None else as_study(found.proposal, _from(output, options.scene))
     if options.json:
@@ -146,7 +146,7 @@ def _follow(options: argparse.Namespace) -> int:
 
     from sumo3dviz_pt.pipeline.measured.traffic import follow, follow_lines, write_follow
     from sumo3dviz_pt.pipeline.production import check_target
-    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.progress.expectations import reading_step
     from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
@@ -154,7 +154,7 @@ def _follow(options: argparse.Namespace) -> int:
     if options.output is not None:
         check_target(options.output, suffixes=(".csv",), overwrite=options.overwrite)
         spare_inputs(job, options.output)
-    with progress(options.scene.name, building_steps(job)[:1]):
+    with progress(options.scene.name, (reading_step(job),)):
         rows = follow(job, options.follow, begin=options.start, end=options.end)
     if options.output is not None:
         write_follow(options.output, rows)
@@ -171,13 +171,13 @@ def _list(options: argparse.Namespace) -> int:
     """List road users."""
     import json
 
-    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.progress.expectations import reading_step
     from sumo3dviz_pt.pipeline.roster import RosterQuery, as_dicts, point_of, roster
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     job = load_job(options.scene, overrides_of(options))
     near = None if options.near is None else point_of(job, options.near)
-    with progress(options.scene.name, building_steps(job)[:1]):
+    with progress(options.scene.name, (reading_step(job),)):
         found = roster(job, RosterQuery(options.type or "*", options.at, near, options.sort))
     print(json.dumps(as_dicts(found), indent=1) if options.json else found)
     return 0

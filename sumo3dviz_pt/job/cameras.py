@@ -120,7 +120,7 @@ class CinematicCamera(Photographic):
         first, last = self.keyframes[0], self.keyframes[-1]
         ways = f"{_point(first.position)} to {_point(last.position)}"
         many = len(self.keyframes)
-        return f"flies from {ways}, {first.time:g} to {last.time:g} s, {many} key frames"
+        return f"flies from {ways}, {first.time:.12g} to {last.time:.12g} s, {many} key frames"
 
 
 CameraSettings = Annotated[

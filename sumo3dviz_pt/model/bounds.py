@@ -25,7 +25,7 @@ class Range:
 
     def __str__(self) -> str:
         """Return the range in words, such as `from 0 to 1000 m/s`."""
-        return f"from {self.low:.10g} to {self.high:.10g} {self.unit}".rstrip()
+        return f"from {self.low:.12g} to {self.high:.12g} {self.unit}".rstrip()
 
 
 COORDINATE = Range(-2e7, 2e7, "m")

@@ -229,7 +229,7 @@ def in_words(report: dict[str, Any]) -> str:
     lines = [
         f"network  {network['file']}: {network['lanes']} lanes,"
         f" {network['signals']} traffic lights",
-        f"log      {log['begin']:g} to {log['end']:g} s every {log['step']:g} s:"
+        f"log      {log['begin']:.12g} to {log['end']:.12g} s every {log['step']:g} s:"
         f" {users or 'empty'}",
     ]
     lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
@@ -262,8 +262,8 @@ def _shot_lines(shot: dict[str, Any], *, told: Sequence[Any] = ()) -> list[str]:
     parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
     lines = [
         "",
-        f"shot     {shot['camera']}, {shot['from']:g} to {shot['to']:g} s, {shot['frames']} frames"
-        f" of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
+        f"shot     {shot['camera']}, {shot['from']:.12g} to {shot['to']:.12g} s,"
+        f" {shot['frames']} frames of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
         f"  triangles {'about ' if shot.get('about') else ''}{total:,}: "
         + ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v),
         f"  parts     {parts}",

@@ -112,7 +112,7 @@ def delay_for(job: Job, scenario: Scenario, name: str, edit: RideEdit) -> GapDel
         who, where = name, f"the rear of {edit.behind} is at {edit.at:g} s"
     else:
         passes = _passing(pair.ahead, pair.own_place(after), edit.at, back=pair.length)
-        who, where = f"the rear of {edit.behind}", f"{name} is at {after:g} s"
+        who, where = f"the rear of {edit.behind}", f"{name} is at {after:.12g} s"
     if passes is None:
         message = f"{who} does not come by where {where}, within {MOST_DELAY:g} s"
         raise ConfigError(message, key=pair.key)
@@ -197,7 +197,7 @@ class _Pair:
         """Return the front of the one behind, or the rear of the one ahead, (2,) [m]."""
         pose = (self.own, self.ahead)[which].at(time)
         if pose is None:
-            message = f"{self.names[which]} is not on the road at {time:g} s"
+            message = f"{self.names[which]} is not on the road at {time:.12g} s"
             raise ConfigError(message, key=self.key)
         back = self.length if which else 0.0
         return pose.position[:2] - back * np.array([np.cos(pose.yaw), np.sin(pose.yaw)])

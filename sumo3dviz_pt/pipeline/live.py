@@ -74,7 +74,8 @@ class Ground:
         last = log.end if end is None else min(end, log.end)
         if not first <= last:
             raise ConfigError(
-                f"the log goes from {log.begin:g} s to {log.end:g} s: nothing lies in the window",
+                f"the log goes from {log.begin:.12g} s to {log.end:.12g} s:"
+                " nothing lies in the window",
                 key="from",
             )
         return cls(files, scenario, trajectories, first, last)

@@ -209,7 +209,7 @@ def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction
     count = int(np.ceil((end - start) / float(step) - 1e-6))
     if count > MOST_FRAMES:
         raise ConfigError(
-            f"{start:g} s to {end:g} s are {count:,} frames, and a film has at most"
+            f"{start:.12g} s to {end:.12g} s are {count:,} frames, and a film has at most"
             f" {MOST_FRAMES:,}; make it shorter, or fps smaller",
             key="to",
         )
@@ -284,8 +284,8 @@ def check_window(scenario: Scenario, times: Floats) -> None:
     log_of = scenario.traffic
     if times[-1] < log_of.begin - 1e-6 or times[0] > log_of.end + 1e-6:
         raise ConfigError(
-            f"no time step lies from {times[0]:g} s to {times[-1]:g} s;"
-            f" the log goes from {log_of.begin:g} s to {log_of.end:g} s",
+            f"no time step lies from {times[0]:.12g} s to {times[-1]:.12g} s;"
+            f" the log goes from {log_of.begin:.12g} s to {log_of.end:.12g} s",
             key="time",
         )
 
@@ -320,11 +320,11 @@ def within_log(scenario: Scenario, times: Floats) -> Floats:
     """Return a film's times without those after the log's end, (n,) [s]."""
     begin, end = scenario.traffic.begin, scenario.traffic.end
     if times[0] < begin - 1e-6:
-        raise ConfigError(f"the log begins at {begin:g} s, after {times[0]:g} s", key="from")
+        raise ConfigError(f"the log begins at {begin:.12g} s, after {times[0]:.12g} s", key="from")
     within = times[times <= end + 1e-6]
     if len(within) < len(times):
         log.warning(
-            "the log ends at %g s, and the film with it: %d frames instead of %d",
+            "the log ends at %.12g s, and the film with it: %d frames instead of %d",
             end,
             len(within),
             len(times),

@@ -18,7 +18,13 @@ from sumo3dviz_pt.pipeline.proposals.outdoors import outdoors
 from sumo3dviz_pt.pipeline.proposals.rides import choose_rides
 from sumo3dviz_pt.pipeline.proposals.templates import ChosenTemplate, choose_template
 from sumo3dviz_pt.pipeline.proposals.text import Proposal, in_files, scene_text
-from sumo3dviz_pt.pipeline.proposals.views import Scouting, corner, flight, overview
+from sumo3dviz_pt.pipeline.proposals.views import (
+    SHORTEST_FLIGHT,
+    Scouting,
+    corner,
+    flight,
+    overview,
+)
 from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.pipeline.stills.still import check_writable
 
@@ -121,7 +127,7 @@ def _notes(proposal: Proposal) -> list[str]:
     if found.movers:
         where = f"junction {found.junction}" if found.junction else "the place"
         notes.append(
-            f"most moves from {found.start:g} to {found.end:g} s at {where}"
+            f"most moves from {found.start:.12g} to {found.end:.12g} s at {where}"
             f" ({found.place[0]:.0f}, {found.place[1]:.0f}): {found.movers} road users"
         )
     else:
@@ -132,5 +138,7 @@ def _notes(proposal: Proposal) -> list[str]:
             "no camera `corner`: there is no room for an eye beside the road, sun behind it"
         )
     if proposal.flight is None:
-        notes.append("no camera `flight`: every way around the place leads through something")
+        short = found.end - found.start < SHORTEST_FLIGHT
+        why = "every way around the place leads through something"
+        notes.append(f"no camera `flight`: {'the moment is too short' if short else why}")
     return [*notes, *proposal.unmet]

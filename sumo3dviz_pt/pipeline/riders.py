@@ -104,7 +104,7 @@ def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> C
     if not found.spans:
         hint = _hint(vehicle, found.ids)
         return ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
-    lives = ", ".join(f"{begin:g} to {end:g} s" for begin, end in found.spans[:_MOST_SPANS])
+    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in found.spans[:_MOST_SPANS])
     lives += " and later" if len(found.spans) > _MOST_SPANS else ""
     inside = any(begin <= missing <= end for begin, end in found.spans)
     why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""

@@ -54,7 +54,7 @@ class WeatherReport:
         if not self.course.changes:
             return told[0]
         times = self.course.times
-        return "; ".join(f"{time:g} s: {words}" for time, words in zip(times, told, strict=True))
+        return "; ".join(f"{time:.12g} s: {words}" for time, words in zip(times, told, strict=True))
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""

@@ -98,6 +98,6 @@ def check_movers(scene: Any, frame: FrameState, ids: Image, *, variant: str) -> 
     pixels = int(np.count_nonzero(np.array(moves)))
     if pixels >= _SURE:
         raise RenderError(
-            f"{variant} drew no road user at {frame.time:g} s, where {pixels} pixels show some:"
+            f"{variant} drew no road user at {frame.time:.12g} s, where {pixels} pixels show some:"
             " the picture would be false; take the variant llvm"
         )

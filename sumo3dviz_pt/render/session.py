@@ -189,7 +189,7 @@ class Session:
                 found, passes, movers = self._traced(frame, seed, after_pass)
         except RuntimeError as error:
             raise RenderError(
-                f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
+                f"Mitsuba ({self.backend.variant}) failed at {frame.time:.12g} s: {error}"
             ) from error
         shown, variant = self.loaded.frame, self.backend.variant
         if traces_by_optix(variant) and shown is not None and "ids" in found:

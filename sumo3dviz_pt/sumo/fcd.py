@@ -217,7 +217,7 @@ def _check_steps(
     if not ((times >= window[0]) & (times <= window[1])).any():
         raise InputError(
             f"no time step lies {_span(asked)}; "
-            f"the log goes from {times[0]:g} s to {times[-1]:g} s",
+            f"the log goes from {times[0]:.12g} s to {times[-1]:.12g} s",
             file=file,
         )
 

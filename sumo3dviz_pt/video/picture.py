@@ -34,7 +34,7 @@ def film_picture(path: Path, time: float, *, size: tuple[int, int]) -> NDArray[n
     done = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
     if done.returncode or len(done.stdout) != width * height * 3:
         why = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        raise InputError(f"has no picture at {time:g} s {why[-1:] or ''}".rstrip(), file=path)
+        raise InputError(f"has no picture at {time:.12g} s {why[-1:] or ''}".rstrip(), file=path)
     return np.frombuffer(done.stdout, dtype=np.uint8).reshape(height, width, 3)
 
 

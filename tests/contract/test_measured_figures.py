@@ -15,11 +15,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bench.checks import fitted, table
 from manual import DOCS, PAGES, ROOT, name_of, text_of
 
 from sumo3dviz_pt.pipeline import checks
 from sumo3dviz_pt.pipeline.progress.conditions import MEASURED
 from sumo3dviz_pt.pipeline.progress.costs import cost_of
+from sumo3dviz_pt.pipeline.progress.expectations import CHECKS
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 BENCH = DOCS / "_bench"
@@ -144,6 +146,26 @@ def test_forecasts_reckon_with_the_weathers_of_the_bench() -> None:
         size = [int(found[1]), int(found[2])]
         rows.append({"size": size, "hour": found[3], **dict(zip(kinds, costs, strict=True))})
     assert json.loads(MEASURED.read_text(encoding="utf-8"))["rows"] == rows
+
+
+def test_check_says_first_how_long_it_takes() -> None:
+    """Within a factor of 1.5; what was said stands in the bench's file, not in a formula here."""
+    rows = json.loads((BENCH / "checks.json").read_text("utf-8"))
+    assert len(rows) >= 7
+    for name, row in rows.items():
+        assert 0.7 <= row["said_seconds"] / row["cpu_seconds"] <= 1.5, name
+
+
+def test_check_takes_a_minute_at_most() -> None:
+    rows = json.loads((BENCH / "checks.json").read_text("utf-8"))
+    assert all(row["cpu_seconds"] <= 60.0 for row in rows.values())
+
+
+def test_forecasts_of_check_are_those_of_its_bench() -> None:
+    """The constants follow from all rows; else run the bench, with --said on a busy machine."""
+    rows = json.loads((BENCH / "checks.json").read_text("utf-8"))
+    assert json.loads(CHECKS.read_text("utf-8")) == fitted(rows)
+    assert table(rows) == text_of(BENCH / "checks.md")
 
 
 def test_the_page_of_costs_shows_what_check_forecasts() -> None:

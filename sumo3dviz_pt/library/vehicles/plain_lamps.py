@@ -22,6 +22,9 @@ UNLIT = frozenset(["pedestrian", "wheelchair", "container", "aircraft", "drone"]
 
 _NARROW_SIZE = (0.12, 0.12)
 
+_LOWEST = {True: 0.25, False: 0.15}
+"""Height of a lamp as a share of the body's, at most; by whether it is narrow."""
+
 
 def plain_lamps(vclass: str, meshes: Sequence[Mesh]) -> tuple[VehicleLamp, ...]:
     """Return head, tail and brake lamps on the surface of a plain body; cycles have no brake lamp.
@@ -42,6 +45,8 @@ def _spots(vclass: str, width: float, height: float) -> Iterator[LampSpot]:
     """Where lamps sit on a body of a width and height [m]."""
     narrow = vclass in NARROW
     size = _NARROW_SIZE if narrow else (0.12 * width, 0.05 * width)
+    # However low a body is, the upper lamp lies on it.
+    size = (min(size[0], width), min(size[1], _LOWEST[narrow] * height))
     across = 0.0 if narrow else 0.36 * width
     up = 0.5 * height if narrow else min(0.42 * height, 0.85)
     ends: tuple[tuple[str, End], ...] = (("head", "front"), ("tail", "rear"), ("brake", "rear"))

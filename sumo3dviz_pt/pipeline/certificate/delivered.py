@@ -213,7 +213,7 @@ def _form(found: FilmPrints, said: _Delivered) -> Iterator[FilmFault]:
         yield FilmFault(said.path, f"is {size} pixels large, not {wanted}")
     for number, time in enumerate(found.times):
         if abs(time - float(number / said.rate)) > 0.25 / float(said.rate):
-            what = f"is shown at {time:g} s, not at {float(number / said.rate):g} s"
+            what = f"is shown at {time:.12g} s, not at {float(number / said.rate):g} s"
             yield FilmFault(said.path, what, number - said.before)
             return
 

@@ -61,7 +61,8 @@ class Plan:
         cost = self.cost
         lines = [
             f"{self.path}",
-            f"  shot    {self.shot.camera}, {self.shot.start:g} to {self.shot.end:g} s{speed}",
+            f"  shot    {self.shot.camera},"
+            f" {self.shot.start:.12g} to {self.shot.end:.12g} s{speed}",
             f"  frames  {len(self.wanted)}{part}, {width}x{height},"
             f" {in_short(self.pace.fps)} a second, {self.quality}",
             f"  there   {self.stored} of these frames in {frames_folder(self.path)};"

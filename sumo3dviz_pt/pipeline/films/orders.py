@@ -125,7 +125,7 @@ def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
     if start is None or end is None:
         raise ConfigError(f"the scene has no shot of {name!r}; give --from and --to", key="shots")
     if end <= start:
-        raise ConfigError(f"--to ({end:g}) must be later than --from ({start:g})", key="to")
+        raise ConfigError(f"--to ({end:.12g}) must be later than --from ({start:.12g})", key="to")
     speed = of_file.speed if of_file else 1
     return ShotSettings.model_validate({"camera": name, "from": start, "to": end, "speed": speed})
 

@@ -394,7 +394,7 @@ def _not_there(files: ScenarioFiles, name: str, others: Sequence[Trajectory]) ->
     spans = whereabouts(files.trajectories, name).spans
     if not spans:
         find_trajectory(others, name)  # raises: it knows names that are alike
-    lives = ", ".join(f"{begin:g} to {end:g} s" for begin, end in spans[:4])
+    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in spans[:4])
     return ConfigError(f"{name!r} is not there then; the log has it from {lives}", key="--from")
 
 

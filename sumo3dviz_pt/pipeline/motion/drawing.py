@@ -106,7 +106,7 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) ->
     roads = [replace(r, shape=location.outside(r.shape)) for r in roads]
     return Drive(
         title=f"{user.trajectory.kind} {user.trajectory.id}",
-        subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:g} to {last:g} s,"
+        subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:.12g} to {last:.12g} s,"
         f" smoother {job.motion.smoother}, {len(logged.times)} samples",
         shown=replace(shown, places=location.outside(shown.places)),
         logged=replace(logged, places=location.outside(logged.places)),
@@ -124,7 +124,8 @@ def _window(user: User, wanted: MotionDrawing) -> tuple[float, float]:
     last = end if wanted.end is None else min(end, wanted.end)
     if first > last:
         raise ConfigError(
-            f"{wanted.vehicle!r} is not there then; it is there from {begin:g} s to {end:g} s",
+            f"{wanted.vehicle!r} is not there then; it is there"
+            f" from {begin:.12g} s to {end:.12g} s",
             key="--from" if wanted.begin is not None else "--to",
         )
     return first, last

@@ -52,7 +52,7 @@ class Lawfulness:
         part = "" if self.looked == self.users else f" (of {self.users} in all)"
         return (
             f"{users} of {self.looked} road users{part} are drawn otherwise than they drive"
-            f" ({told}). The first is {first.id} at {first.time:g} s, {size} too much;"
+            f" ({told}). The first is {first.id} at {first.time:.12g} s, {size} too much;"
             " `motion` draws it, and `check --motion` measures all"
         )
 

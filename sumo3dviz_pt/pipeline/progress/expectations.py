@@ -1,12 +1,14 @@
 """Estimates how long the steps of long work should take, before any of it is done.
 
 The constants are what two cores of a shared server needed for `ronda`, `crossing`, Barcelona,
-Bologna and Bad Hersfeld, see docs/internals/forecasts.md; while work goes on, its own pace
-corrects them.
+Bologna and Bad Hersfeld, see docs/internals/forecasts.md; those of `check` follow from what a bench
+measured (`tests/bench/checks.py`). While work goes on, its own pace corrects them.
 """
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -25,9 +27,14 @@ _READ, _READ_PER_MB = 0.5, 0.07
 _BUILD, _BUILD_PER_MB = 9.0, 20.0
 """Building the scene [s]: always, and for each megabyte of the network."""
 
-_REACHED, _LATER = 1.5, 4.0
-"""Of a larger network cameras reach no more than so many megabytes; and what each further shot of
-a report takes, since shots near each other share what is built [s]."""
+REACHED = 1.5
+"""Of a larger network cameras reach no more than so many megabytes."""
+
+CHECKS = Path(__file__).with_name("checks.json")
+"""What `check` takes [CPU-s]: always, and for each megabyte of the network; a bench writes it."""
+
+_LATER = 0.25
+"""Share of that which all shots but the first take: those near each other share a place."""
 
 _OPEN = 2.5
 """Giving the scene to the renderer [s]."""
@@ -41,8 +48,8 @@ _PILOT = 60.0
 _ENCODE, _ENCODE_PER_MEGAPIXEL = 0.3, 0.05
 """Encoding a film [s]: always, and for each million pixels of all its frames."""
 
-_PACKED = 8.0
-"""Length of a log or network, as a multiple of its packed length."""
+_LEAST_PACKED = 18
+"""A file of gzip has at least a head and a tail of so many bytes."""
 
 
 def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, ...]:
@@ -89,17 +96,39 @@ def _pilot(request: Request) -> tuple[WorkStep, ...]:
     return (WorkStep(Doing.MEASURE, _PILOT),) if request.wish else ()
 
 
-def building_steps(job: Job, *, shots: int = 1) -> tuple[WorkStep, ...]:
-    """Return the steps until some shots of a scene are built.
+def reading_step(job: Job) -> WorkStep:
+    """Return the step in which a simulation is read; errors as in `building_steps`."""
+    logs = scenario_files(job).trajectories
+    return WorkStep(Doing.READ, _READ + _READ_PER_MB * _megabytes(logs))
+
+
+def building_steps(job: Job) -> tuple[WorkStep, ...]:
+    """Return the steps until a shot of a scene is built.
 
     Raises:
         ConfigError, InputError: If the simulation's files are not there.
     """
-    files = scenario_files(job)
-    read = _READ + _READ_PER_MB * _megabytes(files.trajectories)
-    build = _BUILD + _BUILD_PER_MB * min(_megabytes([files.network]), _REACHED)
-    later = (WorkStep(Doing.READ, _READ), WorkStep(Doing.BUILD, _LATER))
-    return (WorkStep(Doing.READ, read), WorkStep(Doing.BUILD, build), *(shots - 1) * later)
+    build = _BUILD + _BUILD_PER_MB * min(network_megabytes(job), REACHED)
+    return (reading_step(job), WorkStep(Doing.BUILD, build))
+
+
+def checking_steps(job: Job) -> tuple[WorkStep, ...]:
+    """Return the steps of `check_scene`; errors as in `building_steps`."""
+    constants = json.loads(CHECKS.read_text(encoding="utf-8"))
+    reached = min(network_megabytes(job), REACHED)
+    whole = constants["always"] + constants["per_megabyte"] * reached
+    # What is read and built first, then a step or two for each further shot.
+    shots = len(job.shots or job.cameras)
+    later = _LATER * whole / max(shots - 1, 1) if shots > 1 else 0.0
+    first = whole - later * (shots - 1)
+    read = min(reading_step(job).seconds, 0.5 * first)
+    again = (WorkStep(Doing.READ, 0.0), WorkStep(Doing.BUILD, later))
+    return (WorkStep(Doing.READ, read), WorkStep(Doing.BUILD, first - read), *(shots - 1) * again)
+
+
+def network_megabytes(job: Job) -> float:
+    """Return how long a scene's network is as text; errors as in `building_steps`."""
+    return _megabytes([scenario_files(job).network])
 
 
 def opening_steps(job: Job) -> tuple[WorkStep, ...]:
@@ -118,10 +147,19 @@ def _rendering(quality: Quality, size: tuple[int, int], *, frames: int) -> float
 
 
 def _megabytes(paths: Iterable[Path]) -> float:
-    """Return how long files are when they are unpacked, about."""
-    lengths = [
-        path.stat().st_size * (_PACKED if path.suffix == ".gz" else 1.0)
-        for path in paths
-        if path.is_file()
-    ]
-    return sum(lengths) / 1e6
+    """Return how long files are when they are unpacked."""
+    return sum(_length(path) for path in paths if path.is_file()) / 1e6
+
+
+def _length(path: Path) -> int:
+    """Return how many bytes a file has when it is unpacked.
+
+    The last four bytes of gzip say it of its last member, up to 4 GB; it is no shorter than it is
+    packed.
+    """
+    packed = path.stat().st_size
+    if path.suffix != ".gz" or packed < _LEAST_PACKED:
+        return packed
+    with path.open("rb") as stream:
+        stream.seek(-4, os.SEEK_END)
+        return max(int.from_bytes(stream.read(4), "little"), packed)

@@ -84,7 +84,7 @@ def scene_text(
     lines = [
         LINE,
         "# A scene for sumo3dviz-pt. Every key but `scenario` and `cameras` may go.",
-        f"# The log runs from {traffic.begin:g} to {traffic.end:g} s,"
+        f"# The log runs from {traffic.begin:.12g} to {traffic.end:.12g} s,"
         f" a step every {traffic.step:g} s.",
         "scenario:",
         *_scenario_lines(files, output.parent),
@@ -104,7 +104,6 @@ def scene_text(
         *_stand_lines("corner", proposal.corner, "at the height of people, beside the road"),
         *_ride_lines(proposal.rides),
         *_flight_lines(proposal.flight),
-        "shots:",
         *_shot_lines(proposal),
         f"output: {{size: {list(default('output.size'))}, fps: {default('output.fps')}}}",
     ]
@@ -140,7 +139,7 @@ def _place_lines(found: Busiest) -> list[str]:
     x, y = found.place[:2]
     where = f"junction {_comment(found.junction)}" if found.junction else "a road"
     return [
-        f"# Most moves from {found.start:g} to {found.end:g} s at {where} ({x:.0f}, {y:.0f}):"
+        f"# Most moves from {found.start:.12g} to {found.end:.12g} s at {where} ({x:.0f}, {y:.0f}):"
         f" {found.movers} road users."
     ]
 
@@ -196,7 +195,7 @@ def _flight_lines(flight: Flight | None) -> list[str]:
         f"    lens: {{fov: {flight.fov:g}}}",
         "    keyframes:",
         *(
-            f"      - {{time: {time:g}, position: {_point(eye)}, look_at: {_point(aim)}}}"
+            f"      - {{time: {time:.12g}, position: {_point(eye)}, look_at: {_point(aim)}}}"
             for time, eye, aim in zip(
                 np.round(flight.times, 3).tolist(), flight.eyes, flight.aims, strict=True
             )
@@ -205,12 +204,15 @@ def _flight_lines(flight: Flight | None) -> list[str]:
 
 
 def _shot_lines(proposal: Proposal) -> list[str]:
-    """Return one shot for each camera."""
+    """Return one shot for each camera; a film needs more than one moment."""
     found = proposal.found
+    if found.start == found.end:
+        return ["shots: []                       # the log is one moment: `still` shows it"]
     windows = [("overview", found.start, found.end)]
     if proposal.corner is not None:
         windows.append(("corner", found.start, found.end))
     windows += [(ride.camera, ride.start, ride.end) for ride in proposal.rides]
     if proposal.flight is not None:
         windows.append(("flight", found.start, found.end))
-    return [f"  - {{camera: {name}, from: {a:g}, to: {b:g}}}" for name, a, b in windows]
+    lines = [f"  - {{camera: {name}, from: {a:.12g}, to: {b:.12g}}}" for name, a, b in windows]
+    return ["shots:", *lines]

@@ -29,6 +29,9 @@ from sumo3dviz_pt.pipeline.proposals.passers import crowded, not_looming, unbloc
 SEED = 1
 """Of the ring's first azimuth, and of the proposed scene file."""
 
+SHORTEST_FLIGHT = 0.1
+"""No camera flies in a shorter moment [s]: its key frames need times of their own."""
+
 _FOV, _CORNER_FOV = 60.0, 65.0
 _MARGIN = 3.0  # eyes keep this distance from everything that stands [m]
 _KERB = 0.9  # and those at the height of people this from carriageways [m]
@@ -165,7 +168,10 @@ def corner(scouting: Scouting) -> Stand | None:
 
 def flight(scouting: Scouting) -> Flight | None:
     """Return a gentle descent along the main road or around the place, or None without room."""
-    found, ways = scouting.found, _ways(scouting)
+    found = scouting.found
+    if found.end - found.start < SHORTEST_FLIGHT:
+        return None
+    ways = _ways(scouting)
     # Rate each way by all of its key frames; one bad frame spoils a film.
     place = found.place
     eyes = np.concatenate(ways)

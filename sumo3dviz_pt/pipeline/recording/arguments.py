@@ -105,9 +105,9 @@ def _when(settings: SumoSettings, order: RecordOrder) -> list[str]:
     found = []
     if order.start is not None:
         begin = max(order.start - MARGIN, settings.begin)
-        found += ["--device.fcd.begin", f"{begin:g}"]
+        found += ["--device.fcd.begin", f"{begin:.12g}"]
     if order.end is not None:
-        found += ["--end", f"{end_of(settings, order):g}"]
+        found += ["--end", f"{end_of(settings, order):.12g}"]
     return found + (["--seed", str(order.seed)] if order.seed is not None else [])
 
 

@@ -40,7 +40,9 @@ class RecordOrder:
             ConfigError: If the window ends before it begins, or a radius is none.
         """
         if self.start is not None and self.end is not None and self.end <= self.start:
-            raise ConfigError(f"--to ({self.end:g}) must be later than --from ({self.start:g})")
+            raise ConfigError(
+                f"--to ({self.end:.12g}) must be later than --from ({self.start:.12g})"
+            )
         if self.around is not None and self.follow is not None:
             raise ConfigError("give either --around or --follow")
         radius = self.radius if self.around is None else self.around[2]

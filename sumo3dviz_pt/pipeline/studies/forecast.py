@@ -8,6 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
 
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.progress.conditions import film_cost, forecast_factor
@@ -18,6 +22,7 @@ from sumo3dviz_pt.pipeline.progress.costs import (
     space_in_words,
     time_in_words,
 )
+from sumo3dviz_pt.pipeline.reading import scenario_files, stamps_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
@@ -76,8 +81,18 @@ class Forecast:
 
 
 def frames_of(stimulus: Stimulus) -> int:
-    """Return how many frames a film has."""
-    return len(Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot))
+    """Return how many frames a film has, which ends where the log does."""
+    times = Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot)
+    logs = scenario_files(stimulus.job).trajectories
+    return int(np.sum(times <= _end_of(stamps_of(logs)) + 1e-6))
+
+
+@lru_cache(maxsize=64)
+def _end_of(logs: tuple[tuple[str, int, int], ...]) -> float:
+    """Return the last time of a simulation's logs [s], which are named with their versions."""
+    from sumo3dviz_pt.sumo import whereabouts
+
+    return whereabouts([Path(name) for name, *_ in logs], "").end
 
 
 def cost_of_film(stimulus: Stimulus) -> Cost:

@@ -191,8 +191,8 @@ def _nobody(changes: Sequence[str], films: tuple[Stimulus, Stimulus], logs: Logs
             yield f"nobody in the log is called {named['id']}, so it has no effect"
         elif change.startswith("vehicles.") and not any(map(_meets, films, there)):
             yield (
-                f"{named['id']} is not on the road between {shot.start:g} and {shot.end:g} s, so it"
-                " has no effect"
+                f"{named['id']} is not on the road between {shot.start:.12g} and {shot.end:.12g} s,"
+                " so it has no effect"
             )
 
 

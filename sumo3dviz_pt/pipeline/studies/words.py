@@ -81,7 +81,7 @@ def _priors(plan: StudyPlan) -> Priors:
 def _film(stimulus: Stimulus, *, there: bool) -> str:
     """Return a row about a film."""
     width, height = stimulus.job.output.size
-    shot = f"{stimulus.shot.camera} {stimulus.shot.start:g} to {stimulus.shot.end:g} s"
+    shot = f"{stimulus.shot.camera} {stimulus.shot.start:.12g} to {stimulus.shot.end:.12g} s"
     work = (
         "is there"
         if there

@@ -53,13 +53,13 @@ def _shot(peer: Configuration, mode: str, log: Path) -> dict[str, Any] | None:
         peer.notes.append(f"modes.{mode}.ego_identifier: {ego!r} is not in the log {log}")
         return shot
     if last <= first:
-        there = ", ".join(f"{a:g} to {b:g} s" for a, b in spans)
+        there = ", ".join(f"{a:.12g} to {b:.12g} s" for a, b in spans)
         text = f"no shot for modes.{mode}: {ego!r} is in the log at other times ({there})"
         peer.notes.append(text)
         return None
     if (first, last) != (start, end):
-        text = f"modes.{mode} is filmed from {first:g} to {last:g} s, while {ego!r} is in the log"
-        peer.notes.append(text)
+        span = f"{first:.12g} to {last:.12g} s"
+        peer.notes.append(f"modes.{mode} is filmed from {span}, while {ego!r} is in the log")
     return {**shot, "from": first, "to": last}
 
 

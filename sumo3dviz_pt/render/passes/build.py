@@ -171,7 +171,7 @@ def report(tally: Tally, time: float) -> None:
     alarming = tally.dimmed_share > MOST_DIMMED or tally.nonfinite > 0
     log.log(
         logging.WARNING if alarming else logging.DEBUG,
-        "at %g s the firefly cap took %.2f %% of the light of pixels darker than white and"
+        "at %.12g s the firefly cap took %.2f %% of the light of pixels darker than white and"
         " %.2f %% of all; %d pixel values were not finite, %d negative",
         time,
         100 * tally.dimmed_share,

@@ -171,7 +171,7 @@ def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iter
         shown, wanted = _shown(frame, other), _shown(other, other)
         row, difference = pair_row(shown, wanted, before)
         if worst is None or float(row["flip"]) > worst.flip:
-            titles = [f"{_label(some)} at {some.time:g} s" for some in (frame, other)]
+            titles = [f"{_label(some)} at {some.time:.12g} s" for some in (frame, other)]
             worst = _Worst(float(row["flip"]), shown.picture, wanted.picture, titles)
         yield {
             **_identity(number, frame),

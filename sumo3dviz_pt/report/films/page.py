@@ -70,7 +70,7 @@ class FilmFacts:
         return cls(
             {
                 "frames": f"{len(frames)} of {frames[0].path.parent.name}",
-                "time [s]": f"{frames[0].time:g} to {frames[-1].time:g}",
+                "time [s]": f"{frames[0].time:.12g} to {frames[-1].time:.12g}",
                 "camera": _listed(frame.camera for frame in frames),
                 "seed": _listed(str(frame.seed) for frame in frames if frame.seed >= 0),
                 "preset": _listed(frame.quality for frame in frames),

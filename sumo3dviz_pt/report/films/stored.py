@@ -83,7 +83,7 @@ def find_frames(place: Path) -> list[Stored]:
     for one, other in pairwise(frames):
         if other.time - one.time < SAME_TIME:
             both = f"{one.path.name} and {other.path.name}"
-            raise ConfigError(f"{folder}: {both} both show {one.time:g} s", key="frames")
+            raise ConfigError(f"{folder}: {both} both show {one.time:.12g} s", key="frames")
     return frames
 
 
@@ -150,4 +150,4 @@ def _span(frames: Sequence[Stored]) -> str:
     """Say how many frames there are, from when to when."""
     first, last = frames[0], frames[-1]
     name = first.path.parent.name
-    return f"{name} has {len(frames)} frames from {first.time:g} s to {last.time:g} s"
+    return f"{name} has {len(frames)} frames from {first.time:.12g} s to {last.time:.12g} s"

@@ -239,7 +239,7 @@ def _label_times(axis: Any, logged: MotionCourse) -> None:
         chosen = chosen[:1]
     for place in chosen.tolist():
         axis.annotate(
-            f"{logged.times[place]:g} s", logged.places[place], (7, 7), fontsize=8, zorder=6,
+            f"{logged.times[place]:.12g} s", logged.places[place], (7, 7), fontsize=8, zorder=6,
             textcoords="offset points", path_effects=_halo(), color="0.15",
         )  # fmt: skip
 

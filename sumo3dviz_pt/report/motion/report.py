@@ -179,7 +179,8 @@ def _lines(report: MotionReport) -> Iterator[str]:
     users = ", ".join(f"{group.users} {group.kind}s" for group in report.groups)
     yield f"motion   smoother {report.smoother}, measured at {report.fps:g} fps"
     yield (
-        f"log      {report.begin:g} to {report.end:g} s every {report.step:g} s: {users or 'empty'}"
+        f"log      {report.begin:.12g} to {report.end:.12g} s every {report.step:g} s:"
+        f" {users or 'empty'}"
     )
     yield f"speeds   {SPEEDS[report.speeds]}"
     yield f"births   {report.births} within the log; deaths {report.deaths}"
@@ -193,12 +194,13 @@ def _lines(report: MotionReport) -> Iterator[str]:
 def _pop_up_lines(shot: PopUps) -> Iterator[str]:
     """Yield the lines of one shot."""
     yield (
-        f"  {shot.camera}, {shot.begin:g} to {shot.end:g} s: {len(shot.births)} appear in the"
+        f"  {shot.camera}, {shot.begin:.12g} to {shot.end:.12g} s: {len(shot.births)} appear in the"
         f" picture, {len(shot.deaths)} vanish"
     )
     for word, some in (("appears", shot.births), ("vanishes", shot.deaths)):
         for each in some[:WORST]:
-            yield f"    {each.id} {word} at {each.time:g} s, {each.value:.0f} m away{_where(each)}"
+            where = f"{each.value:.0f} m away{_where(each)}"
+            yield f"    {each.id} {word} at {each.time:.12g} s, {where}"
 
 
 def _where(finding: Finding) -> str:
@@ -227,7 +229,7 @@ def _remark_lines(remarks: Sequence[Finding]) -> Iterator[str]:
 def _listed(some: Sequence[Finding], most: int, unit: str) -> Iterator[str]:
     """Yield the lines of the largest remarks of a kind."""
     for each in sorted(some, key=lambda each: -abs(each.value))[:most]:
-        span = f"{each.time:g} to {each.end:g} s"
+        span = f"{each.time:.12g} to {each.end:.12g} s"
         size = f"{each.value:.2f} {unit}" if each.kind != "steep" else f"{degrees(each.value):.0f}°"
         yield f"    {each.id}, {span}: {size}{_where(each)}"
     if 0 < most < len(some):

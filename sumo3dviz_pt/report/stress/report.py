@@ -58,7 +58,7 @@ class StressReport:
 def in_words(report: StressReport) -> str:
     """Return the report as people read it."""
     width = max((len(outcome.name) for outcome in report.outcomes), default=0)
-    lines = [f"shot {report.camera} at {report.time:g} s"]
+    lines = [f"shot {report.camera} at {report.time:.12g} s"]
     lines += [_line(outcome, width) for outcome in report.outcomes]
     spent = sum(outcome.cpu for outcome in report.outcomes)
     lines.append(

@@ -184,9 +184,11 @@ class RidingCamera:
         for piece in self.trajectory.pieces:
             if piece.begin - self.slack <= time <= piece.end + self.slack:
                 return piece
-        lives = ", ".join(f"{piece.begin:g} to {piece.end:g} s" for piece in self.trajectory.pieces)
+        lives = ", ".join(
+            f"{piece.begin:.12g} to {piece.end:.12g} s" for piece in self.trajectory.pieces
+        )
         raise ConfigError(
-            f"{self.trajectory.id!r} is not there at {time:g} s; it is there from {lives}",
+            f"{self.trajectory.id!r} is not there at {time:.12g} s; it is there from {lives}",
             key="cameras",
         )
 

@@ -88,7 +88,7 @@ class LogReader(ElementSink):
             finally:
                 self._flush()
         except _DoneError:
-            logger.debug("%s: stopped reading past %g s", self.file, self._end)
+            logger.debug("%s: stopped reading past %.12g s", self.file, self._end)
         except TruncatedError as error:
             self.breaks_off = True
             self._drop_last_step()

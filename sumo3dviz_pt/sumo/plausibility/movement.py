@@ -129,8 +129,8 @@ def stray_findings(log: TrafficLog) -> tuple[Finding, ...]:
     rows, many = ("a row lies", "") if len(found) == 1 else (f"{len(found)} rows lie", "first ")
     text = (
         f'{rows} far from the rows before and after: {many}{trace.kind} "{cut(trace.id)}" at'
-        f" {trace.times[row]:g} s, {away:,.0f} m away, so it is not drawn from {before:g} to"
-        f" {after:g} s; mend the row, or write the log again"
+        f" {trace.times[row]:.12g} s, {away:,.0f} m away, so it is not drawn from {before:.12g} to"
+        f" {after:.12g} s; mend the row, or write the log again"
     )
     return (Finding("strays", text),)
 
@@ -196,6 +196,6 @@ def _hole(traces: Sequence[Trace], step: float) -> Finding | None:
     many = f"{len(holes)} holes; the longest is" if len(holes) > 1 else "a hole"
     return Finding(
         "holes",
-        f"the log has {many} from {begin:g} to {begin + longest:g} s, in which its {there} vehicles"
-        " are not drawn; write the log again, or film before or after it",
+        f"the log has {many} from {begin:.12g} to {begin + longest:.12g} s, in which its"
+        f" {there} vehicles are not drawn; write the log again, or film before or after it",
     )

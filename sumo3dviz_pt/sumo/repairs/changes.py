@@ -107,7 +107,7 @@ class TypeChanges:
         if before != after:
             self.users.add(user)
             name, told = f"{user[0]} `{cut(user[1])}`", f"from `{cut(before)}` to `{cut(after)}`"
-            self.first = self.first or f"{name}, {told} at {time:g} s"
+            self.first = self.first or f"{name}, {told} at {time:.12g} s"
 
     @property
     def text(self) -> str:

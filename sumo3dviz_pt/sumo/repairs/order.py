@@ -25,8 +25,8 @@ def backward_steps(steps: Sequence[float]) -> str:
         return ""
     first = int(back[0])
     return (
-        f"time goes backward {_times(len(back))}, at first from {times[first]:g} s to"
-        f" {times[first + 1]:g} s; the steps are sorted, and the first of repeated ones counts"
+        f"time goes backward {_times(len(back))}, at first from {times[first]:.12g} s to"
+        f" {times[first + 1]:.12g} s; the steps are sorted, and the first of repeated ones counts"
     )
 
 

@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.outlooks import Outing, outlooks
 from sumo3dviz_pt.pipeline.progress.build import WorkCourse
-from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+from sumo3dviz_pt.pipeline.progress.expectations import checking_steps
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.world.shared import seen_of
@@ -56,7 +56,7 @@ def test_what_a_report_announces_are_the_steps_that_were_expected(job):
     """Else the time left would stand still, or count what is over."""
     shots = tuple(job.shots[0].model_copy(update={"camera": name}) for name in NAMES)
     job = job.model_copy(update={"shots": shots})
-    steps = building_steps(job, shots=len(shots))
+    steps = checking_steps(job)
     course, seconds = WorkCourse(steps, 0.0), []
 
     def hear(news):

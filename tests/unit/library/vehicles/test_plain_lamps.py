@@ -35,6 +35,18 @@ def test_everybody_has_lamps_that_shine_away_from_the_body(vclass, factor):
     assert sum(lamp.at[1] for lamp in lamps) == pytest.approx(0.0)
 
 
+@pytest.mark.parametrize("height", [0.1, 1.5, 50.0])
+@pytest.mark.parametrize("width", [0.1, 2.0, 300.0])
+@pytest.mark.parametrize("vclass", ["bicycle", "passenger", "ship"])
+def test_bodies_of_any_size_have_lamps(vclass, width, height):
+    """Brake lamps of wide, low ones lay above them, and no scene with such a vType was drawn."""
+    for length in (0.1, 5000.0):
+        body = plain_body(vclass, length=length, width=width, height=height)
+        lamps = plain_lamps(vclass, [part.mesh for part in body.parts])
+        assert all(0.0 < lamp.at[2] < height and abs(lamp.at[1]) < width / 2 for lamp in lamps)
+        assert len(lamps) == 3 if vclass in NARROW else 6
+
+
 @pytest.mark.parametrize("vclass", sorted(UNLIT))
 def test_walkers_and_boxes_have_none(vclass):
     assert lamps_of(vclass, 1.0)[0] == ()

@@ -9,6 +9,8 @@ import pytest
 import shapely
 from builders import write_scenario
 
+from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.job.cameras import CinematicCamera
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Trace, TrafficLog, VehicleType
@@ -606,6 +608,31 @@ def test_a_template_that_was_asked_for_wins(tmp_path):
     again, _ = propose(tmp_path, output=tmp_path / "s.yaml")
     assert "template: overcast" not in again and "# Chosen because:" in again
     assert propose(tmp_path, output=tmp_path / "s.yaml")[0] == again, "the same each time"
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [(1e7, 1e7 + 15), (-12345.5, -12330.5), (5.0, 5.0)],
+    ids=["late", "early", "once"],
+)
+def test_times_of_any_log_are_written_to_the_millisecond(tmp_path, capsys, begin, end):
+    """What is proposed can be read, and its shots lie where the log does."""
+    scene = write_scenario(tmp_path, vehicles=2, begin=begin, end=end)
+    text, notes = propose(tmp_path, output=scene)
+    scene.write_text(text, encoding="utf-8")
+    job = load_job(scene)
+    assert bool(job.shots) == (end > begin)
+    assert all(begin <= shot.start < shot.end <= end for shot in job.shots)
+    flies = [camera for camera in job.cameras.values() if isinstance(camera, CinematicCamera)]
+    assert bool(flies) == (end > begin) or any("`flight`" in note for note in notes)
+    for camera in flies:
+        assert [key.time for key in camera.keyframes] == sorted({k.time for k in camera.keyframes})
+    assert check_scene(job, presets=["draft"])["log"]["begin"] == begin
+    if job.shots:
+        film = ["-o", str(tmp_path / "{shot}.mp4")]
+        assert main(["render", str(scene), "--dry-run", *film]) == 0
+        said = capsys.readouterr().out
+        assert f"{job.shots[0].start:.1f}".removesuffix(".0") in said and "e+0" not in said
 
 
 @pytest.mark.parametrize(("ahead", "good"), [(3.0, False), (13.0, True)])

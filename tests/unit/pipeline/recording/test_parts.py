@@ -6,6 +6,8 @@ import logging
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.motion import MARGIN
+from sumo3dviz_pt.pipeline.recording.arguments import _when
 from sumo3dviz_pt.pipeline.recording.near import join_steps, keep_near
 from sumo3dviz_pt.pipeline.recording.network import edge_names, has_heights
 from sumo3dviz_pt.pipeline.recording.notes import pass_on
@@ -112,6 +114,16 @@ def test_orders_that_contradict_themselves(tmp_path):
         RecordOrder(tmp_path, around=(0.0, 0.0, 5.0), follow="a")
     with pytest.raises(ConfigError, match="a radius must be above 0 m"):
         RecordOrder(tmp_path, follow="a", radius=0.0)
+
+
+def test_sumo_is_told_late_times_to_the_millisecond(tmp_path):
+    """From 1e+06 s on it was told 1.23457e+06."""
+    (tmp_path / "a.sumocfg").write_text('<configuration><net-file value="n"/></configuration>')
+    order = RecordOrder(tmp_path, start=12_345_678.125, end=12_345_699.25)
+    said = _when(read_settings(tmp_path / "a.sumocfg"), order)
+    times = dict(zip(said[::2], map(float, said[1::2]), strict=True))
+    assert times["--device.fcd.begin"] == order.start - MARGIN
+    assert times["--end"] == order.end + MARGIN
 
 
 def test_days_are_times_too(tmp_path):

@@ -26,6 +26,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
 )
 from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study, film_tasks, finish_study
 from sumo3dviz_pt.pipeline.studies.thumbnails import sheet
+from sumo3dviz_pt.pipeline.studies.words import plan_in_words
 from sumo3dviz_pt.video import encode
 
 STUDY = """scene: scene.yaml
@@ -248,6 +249,14 @@ def test_a_dry_run_says_what_would_be_shown_and_makes_nothing(place, capsys):
     assert "  light            2 pairs: sky.preset\n" in said
     assert "there    0 of 4 films" in said and "cost     8 frames of 4 films: about" in said
     assert not (place / "out").exists()
+
+
+def test_a_forecast_ends_where_the_log_does(place):
+    """The log ends at 12 s: of 5 s at 25 frames a second, 2 and its last frame are there."""
+    plan = planned(place, STUDY.replace("from: 2, to: 2.2", "from: 10, to: 15"))
+    fps = plan.stimuli[0].job.output.fps
+    assert forecast(plan, plan.stimuli[:1]).frames == 2 * fps + 1
+    assert f"{2 * fps + 1} frames" in plan_in_words(plan, plan.stimuli)
 
 
 def test_a_forecast_counts_layers_certificate_and_report(place):
