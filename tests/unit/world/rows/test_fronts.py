@@ -19,7 +19,8 @@ from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.rows.build import BUDGET, _courts, build_fronts
+from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
+from sumo3dviz_pt.world.rows.courts import court_meshes
 from sumo3dviz_pt.world.rows.fronts import REACH, Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE
 
@@ -229,7 +230,7 @@ def test_no_court_lies_in_one_plane_with_what_it_covers():
     """
     net = read_network(data_root("examples") / "crossing" / "crossing.net.xml.gz")
     rows, layout, _ = grown(net, eyes=np.array([[268.0, 290.0, 1.3]]))
-    courts = enumerate(_courts(rows.forecourts, layout, (0.0, 0.0)))
+    courts = enumerate(court_meshes(rows.forecourts, layout, (0.0, 0.0)))
     roads = build_roads(net, RoadSettings(), textured=True, focus=(255.0, 280.0, 280.0, 300.0))
     static = {item.id: item.part.mesh for item in roads.static}
     covered = {name: static[name] for name in ("road/setts/kerb_stone", "road/stones/kerb_stone")}
