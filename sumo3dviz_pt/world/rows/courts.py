@@ -69,8 +69,10 @@ def _joined(heights: Floats, places: Floats, layout: RoadLayout) -> Floats:
         layout: The roads.
     """
     borders = layout.memory.of(("borders",), partial(_borders, layout))
-    away, near = borders.tree.query(places, k=min(_COUNT, len(borders.starts)))
-    away, near = away.reshape(len(places), -1), near.reshape(len(places), -1)
+    away, near = (
+        np.asarray(found).reshape(len(places), -1)
+        for found in borders.tree.query(places, k=min(_COUNT, len(borders.starts)))
+    )
     used, own = np.unique(near, return_inverse=True)
     own = own.reshape(near.shape)
     # Each piece of a border goes on along its own slope.
