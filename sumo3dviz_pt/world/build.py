@@ -55,7 +55,8 @@ from sumo3dviz_pt.world.roads.drawn import DrawnSurface, drawn_surface
 from sumo3dviz_pt.world.roads.owners import RoadOwners, owners_of_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, connections_in
 from sumo3dviz_pt.world.roads_around import region_of, roads_around
-from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
+from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts
+from sumo3dviz_pt.world.rows.courts import court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
 from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season, season_of

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from any_network.known import expect
 from any_network.laws import before_camera, blocked_ways, standing_on_roads
+from any_network.paving import ground_over_paving, paved_twice
 from any_network.programs import why_missing
 from any_network.proposed import (
     Pose,
@@ -74,6 +75,11 @@ def test_nothing_stands_where_vehicles_drive(built, request):
     faults = list(standing_on_roads(built.town.drawn, built.static))
     faults += blocked_ways(built.town.drawn, built.static)
     assert not faults, "\n".join(faults[:20])
+
+
+def test_paving_beside_roads_lies_on_top_and_alone(built):
+    faults = [*ground_over_paving(built.static, step=0.9), *paved_twice(built.static)]
+    assert not faults, "\n".join(faults)
 
 
 def test_nothing_stands_before_the_proposed_camera(built, request):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -19,24 +18,20 @@ from sumo3dviz_pt.library.buildings.shell import joined
 from sumo3dviz_pt.library.buildings.styles import ROWS, BuildingStyle
 from sumo3dviz_pt.library.materials.by_key import (
     material_name,
-    metres_per_tile,
-    planar_uvs,
     surface_material,
 )
-from sumo3dviz_pt.library.mesh.planar import polygon_parts
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.library.mesh.walls import walls
-from sumo3dviz_pt.model.geometry import Floats, Mesh, belonging, merge_meshes, settled
+from sumo3dviz_pt.model.geometry import Floats, belonging, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.world.objects.build import material_of, merged
 from sumo3dviz_pt.world.objects.houses import Chance, lamp_sets, painted
-from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.style import PAVING
+from sumo3dviz_pt.world.rows.courts import court_meshes, court_sides
 from sumo3dviz_pt.world.rows.lots import House, Rows
 from sumo3dviz_pt.world.structures.concrete import MATERIAL, SURFACE, concrete
 
@@ -49,9 +44,6 @@ BUDGET = 300_000
 _LIMITS = np.array([75.0, 260.0])  # where coarser levels begin [m]
 _COST = {NEAR: 190.0, MIDDLE: 48.0, FAR: 13.0}  # triangles per metre of walls, about
 _QUARTER = 140.0  # houses in a cell of this size are about equally high [m]
-_ABOVE = 0.004  # how far forecourts lie above footways, whose rim and small stones they cover [m]
-_DEEP = 0.5  # of their sides [m]
-_SQUARE = 1.5  # forecourts on slopes consist of squares of this size [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,10 +95,10 @@ def build_fronts(
     # Pave the forecourts.
     court = material_name(PAVING)
     materials[court] = surface_material(PAVING, textured=True)
-    for number, mesh in enumerate(_courts(rows.forecourts, layout, near)):
+    for number, mesh in enumerate(court_meshes(rows.forecourts, layout, near)):
         static.append(StaticPart(f"{FAMILY}/court/{number}", "roads", Part(mesh, court)))
     if not layout.cells.is_flat:
-        sides = merge_meshes(_court_sides(rows.forecourts, layout, around.height_at))
+        sides = merge_meshes(court_sides(rows.forecourts, layout, around.height_at))
         static.append(StaticPart(f"{FAMILY}/sides", "roads", Part(concrete(sides), MATERIAL)))
         materials[MATERIAL] = surface_material(SURFACE, textured=True)
     lamps = tuple(replace(some, id=f"{FAMILY}_{some.id}") for some in lamp_sets(shining))
@@ -187,96 +179,3 @@ def _levels(houses: Sequence[House], around: Surroundings) -> list[int]:
         shrink *= 0.85
         levels = np.searchsorted(_LIMITS * shrink, nearest, side="right")
     return [int(level) for level in levels]
-
-
-def court_height(layout: RoadLayout) -> HeightAt:
-    """Return the height of forecourts at places: that of the footways beside them."""
-
-    def height_at(places: Floats) -> Floats:
-        """Return height at places, (n, 2) -> (n,) [m]."""
-        if not len(places):
-            return np.zeros(0)
-        return heights_near(layout.cells, places) + SIDEWALK_HEIGHT + _ABOVE
-
-    return height_at
-
-
-def _courts(
-    areas: Sequence[shapely.Polygon], layout: RoadLayout, near: tuple[float, float]
-) -> list[Mesh]:
-    """Paving at the height of the footways beside it; where all is level with sides all around."""
-    if not areas:
-        return []
-    # Cut the areas into triangles; on slopes so small ones that they follow the footways.
-    flat = layout.cells.is_flat
-    pieces = [[area] if flat else _squares(area) for area in areas]
-    cut = [triangulate_many([shapely.orient_polygons(p) for p in some]) for some in pieces]
-    ends = np.cumsum([len(made.vertices) for made in cut])[:-1]
-    # Ask for all heights at once: each request for heights of a sloped road is expensive.
-    places = np.concatenate([made.vertices for made in cut])
-    level = np.split(court_height(layout)(places), ends)
-    # Raise them, and close their sides.
-    tile = metres_per_tile(PAVING)
-    meshes = []
-    for area, made, heights in zip(areas, cut, level, strict=True):
-        top = np.column_stack([made.vertices, heights])
-        mesh = Mesh(top, made.faces)
-        if flat:
-            # Vertices come ring by ring, as triangles are cut.
-            whole = shapely.orient_polygons(area)
-            sizes = [len(ring.coords) - 1 for ring in (whole.exterior, *whole.interiors)]
-            rings = np.split(top, np.cumsum(sizes)[:-1])
-            sides = walls(rings, [ring - [0.0, 0.0, _DEEP] for ring in rings])
-            vertices = np.concatenate([top, sides.vertices])
-            mesh = Mesh(vertices, np.concatenate([made.faces, sides.faces + len(top)]))
-        uvs = planar_uvs(mesh.vertices, tile=tile, near=near)
-        meshes.append(replace(mesh, uvs=uvs))
-    return meshes
-
-
-def _squares(area: shapely.Polygon) -> list[shapely.Polygon]:
-    """An area cut along a grid of the plane."""
-    low, high = np.reshape(area.bounds, (2, 2)) / _SQUARE
-    x, y = (np.arange(np.floor(a), np.ceil(b)) * _SQUARE for a, b in zip(low, high, strict=True))
-    x, y = (grid.ravel() for grid in np.meshgrid(x, y))
-    squares = shapely.box(x, y, x + _SQUARE, y + _SQUARE)
-    shapely.prepare(area)
-    squares = squares[shapely.intersects(area, squares)]
-    pieces = np.where(
-        shapely.contains_properly(area, squares), squares, shapely.intersection(area, squares)
-    )
-    return [part for piece in pieces.tolist() for part in polygon_parts(piece)]
-
-
-def _court_sides(
-    areas: Sequence[shapely.Polygon], layout: RoadLayout, ground_at: HeightAt
-) -> list[Mesh]:
-    """Walls from the borders of sloped forecourts down into the ground."""
-    lines = [
-        _crossed(shapely.get_coordinates(ring))
-        for area in areas
-        for whole in [shapely.orient_polygons(area)]
-        for ring in (whole.exterior, *whole.interiors)
-    ]
-    if not lines:
-        return []
-    places = np.concatenate(lines)
-    top = court_height(layout)(places)
-    foot = np.minimum(top, ground_at(places)) - _DEEP
-    ends = np.cumsum([len(line) for line in lines])[:-1]
-    rings = [np.split(np.column_stack([places, z]), ends) for z in (top, foot)]
-    return [walls(*rings)]
-
-
-def _crossed(ring: Floats) -> Floats:
-    """A closed line, (n, 2) [m], with points where it crosses the grid of squares, (m, 2) [m]."""
-    found = []
-    for start, end in pairwise(ring):
-        low, high = np.minimum(start, end) / _SQUARE, np.maximum(start, end) / _SQUARE
-        shares = [np.zeros(1)]
-        for axis in np.flatnonzero(high - low > 1e-9):
-            lines = np.arange(np.ceil(low[axis]), np.floor(high[axis]) + 1.0) * _SQUARE
-            shares.append((lines - start[axis]) / (end[axis] - start[axis]))
-        share = np.unique(np.concatenate(shares))
-        found.append(start + share[share < 1.0, None] * (end - start))
-    return np.concatenate(found)

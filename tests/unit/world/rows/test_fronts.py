@@ -5,6 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from any_network.paving import (
+    faces_up,
+    ground_over_paving,
+    highest,
+    paved_beside,
+    paved_twice,
+    plan_of,
+    points_on,
+)
 from coincident import shared_area
 
 from sumo3dviz_pt.catalog import data_root
@@ -19,7 +28,8 @@ from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.rows.build import BUDGET, _courts, build_fronts
+from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
+from sumo3dviz_pt.world.rows.courts import court_meshes
 from sumo3dviz_pt.world.rows.fronts import REACH, Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE
 
@@ -229,7 +239,7 @@ def test_no_court_lies_in_one_plane_with_what_it_covers():
     """
     net = read_network(data_root("examples") / "crossing" / "crossing.net.xml.gz")
     rows, layout, _ = grown(net, eyes=np.array([[268.0, 290.0, 1.3]]))
-    courts = enumerate(_courts(rows.forecourts, layout, (0.0, 0.0)))
+    courts = enumerate(court_meshes(rows.forecourts, layout, (0.0, 0.0)))
     roads = build_roads(net, RoadSettings(), textured=True, focus=(255.0, 280.0, 280.0, 300.0))
     static = {item.id: item.part.mesh for item in roads.static}
     covered = {name: static[name] for name in ("road/setts/kerb_stone", "road/stones/kerb_stone")}
@@ -350,85 +360,43 @@ def shops(request):
     return build_place(World.of(given, job), CameraPath.all_round(EYES)).static
 
 
-def faces_up(parts):
-    """Triangles that are seen from above, (n, 3, 3) [m]."""
-    meshes = [part.part.mesh for part in parts]
-    corners = np.concatenate([np.zeros((0, 3, 3)), *(m.vertices[m.faces] for m in meshes)])
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return corners[across[:, 2] > 0.3 * np.linalg.norm(across, axis=1)]
-
-
-def highest(corners, places):
-    """Height of the topmost triangle at places, (n,) [m]; -inf where there is none."""
-    tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
-    asked, face = tree.query(shapely.points(places), predicate="intersects")
-    a, b, c = (corners[face, k] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    z = a[:, 2] - ((places[asked] - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2]
-    found = np.full(len(places), -np.inf)
-    np.maximum.at(found, asked, z)
-    return found
-
-
-def kinds_of(static):
-    """Parts of forecourts, of slabs, of roads and footways, and of the ground and its grass."""
-    courts = [part for part in static if "/court/" in part.id]
-    slabs = [
-        part for part in static if part.id in ("areas/area:asphalt_old", "areas/area:concrete")
-    ]
-    roads = [part for part in static if part.id in ("road/asphalt", "road/paving")]
-    lawns = ("ground", "ground/far", "ground/blades/near", "ground/blades/far")
-    ground = [part for part in static if part.id in lawns or part.id == "areas/area:ground_grass"]
-    assert courts and len(slabs) == 2 and roads and ground
-    return courts, slabs, roads, ground
-
-
-def points_on(corners, step=0.45):
-    """Places on a grid over triangles, (n, 2) [m]."""
-    low, high = corners[..., :2].min(axis=(0, 1)), corners[..., :2].max(axis=(0, 1))
-    x, y = np.meshgrid(*(np.arange(a + 0.13, b, step) for a, b in zip(low, high, strict=True)))
-    places = np.column_stack([x.ravel(), y.ravel()])
-    return places[np.isfinite(highest(corners, places))]
-
-
 def test_the_ground_and_its_grass_never_lie_above_what_is_paved(shops):
-    courts, slabs, _, ground = kinds_of(shops)
-    for paved in (courts, slabs):
-        tops = faces_up(paved)
-        places = points_on(tops)
-        assert len(places) > 500
-        over = highest(faces_up(ground), places) - highest(tops, places)
-        assert (over < 0.0).all(), f"{(over >= 0).sum()} of {len(places)}, up to {over.max():.2f} m"
-        # Blades are not seen from above; their tips lean over the border.
-        inner = shapely.union_all(shapely.polygons(tops[..., :2]), grid_size=1e-4).buffer(-0.25)
-        shapely.prepare(inner)
-        for part in (part for part in ground if "blades" in part.id):
-            assert not shapely.contains_xy(inner, part.part.mesh.vertices[:, :2]).any(), part.id
+    assert set(paved_beside(shops)) == {"forecourts", "slabs"}
+    assert not list(ground_over_paving(shops, step=0.45))
+
+
+def roads_of(static):
+    """Carriageways and footways."""
+    return [part for part in static if part.id in ("road/asphalt", "road/paving")]
 
 
 def test_forecourts_follow_the_footways_that_they_join(shops):
-    courts, _, roads, _ = kinds_of(shops)
-    tops, footways = faces_up(courts), faces_up(roads)
+    tops = faces_up(paved_beside(shops)["forecourts"])
     places = points_on(tops, 0.11)
-    gap = highest(tops, places) - highest(footways, places)
+    gap = highest(tops, places) - highest(faces_up(roads_of(shops)), places)
     gap = gap[np.isfinite(gap)]
     assert len(gap) > 100 and gap.min() > -0.02 and gap.max() < 0.03
 
 
 def test_two_things_never_pave_one_place(shops):
-    courts, slabs, roads, _ = kinds_of(shops)
-    shapes = {
-        name: shapely.union_all(shapely.polygons(faces_up(parts)[..., :2]), grid_size=1e-4)
-        for name, parts in (("courts", courts), ("slabs", slabs), ("roads", roads))
-    }
-    assert shapes["courts"].intersection(shapes["slabs"]).area < 0.01
-    assert shapes["slabs"].intersection(shapes["roads"]).area < 0.01
+    paved, roads = paved_beside(shops), plan_of(roads_of(shops))
+    assert not list(paved_twice(shops))
+    assert plan_of(paved["slabs"]).intersection(roads).area < 0.01
     # Forecourts cover the stones at the back of pavements and nothing more.
-    assert shapes["courts"].intersection(shapes["roads"].buffer(-0.25)).area < 0.01
-    for parts in (courts, slabs):
-        corners = faces_up(parts)
-        whole = shapely.union_all(shapely.polygons(corners[..., :2]), grid_size=1e-4)
-        assert shapely.area(shapely.polygons(corners[..., :2])).sum() < whole.area + 0.1
-    meshes = {part.id: part.part.mesh for part in (*courts, *slabs, *roads)}
-    paved = {part.id for part in (*courts, *slabs)}
-    assert not {pair for pair in shared_area(meshes) if paved & set(pair)}
+    assert plan_of(paved["forecourts"]).intersection(roads.buffer(-0.25)).area < 0.01
+    beside = {part.id: part.part.mesh for parts in paved.values() for part in parts}
+    meshes = beside | {part.id: part.part.mesh for part in roads_of(shops)}
+    assert not {pair for pair in shared_area(meshes) if beside.keys() & set(pair)}
+
+
+def test_forecourts_go_over_from_one_street_to_another_at_corners():
+    ends = ((-110.0, 0.0), (110.0, 0.0)), ((0.0, -110.0), (0.0, 110.0))
+    net = network(*(street(name, way, rise=0.31) for name, way in zip("en", ends, strict=True)))
+    rows, layout, _ = grown(net)
+    meshes = court_meshes(rows.forecourts, layout, (0.0, 0.0))
+    corners = np.concatenate([mesh.vertices[mesh.faces] for mesh in meshes])
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.linalg.norm(across, axis=1)
+    steep = np.hypot(across[:, 0], across[:, 1]) > 1.5 * np.abs(across[:, 2])
+    assert area.sum() > 1000.0
+    assert area[steep].sum() < 10.0, f"{area[steep].sum():.1f} m2"
