@@ -109,11 +109,13 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         "motion": lawfulness(motion).as_dict(),
         "missing_files": [str(path) for path in files.missing],
         "nobody": idle(job.vehicles.by_id, types),
+        "unseen": [],
         "shots": [],
     }
     frames = [frame_times(w.start, w.end, job.output.fps, w.speed) for w in windows]
     outings = [Outing(w.camera, _sparse(w, t)) for w, t in zip(windows, frames, strict=True)]
     shared = outlooks(job, files, scenario, motion, outings)
+    drawn: dict[str, str] = {}
     for window, times, outing, outlook in zip(windows, frames, outings, shared, strict=True):
         request, survey = Request(camera=window.camera), Survey(outlook or Outlook(), motion)
         production = prepare(job, request, outing.times, survey=survey)
@@ -125,6 +127,9 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         shot = _shot(production, qualities, len(times)) | {"about": outlook is not None}
         about = {"camera": window.camera, "from": window.start, "to": window.end}
         report["shots"].append({**about, **shot})
+        drawn |= {each.id: each.type_id for each in production.shot.fleet.trajectories}
+    unseen = idle(job.vehicles.by_id, drawn)
+    report["unseen"] = [each for each in unseen if each not in report["nobody"]]
     return report
 
 
@@ -240,6 +245,9 @@ def in_words(report: dict[str, Any]) -> str:
     lines += [f"missing  {path}" for path in report["missing_files"]]
     lines += [f"note     {report['motion']['text']}"] if report["motion"]["text"] else []
     lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
+    lines += [
+        f"note     vehicles.by_id: {each!r} is in no shot's view" for each in report["unseen"]
+    ]
     shots = report["shots"]
     common = _common([shot["left_out"] for shot in shots])
     lines += [f"left out of all shots  {_saving(item)}" for item in common]

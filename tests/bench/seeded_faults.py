@@ -438,6 +438,31 @@ FAULTS = {
         "return (files.network, *files.additional)",
         ("tests/unit/pipeline/accounts/test_keys.py",),
     ),
+    # Faults that no fast test caught.
+    "glare grows with a picture's width": Fault(
+        "image/bloom.py", "size * exposed.shape[0])", "size * exposed.shape[1])",
+        ("tests/unit/image/test_bloom.py",),
+    ),
+    "rolling rows are seen at one moment": Fault(
+        "shot/exposing.py", "if span > 0.0 or said.rolling > 0.0 else 1",
+        "if span > 0.0 else 1", ("tests/unit/shot/test_exposing.py",),
+    ),
+    "who is sharp lies on the road": Fault(
+        "shot/exposing.py", "(0.0, 0.0, self.middle[2])", "(0.0, 0.0, 0.0)",
+        ("tests/unit/shot/test_exposing.py",),
+    ),
+    "lamps are lit five degrees late": Fault(
+        "world/sky/darkness.py", "np.radians(-1.0)", "np.radians(-6.0)",
+        ("tests/unit/world/sky/test_darkness.py",),
+    ),
+    "green lenses have red and blue swapped": Fault(
+        "world/signals/build.py", "GREEN: (0.006, 0.52, 0.18)", "GREEN: (0.18, 0.52, 0.006)",
+        ("tests/unit/world/signals/test_signal_laws.py",),
+    ),
+    "brake lamps of low bodies lie above them": Fault(
+        "library/vehicles/plain_lamps.py", "min(size[1], _LOWEST[narrow] * height)", "size[1]",
+        ("tests/unit/library/vehicles/test_plain_lamps.py",),
+    ),
 }  # fmt: skip
 
 

@@ -115,5 +115,20 @@ def test_check_says_what_fits_nobody(tmp_path):
     text = scene.read_text(encoding="utf-8")
     scene.write_text(f'{text}vehicles: {{by_id: {{"bsu*": {{model: suv}}}}}}\n', encoding="utf-8")
     report = check_scene(load_job(scene))
-    assert report["nobody"] == ["bsu*"]
+    assert report["nobody"] == ["bsu*"] and not report["unseen"]
     assert "note     vehicles.by_id: 'bsu*' fits nobody" in in_words(report)
+
+
+def test_check_says_who_is_in_no_shots_view(tmp_path):
+    """The log has it, and a look that nobody sees is no look."""
+    scene = write_scenario(tmp_path, vehicles=2)
+    away = {"cameras.post.position": "[150, -22, 4]", "cameras.post.look_at": "[190, -22, 1]"}
+    look = {"vehicles.by_id": "{v0: {colour: '#b01010'}, car: {colour: '#1010b0'}}"}
+    for changed, unseen in ((away, ["v0", "car"]), ({}, [])):
+        job = load_job(scene, {**changed, **look})
+        shots = tuple(shot for shot in job.shots if shot.camera == "post")[:1]
+        report = check_scene(job.model_copy(update={"shots": shots}), presets=["draft"])
+        assert (report["nobody"], report["unseen"]) == ([], unseen)
+    assert "note     vehicles.by_id: 'v0' is in no shot's view" in in_words(
+        {**report, "unseen": ["v0"]}
+    )

@@ -34,6 +34,12 @@ def test_a_lamp_glows_less_and_less_around_it():
     assert rows[3] > 20 * rows[30] > 0
 
 
+def test_a_wider_picture_of_the_same_height_glows_alike():
+    """Lenses of one angle upward: what is added at the sides does not widen the glow."""
+    square, wide = bloom(lamp((120, 120)), 0.05), bloom(lamp((120, 240)), 0.05)
+    np.testing.assert_allclose(square[60, 60:90], wide[60, 120:150], rtol=0.02)
+
+
 def test_it_is_the_same_at_another_size():
     """The glow's shape follows the picture, not its pixels."""
     small, large = lamp((180, 180), 400.0), lamp((360, 360), 100.0)

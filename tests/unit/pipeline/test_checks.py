@@ -25,6 +25,7 @@ def report(*left_out, absent=()):
         "motion": {"text": ""},
         "missing_files": [],
         "nobody": [],
+        "unseen": [],
         "shots": [
             {**shot, "left_out": list(each), "not_compiled": list(absent)} for each in left_out
         ],

@@ -18,7 +18,7 @@ from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.rails.guards import guard_of
-from sumo3dviz_pt.world.signals.build import TRAM_RADIANCE, build_signals
+from sumo3dviz_pt.world.signals.build import RADIANCE, TRAM_RADIANCE, build_signals
 from sumo3dviz_pt.world.signals.heads import ARM_BOTTOM, kind_of
 from tests import rail_town
 
@@ -148,3 +148,10 @@ def test_poles_leave_joined_junctions_rather_than_stand_on_a_lane():
     (head,) = build_signals(wide, log, SignalSettings()).heads
     lanes = shapely.union_all(build_lane_index(wide).areas.geometries)
     assert not lanes.contains(shapely.Point(head.foot[:2]))
+
+
+def test_lenses_have_the_colours_of_signals():
+    """Red without blue, amber, and a green that leans to blue, so that few confuse it with red."""
+    assert (np.argsort(RADIANCE["red"])[::-1] == [0, 1, 2]).all()
+    assert (np.argsort(RADIANCE["yellow"])[::-1] == [0, 1, 2]).all()
+    assert (np.argsort(RADIANCE["green"])[::-1] == [1, 2, 0]).all()
