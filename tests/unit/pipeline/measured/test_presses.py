@@ -7,28 +7,37 @@ import pytest
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.pipeline.measured.presses import Coming, press_row, write_presses
+from sumo3dviz_pt.pipeline.measured.presses import Coming, press_row, refused_rows, write_presses
 
 NAN = float("nan")
-COMING = (Coming("vehicle:a", 2.0, 2.4, NAN), Coming("vehicle:b", 5.4, 5.8, 3.0))
+COMING = (
+    Coming("vehicle:a", 2.0, 2.4, NAN, is_offered=False),
+    Coming("vehicle:b", 5.4, 5.8, 3.0),
+    Coming("vehicle:c", 12.0, 12.4, 6.2, is_offered=False),  # after the film
+)
 
 
 @pytest.mark.parametrize(
     ("time", "next_", "margin", "gap", "accepted", "since"),
     [
-        (1.0, "vehicle:a", 1.0, "", 1, ""),
-        (2.2, "vehicle:b", 3.2, 3.0, 0, ""),
+        (1.0, "vehicle:a", 1.0, "", "", ""),
+        (2.2, "vehicle:b", 3.2, "", "", ""),
         (2.4, "vehicle:b", 3.0, 3.0, 1, 0.0),
         (4.0, "vehicle:b", 1.4, 3.0, 1, 1.6),
-        (5.5, "", "", "", 0, 3.1),
-        (9.0, "", "", "", 1, 3.2),
+        (5.5, "vehicle:c", 6.5, "", "", 3.1),
+        (9.0, "vehicle:c", 3.0, "", "", 3.2),
+        (13.0, "", "", "", "", 0.6),
     ],
 )
-def test_a_press_belongs_to_the_gap_in_which_it_lies(time, next_, margin, gap, accepted, since):
+def test_a_press_accepts_the_gap_in_which_it_lies_if_the_film_shows_all_of_it(
+    time, next_, margin, gap, accepted, since
+):
     row = press_row(time, COMING)
-    assert (row["next"], row["margin"], row["gap"]) == (next_, margin, gap)
-    assert (row["accepted"], row["on_the_way"]) == (accepted, 1 - accepted)
-    assert row["since_last"] == since
+    assert (row["next"], row["margin"], row["gap_offered"]) == (next_, margin, gap)
+    assert row["accepted"] == accepted and row["since_last"] == since
+    assert row["on_the_way"] == int(time in (2.2, 5.5))
+    refused = [each["next"] for each in refused_rows([row], COMING)]
+    assert refused == ([] if accepted else ["vehicle:b"])
 
 
 @pytest.fixture
@@ -41,7 +50,7 @@ def study(tmp_path):
     films = {name: {"file": f"materials/{name}.mp4", "profiles": [{"gap": name}]} for name in names}
     (out / "study.json").write_text(json.dumps({"films": films}), "utf-8")
     for name in names:
-        account = {"fps": 10, "overlays": {"frames_before": 5}}
+        account = {"fps": 10, "frames": [{}] * 80, "overlays": {"frames_before": 5}}
         (out / "materials" / f"{name}.json").write_text(json.dumps(account), "utf-8")
     rows = [
         "stimulus,observer,road_user,arrives_in_film,leaves_in_film,gap_before",
@@ -76,9 +85,13 @@ def test_the_pages_table_becomes_a_row_for_each_press(study, tmp_path, capsys):
         ("short", "2", "4.0", "vehicle:b", "1.4"),
         ("long", "0", "", "", ""),
     ]
-    # `gap` is the factor here, too: the measured gap keeps its name.
-    assert [row["gap_"] for row in rows] == ["short", "short", "long"]
-    assert [row["gap"] for row in rows] == ["", "3.0", ""] and rows[0]["participant"] == "7"
+    assert [row["gap"] for row in rows] == ["short", "short", "long"]  # the factor
+    assert [row["gap_offered"] for row in rows] == ["", "3.0", ""] and rows[0]["participant"] == "7"
+    (study / "index.html").write_text('{"digest": "0123456789abcdef"}', "utf-8")
+    text = DATA.replace("participant,", "study_digest,participant,").replace("\n7", "\nff,7")
+    (data / "one.csv").write_text(text, "utf-8")
+    assert main([*asked, "--overwrite"]) == 0
+    assert "was saved by another page" in capsys.readouterr().err
     assert main(asked) == 2 and "exists" in capsys.readouterr().err
 
 
