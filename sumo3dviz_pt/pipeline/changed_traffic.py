@@ -19,7 +19,7 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace, TrafficLog, VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.pipeline.gaps import delay_for
+from sumo3dviz_pt.pipeline.gaps import delay_for, plain_id
 from sumo3dviz_pt.pipeline.smoothing import motion_of
 
 if TYPE_CHECKING:
@@ -293,9 +293,13 @@ def _check_free(job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[flo
         ConfigError: Names both, and when.
     """
     for own, other, time in _collisions(job, scenario, ride, span):
+        assert job.traffic is not None
+        edit = job.traffic.rides[ride.asked]
+        way_out = f"another delay, gap or pace, or leave {other} out"
+        if edit.behind is not None and plain_id(other) in map(plain_id, (edit.behind, ride.asked)):
+            way_out = "a larger gap"
         raise ConfigError(
-            f"{own} would drive through {other} at {time:.1f} s; choose another"
-            f" delay, gap or pace, or leave {other} out",
+            f"{own} would drive through {other} at {time:.1f} s; choose {way_out}",
             key=f"traffic.rides.{ride.asked}",
         )
 

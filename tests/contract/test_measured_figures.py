@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
+import make_kerb
 import numpy as np
 import pytest
 from bench.checks import fitted, table
@@ -201,3 +202,8 @@ def test_every_file_of_a_bench_is_in_the_manual() -> None:
 def test_what_a_page_includes_is_there(page: Path) -> None:
     for target in re.findall(r"^```\{include\} (\S+)", text_of(page), re.M):
         assert (page.parent / target).is_file(), target
+
+
+def test_the_page_of_gaps_shows_what_the_program_says(tmp_path):
+    for name, content in make_kerb.pages(tmp_path).items():
+        assert text_of(DOCS / "_bench" / name) == content, "run tools/make_kerb.py"

@@ -126,13 +126,25 @@ def in_words(levels: Levels, trials: Sequence[Trial], priors: Priors | None = No
         lines.append(f"  {'':<14} " + " ".join(f"{name:>14}" for name in names))
         for name, row in zip(names, found, strict=True):
             lines.append(f"  {name:<14} " + " ".join(f"{value:>14.2f}" for value in row))
+    error = error_in_words(levels, trials, priors)
+    return [*lines, *([f"  {error}"] if error else [])]
+
+
+def error_in_words(levels: Levels, trials: Sequence[Trial], priors: Priors | None = None) -> str:
+    """Return the D-error of a design's choice tasks in words; empty if it has none.
+
+    Args:
+        levels: Of each factor.
+        trials: All of them.
+        priors: Utilities that are assumed.
+    """
     choices = [trial for trial in trials if len(trial.alternatives) > 1]
-    if choices and len({None in trial.alternatives for trial in choices}) == 1:
-        error = d_error(levels, choices, priors)
-        told = "the priors" if priors else "utilities of 0"
-        said = "not all effects can be told" if np.isinf(error) else f"D-error {error:.4g}"
-        lines.append(f"  {said}, for {told}, by one who sees all {len(choices)} tasks")
-    return lines
+    if not choices or len({None in trial.alternatives for trial in choices}) > 1:
+        return ""
+    error = d_error(levels, choices, priors)
+    told = "the priors" if priors else "utilities of 0"
+    said = "not all effects can be told" if np.isinf(error) else f"D-error {error:.4g}"
+    return f"{said}, for {told}, by one who sees all {len(choices)} tasks"
 
 
 def _numbers(levels: Levels, profiles: Sequence[Profile]) -> NDArray[np.int64]:

@@ -50,7 +50,8 @@ _LONGEST = 30.0
 """Vehicles that follow each other later than this are no pair [s]."""
 
 _LIKED = 4.5
-"""Recorded gaps near this need the least moving [s]."""
+"""Of two pairs with as little against them, the one with a recorded gap nearer to this is first,
+because its films need the least moving [s]."""
 
 SEEN_FAR = 150.0
 """Whose ride begins farther away appears too small to be noticed [m]."""
@@ -143,7 +144,7 @@ class KerbPair:
         away = abs(math.log(max(self.gap, 0.2) / _LIKED))
         strange += 2 * sum(bool(each.appears) for each in (self.first, self.then))
         faults = 8.0 * bool(self.braking[0]) + 4.0 * bool(self.braking[1]) + 2.0 * strange
-        return faults + 0.5 * len(self.leave_out) + away
+        return faults + len(self.leave_out) + away
 
     def notes(self) -> list[str]:
         """Return what there is to say against it, in words."""

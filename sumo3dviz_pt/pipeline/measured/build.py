@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from sumo3dviz_pt.experiments.designs.efficiency import associations, error_in_words
 from sumo3dviz_pt.experiments.tools.rows import write_table
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import write_json
@@ -63,6 +64,8 @@ def report_study(folder: Path, plan: StudyPlan) -> tuple[Path, ...]:
         settings.report.white,
         _words(films),
         safety_words(settings.report.connections),
+        _associations(plan),
+        error_in_words(plan.file.levels, plan.designed, plan.priors),
     )
     record = _write(folder, page)
     write_page(folder / PAGE, page)
@@ -82,6 +85,15 @@ def _effects(plan: StudyPlan, films: Sequence[FilmMeasures]) -> list[Effect]:
     whole = {film.name: film.whole for film in films}
     measures = [whole[plan.films[profile].name] for profile in plan.profiles]
     return effects(plan.file.levels, plan.profiles, measures)
+
+
+def _associations(plan: StudyPlan) -> dict[str, dict[str, float]]:
+    """Return how far any two factors tell each other."""
+    found = associations(plan.file.levels, plan.designed)
+    return {
+        name: dict(zip(plan.factors, row, strict=True))
+        for name, row in zip(plan.factors, found.tolist(), strict=True)
+    }
 
 
 def _words(films: Sequence[FilmMeasures]) -> dict[str, str]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.pipeline.measured.effects import Effect
 from sumo3dviz_pt.pipeline.measured.film import SHARE, TABLES, FilmMeasures
 from sumo3dviz_pt.pipeline.measured.safety import flashes_too_often
+from sumo3dviz_pt.pipeline.measured.traffic import Row
 
 _STRONG = 0.5
 """A factor that makes more of a measure's variance than this is printed bold."""
@@ -49,6 +50,10 @@ are simulated after Machado, Oliveira and Fernandes
 (<a href="https://doi.org/10.1109/TVCG.2009.113">2009</a>, severity 1). This is a computation on
 pictures and no clinical test: warn people with photosensitive epilepsy all the same.</p>"""
 
+_DESIGN = """<p>Cram\u00e9r's V of any two factors over all that is shown: 0 if one tells nothing of
+the other, 1 if they are the same. Factors that tell each other are confounded in this design.
+</p>"""
+
 _GAPS = """<p>What <code>traffic.rides</code> asks for, and what the films show. <em>Kept at</em> is
 the time from the leader's rear at a place to the follower's front there, at the moment that was
 asked for; the others are distances over the follower's speed, frame by frame.</p>"""
@@ -80,6 +85,8 @@ class ReportPage:
         white: Luminance of the display's white [cd/m2].
         words: What measures mean, in order.
         safety: What the numbers mean that ethics boards ask for, in order.
+        associations: Cramer's V of any two factors, by both names.
+        design: The design's D-error, in words; empty if it has none.
     """
 
     films: Sequence[FilmMeasures]
@@ -87,6 +94,8 @@ class ReportPage:
     white: float
     words: Mapping[str, str]
     safety: Mapping[str, str]
+    associations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    design: str = ""
 
 
 def write_page(path: Path, page: ReportPage) -> None:
@@ -108,6 +117,7 @@ def write_page(path: Path, page: ReportPage) -> None:
         "<h2>What factors do to measures</h2>",
         _EFFECTS,
         *_effect_table(page.found, page.words),
+        *_design(page),
         *_gaps(page.films),
         *_arrivals(page.films),
         "<h2>What ethics boards ask</h2>",
@@ -121,6 +131,16 @@ def write_page(path: Path, page: ReportPage) -> None:
         "",
     ]
     write_whole(path, "\n".join(lines))
+
+
+def _design(page: ReportPage) -> Iterator[str]:
+    """Yield how far factors tell each other in the design, and its D-error."""
+    # No factor is called by the empty name.
+    rows: list[Row] = [{"": name, **row} for name, row in page.associations.items()]
+    heads = {"": "factor", **{name: html.escape(name) for name in page.associations}}
+    about = _DESIGN + (f"<p>Choice tasks: {html.escape(page.design)}.</p>" if page.design else "")
+    if len(rows) > 1 or page.design:
+        yield from _rows("The design", about, heads, rows)
 
 
 def _verdict(films: Sequence[FilmMeasures]) -> Iterator[str]:

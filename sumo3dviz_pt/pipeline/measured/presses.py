@@ -3,9 +3,10 @@
 * a press belongs to the gap in which it lies: it ends when the next vehicle's front comes to the
   observer's way across, by the film's own time;
 * margin: from the press until that front comes;
-* gap: from when the last rear left the way until that front comes, as `arrivals.csv` has it. It is
-  accepted by a press within it; who presses while somebody is on the way accepts none;
-* a film in which nobody pressed has one row without a press: all its gaps were refused.
+* gap: from when the last rear left the way until that front comes, as `arrivals.csv` has it [s].
+  People can judge it only if it begins and ends in the film: others are no offered gap;
+* an offered gap is accepted by a press within it, and refused where nobody pressed: then it has a
+  row of its own, without a press.
 
 References:
     Raff and Hart, "A volume warrant for urban stop signs", Eno Foundation, 1950 (accepted and
@@ -15,6 +16,8 @@ References:
 from __future__ import annotations
 
 import json
+import logging
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +32,8 @@ from sumo3dviz_pt.pipeline.measured.tables import Cells, film_named, number_in, 
 from sumo3dviz_pt.pipeline.measured.traffic import Row, known
 from sumo3dviz_pt.pipeline.studies.records import RECORD, read_film_account
 
+log = logging.getLogger(__name__)
+
 _SHOWN = ("answer", "film")
 """Kinds of the page's rows that are about a film that counts."""
 
@@ -36,6 +41,8 @@ _WHO = ("participant", "playlist", "position", "attempt")
 """Columns of the page that are kept where they are there."""
 
 _COLUMNS = ("row_kind", "film", "press_film_times")
+
+_DIGEST = re.compile(r'"digest": "([0-9a-f]{16})"')
 
 _TINY = 5e-4
 """Tables have thousandths [s]."""
@@ -50,12 +57,14 @@ class Coming:
         arrives: When its front is at the way across, by the film's time [s].
         leaves: When its rear has left it [s].
         gap: That it ends [s]; NaN if nobody came before.
+        is_offered: Whether the gap begins and ends in the film.
     """
 
     name: str
     arrives: float
     leaves: float
     gap: float
+    is_offered: bool = True
 
 
 def write_presses(
@@ -80,7 +89,8 @@ def write_presses(
     if not tables:
         raise ConfigError(f"{data} holds no table (.csv)", key="data")
     films = _films(study)
-    coming = _coming(study, observer)
+    coming = _coming(study, observer, films)
+    _same_study(study, tables)
     rows: list[Row] = []
     for table in tables:
         rows += _rows(table, films, coming)
@@ -101,18 +111,41 @@ def _films(study: Path) -> Mapping[str, Mapping[str, Any]]:
         found: Mapping[str, Mapping[str, Any]] = json.loads(record.read_bytes())["films"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"is no record of a study ({error})", file=record) from error
+    return {name: {**film, **_times(study / str(film["file"]))} for name, film in found.items()}
+
+
+def _times(film: Path) -> dict[str, float]:
+    """Return for how long a film shows a title before its first frame, and its times.
+
+    `before` and `lasts` are by the film [s], `speed` is SUMO's time per film's.
+    """
+    account = read_film_account(film)
+    fps = float(account["fps"])
     return {
-        name: {**film, "before": _before(study / str(film["file"]))} for name, film in found.items()
+        "before": int(account.get("overlays", {}).get("frames_before", 0)) / fps,
+        "lasts": len(account["frames"]) / fps,
+        "speed": float(account.get("speed", 1.0)),
     }
 
 
-def _before(film: Path) -> float:
-    """Return how long a film shows something else before its first frame, such as a title [s]."""
-    account = read_film_account(film)
-    return int(account.get("overlays", {}).get("frames_before", 0)) / float(account["fps"])
+def _same_study(study: Path, tables: Sequence[Path]) -> None:
+    """Note tables that another page than the study's saved: its films may be others."""
+    page = study / "index.html"
+    found = _DIGEST.search(page.read_text("utf-8")) if page.is_file() else None
+    for table in tables if found else ():
+        told = {row.get("study_digest", "") for row, _ in read_rows(table, (), needs="rows")}
+        if found and told - {found[1], ""}:
+            log.warning(
+                "%s was saved by another page than %s: if its films are others, nothing here is"
+                " right; take the folder that people saw",
+                table,
+                page,
+            )
 
 
-def _coming(study: Path, observer: str) -> Mapping[str, list[Coming]]:
+def _coming(
+    study: Path, observer: str, films: Mapping[str, Mapping[str, Any]]
+) -> Mapping[str, list[Coming]]:
     """Return who arrives at an observer, by film, in order.
 
     Raises:
@@ -125,13 +158,16 @@ def _coming(study: Path, observer: str) -> Mapping[str, list[Coming]]:
     names: dict[str, None] = {}
     for row, line in read_rows(path, (*columns, "gap_before"), needs=needs):
         names[row["observer"]] = None
-        if row["observer"] == observer:
+        if row["observer"] == observer and row["stimulus"] in films:
             arrives, leaves, gap = (
                 number_in(row[name], name, path=path, line=line)
                 for name in ("arrives_in_film", "leaves_in_film", "gap_before")
             )
+            film = films[row["stimulus"]]
+            begins = arrives - gap / film["speed"]
+            offered = begins >= -_TINY and arrives <= film["lasts"]
             own = found.setdefault(row["stimulus"], [])
-            own.append(Coming(row["road_user"], arrives, leaves, gap))
+            own.append(Coming(row["road_user"], arrives, leaves, gap, offered))
     if not found:
         hint = did_you_mean(observer, names)
         raise ConfigError(
@@ -151,11 +187,20 @@ def _rows(
         name = film_named(row["film"], files, path=table, line=line)
         film, shown = films[name], _shown(row, name, films[name]["profiles"][0])
         times = [each for each in row["press_film_times"].split(";") if each.strip()]
-        if not times:
+        own = coming.get(name, ())
+        pressed = [
+            press_row(
+                number_in(text, "press_film_times", path=table, line=line) - film["before"], own
+            )
+            for text in times
+        ]
+        refused = list(refused_rows(pressed, own))
+        if not pressed and not refused:
             yield {**shown, "press": 0, **dict.fromkeys(_PRESSED, "")}
-        for number, text in enumerate(times, start=1):
-            time = number_in(text, "press_film_times", path=table, line=line) - film["before"]
-            yield {**shown, "press": number, **press_row(time, coming.get(name, ()))}
+        for number, each in enumerate(pressed, start=1):
+            yield {**shown, "press": number, **each}
+        for each in refused:
+            yield {**shown, "press": 0, **each}
 
 
 def _shown(row: Cells, name: str, levels: Mapping[str, str]) -> Row:
@@ -167,10 +212,10 @@ def _shown(row: Cells, name: str, levels: Mapping[str, str]) -> Row:
 
 
 _PRESSED = (
-    *("press_time", "next", "next_arrives", "margin", "gap", "accepted"),
+    *("press_time", "next", "next_arrives", "margin", "gap_offered", "accepted"),
     *("since_last", "on_the_way"),
 )
-"""Cells about a press."""
+"""Cells about a press, or about a gap that nobody took."""
 
 
 def press_row(time: float, coming: Sequence[Coming]) -> Row:
@@ -183,14 +228,33 @@ def press_row(time: float, coming: Sequence[Coming]) -> Row:
     following = next((each for each in coming if each.arrives > time), None)
     gone = [each.leaves for each in coming if each.leaves <= time + _TINY]
     blocked = any(each.arrives <= time < each.leaves - _TINY for each in coming)
-    gap = float("nan") if following is None else following.gap
+    offered = following is not None and following.is_offered and not blocked
     return {
         "press_time": known(time),
         "next": "" if following is None else following.name,
         "next_arrives": "" if following is None else known(following.arrives),
         "margin": "" if following is None else known(following.arrives - time),
-        "gap": known(gap),
-        "accepted": int(not blocked),
+        "gap_offered": known(following.gap) if following is not None and offered else "",
+        "accepted": 1 if offered else "",
         "since_last": known(time - max(gone)) if gone else "",
         "on_the_way": int(blocked),
     }
+
+
+def refused_rows(pressed: Sequence[Row], coming: Sequence[Coming]) -> Iterator[Row]:
+    """Yield a row for each gap that a film offers and in which nobody pressed.
+
+    Args:
+        pressed: Rows of the presses in the film.
+        coming: Who arrives, in order.
+    """
+    taken = {(row["next"], row["next_arrives"]) for row in pressed if row["accepted"] == 1}
+    for each in coming:
+        if each.is_offered and (each.name, known(each.arrives)) not in taken:
+            yield {
+                **dict.fromkeys(_PRESSED, ""),
+                "next": each.name,
+                "next_arrives": known(each.arrives),
+                "gap_offered": known(each.gap),
+                "accepted": 0,
+            }

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.report import CAMERA
 from sumo3dviz_pt.job.settings import EulerianCamera, Job
 from sumo3dviz_pt.pipeline.accounts.build import camera_account
@@ -55,7 +56,10 @@ def offers_of(plan: StudyPlan) -> dict[str, Offer]:
         job, shot = stimulus.job, stimulus.shot
         key = repr((job.scenario, job.traffic, job.motion, shot, job.cameras[shot.camera]))
         if key not in known:
-            known[key] = _offer(plan, stimulus)
+            try:
+                known[key] = _offer(plan, stimulus)
+            except InputError as error:  # said again where films are made
+                known[key] = Offer((), (f"who arrives cannot be told: {error}",))
         offer = known[key]
         if offer is not None:
             found[stimulus.name] = offer

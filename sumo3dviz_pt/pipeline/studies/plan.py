@@ -13,7 +13,7 @@ from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.experiments.designs.balance import same_in_words
 from sumo3dviz_pt.experiments.designs.build import MOST_PROFILES, build_design, is_excluded
 from sumo3dviz_pt.experiments.designs.choices import ChoiceRequest, choice_tasks
-from sumo3dviz_pt.experiments.designs.efficiency import d_error
+from sumo3dviz_pt.experiments.designs.efficiency import Priors, d_error
 from sumo3dviz_pt.experiments.designs.parts import uneven
 from sumo3dviz_pt.experiments.playlists import (
     TURNED,
@@ -63,6 +63,12 @@ class StudyPlan:
     def measured(self) -> bool:
         """Whether films are measured when all are there: for a certificate, or a report."""
         return self.file.settings.certificate.write or self.file.settings.report.write
+
+    @property
+    def priors(self) -> Priors:
+        """Utilities of levels that the study assumes."""
+        asked = self.file.settings.choices
+        return asked.priors if asked else {}
 
     @property
     def designed(self) -> tuple[Trial, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sumo3dviz_pt.experiments.designs.efficiency import Priors
 from sumo3dviz_pt.experiments.designs.efficiency import in_words as design_in_words
 from sumo3dviz_pt.pipeline.certificate.acts import key_of
 from sumo3dviz_pt.pipeline.progress.costs import time_in_words
@@ -54,7 +53,7 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         "factors",
         *(f"  {name:<16} {', '.join(levels)}" for name, levels in plan.file.levels.items()),
         "",
-        *design_in_words(plan.file.levels, plan.designed, _priors(plan)),
+        *design_in_words(plan.file.levels, plan.designed, plan.priors),
         "",
         "films",
         *(_film(each, there=each.name not in names) for each in plan.stimuli[:_MOST_ROWS]),
@@ -70,12 +69,6 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         f"cost     {forecast(plan, todo)}",
     ]
     return "\n".join(lines)
-
-
-def _priors(plan: StudyPlan) -> Priors:
-    """Return the utilities of levels that a study assumes."""
-    asked = plan.file.settings.choices
-    return asked.priors if asked else {}
 
 
 def _film(stimulus: Stimulus, *, there: bool) -> str:

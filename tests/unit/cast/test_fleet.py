@@ -18,6 +18,7 @@ from sumo3dviz_pt.cast.choice import (
 from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
 from sumo3dviz_pt.cast.fitted_models import model_scale
 from sumo3dviz_pt.cast.fleet import build_fleet, find_rider
+from sumo3dviz_pt.cast.lights import VehicleLights, _Log
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.model.geometry import Transform
@@ -26,6 +27,7 @@ from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
+from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 
 CAR = VehicleType("car", "passenger", 5.0, 1.8, 1.5)
 BUS = VehicleType("bus", "bus", 12.0, 2.5, 3.4)
@@ -302,3 +304,23 @@ def test_user_models_with_colours_bring_materials(tmp_path):
     np.testing.assert_allclose(
         fleet.materials[material]["bsdf"]["base_color"]["value"], [0.85, 0, 0]
     )
+
+
+def test_nothing_shines_that_a_body_has_no_lamp_for():
+    """Of every class that SUMO knows, though its log says that all brake, blink and flash."""
+    classes = sorted(CLASS_DEFAULTS)
+    types = {
+        name: VehicleType(name, name, size.length, size.width, size.height)
+        for name, size in CLASS_DEFAULTS.items()
+    }
+    log = {f"vehicle:{name}": _Log(np.arange(5.0), np.full(5, 0b100010001011)) for name in classes}
+    lights = VehicleLights(log, dark=True, seed=0)
+    trajectories = [trajectory_of(name, type_id=name) for name in classes]
+    fleet = build_fleet(trajectories, types, VehicleSettings(), seed=0, lights=lights)
+    shown = {mover.id.partition(":")[2]: mover.lit for mover in fleet.movers_at(2.0)}
+    for k, name in enumerate(classes):
+        units = fleet.bodies[k].assembly.units
+        has = {lamp.role for unit in units for lamp in unit.prototype.lamps}
+        assert shown[name] <= has, name
+    assert "brake" not in shown["bicycle"] and "brake" in shown["passenger"]
+    assert "brake" in shown["trailer"] and "brake" in shown["bus"]

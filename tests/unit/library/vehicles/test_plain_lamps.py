@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
-from sumo3dviz_pt.library.vehicles.plain_lamps import NARROW, UNLIT, plain_lamps
+from sumo3dviz_pt.library.vehicles.plain_lamps import NARROW, UNBRAKED, UNLIT, plain_lamps
 from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 
 SIZES = [1.0, 1.7]
@@ -24,9 +24,8 @@ def test_everybody_has_lamps_that_shine_away_from_the_body(vclass, factor):
     lamps, length = lamps_of(vclass, factor)
     front = "sign" if vclass == "ship" else "head"
     count = 1 if vclass in NARROW else 2
-    assert [lamp.role for lamp in lamps] == [
-        role for role in (front, "tail", "brake") for _ in range(count)
-    ]
+    wanted = (front, "tail") if vclass in UNBRAKED else (front, "tail", "brake")
+    assert [lamp.role for lamp in lamps] == [role for role in wanted for _ in range(count)]
     for lamp in lamps:
         ahead = lamp.role == front
         assert np.cos(lamp.yaw) == pytest.approx(1.0 if ahead else -1.0)

@@ -46,3 +46,14 @@ def test_effects_and_pages_do_without_gaps_and_arrivals(tmp_path):
     write_page(tmp_path / "r.html", ReportPage([film("one")], [], 1.0, words, safety_words(())))
     page = (tmp_path / "r.html").read_text("utf-8")
     assert "<h2>Gaps</h2>" not in page and "Who arrives" not in page
+    assert "The design" not in page
+
+
+def test_the_page_tells_how_far_factors_tell_each_other(tmp_path):
+    words = {**MEASURES, "share car": "share of the picture that shows car"}
+    told = {"factor": {"factor": 1.0, "<b>": 0.25}, "<b>": {"factor": 0.25, "<b>": 1.0}}
+    design = ReportPage([film("one")], [], 1.0, words, safety_words(()), told, "D-error 0.5")
+    write_page(tmp_path / "r.html", design)
+    page = (tmp_path / "r.html").read_text("utf-8")
+    assert "<tr><td>&lt;b&gt;</td><td>0.25</td><td>1.00</td></tr>" in page
+    assert "Choice tasks: D-error 0.5." in page and "<b>" not in page
