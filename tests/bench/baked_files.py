@@ -17,9 +17,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from alike import assert_files_alike
+from bakery.bake import bake_folder
 
 from sumo3dviz_pt.catalog import find, names, recipe_files
-from sumo3dviz_pt.library.vehicles.bake import bake_folder
 
 
 def baked_again(name: str, scratch: Path) -> Path:

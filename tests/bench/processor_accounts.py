@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bakery.bake import bake_vehicle, full_vehicle, has_full_detail
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import build_body
@@ -20,7 +21,6 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.library.people.build import figure
 from sumo3dviz_pt.library.plants.build import LEVELS, tree
-from sumo3dviz_pt.library.vehicles.bake import bake_vehicle, full_vehicle, has_full_detail
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
 from sumo3dviz_pt.model.geometry import Floats, Mesh

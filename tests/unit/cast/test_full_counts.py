@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from bakery.bake import has_full_detail
 from builders import cube
 
 from sumo3dviz_pt import catalog
@@ -12,7 +13,6 @@ from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.cast.full_counts import counted, counted_bodies, recipe_digest
 from sumo3dviz_pt.cast.full_detail import full_bodies
-from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 from sumo3dviz_pt.model.scene import Part, Prototype
 
 NAMES = [n for n in catalog.names("vehicles") if has_full_detail(catalog.find("vehicles", n).meta)]

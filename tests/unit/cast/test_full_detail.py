@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from bakery.bake import has_full_detail
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast import full_detail, kept_bodies
@@ -16,7 +17,6 @@ from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.full_detail import full_bodies, full_prototypes
 from sumo3dviz_pt.files.kept import read_whole
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 
 SMALL = "e_scooter"
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bakery.mesh.cutting import Surface
+from bakery.mesh.implicit import dual_contour
+from bakery.mesh.simplify import simplify
 
 from sumo3dviz_pt.library.mesh import cutting
-from sumo3dviz_pt.library.mesh.cutting import Surface
-from sumo3dviz_pt.library.mesh.implicit import dual_contour
-from sumo3dviz_pt.library.mesh.simplify import simplify
 
 
 def ball(x, y, z):

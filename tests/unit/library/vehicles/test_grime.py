@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from bakery.grime import MOST, Dirt, grimed
 
-from sumo3dviz_pt.library.vehicles.grime import MOST, Dirt, grimed
 from sumo3dviz_pt.model.geometry import Mesh
 
 DIRT = Dirt(length=4.5, low=0.16, axles=(0.9, 3.6), radius=0.33)

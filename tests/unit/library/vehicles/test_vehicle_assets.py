@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import yaml
 from alike import assert_files_alike
+from bakery.bake import bake_folder, bake_vehicle
+from bakery.car.recipe import MATERIALS, read_recipe
 
 from sumo3dviz_pt.cast.full_detail import full_prototypes
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.mesh.ply import read_ply
-from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle
-from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, read_recipe
 
 CARS = tuple(n for n in names("vehicles") if find("vehicles", n).meta.get("build") == "car")
 DIRECTIONS = np.random.default_rng(3).normal(size=(160, 3))

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from bakery.car.body import car_shape
+from bakery.car.conform import CarFineness
+from bakery.car.driver import driver
+from bakery.car.recipe import read_recipe
 
 from sumo3dviz_pt.catalog import find
-from sumo3dviz_pt.library.vehicles.car.body import car_shape
-from sumo3dviz_pt.library.vehicles.car.conform import CarFineness
-from sumo3dviz_pt.library.vehicles.car.driver import driver
-from sumo3dviz_pt.library.vehicles.car.recipe import read_recipe
 
 LEVEL = CarFineness(spacing=0.055, faces=2500, step=0.2, sides=8)
 

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from alike import assert_files_alike
+from bakery.bake import bake_folder
 from coincident import shared_area
 
 from sumo3dviz_pt.catalog import find, names
@@ -16,7 +17,6 @@ from sumo3dviz_pt.library.mesh.ply import read_ply
 from sumo3dviz_pt.library.people.build import measures
 from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.rig import BONES, joints
-from sumo3dviz_pt.library.vehicles.bake import bake_folder
 from sumo3dviz_pt.library.vehicles.cycles import build
 from sumo3dviz_pt.library.vehicles.cycles.rider import CLOTHES, PALM, posture
 

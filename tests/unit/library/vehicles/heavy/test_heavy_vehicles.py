@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import yaml
 from alike import assert_files_alike
+from bakery.bake import bake_folder, bake_vehicle, full_vehicle
+from bakery.heavy.letters import letter_runs
+from bakery.heavy.recipe import read_box
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.mesh.ply import read_ply
-from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, full_vehicle
-from sumo3dviz_pt.library.vehicles.heavy.letters import letter_runs
-from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
-from sumo3dviz_pt.library.vehicles.heavy.recipe import read_box
+from sumo3dviz_pt.library.mesh.solids import bevelled
 from sumo3dviz_pt.model.geometry import Mesh
 
 HEAVY = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "box"]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from sumo3dviz_pt.library.vehicles.heavy.lofts import far_foil, far_loft, foil, loft, skin
-from sumo3dviz_pt.library.vehicles.heavy.recipe import Fitting
+from bakery.heavy.lofts import far_foil, far_loft, foil, loft, skin
+from bakery.heavy.recipe import Fitting
 
 BARREL = ((0.0, 0.0, 2.0, 1.5, 1.0, 2.0), (10.0, 0.0, 2.0, 1.5, 1.0, 2.0))
 CIGAR = (

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from alike import assert_files_alike
+from bakery.bake import bake_folder, bake_vehicle, has_full_detail
+from bakery.rail.build import read_hull_vehicle
 
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import Model, ModelChoice, choose, models_for
@@ -12,8 +14,6 @@ from sumo3dviz_pt.cast.fitted_models import fitted_model
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, has_full_detail
-from sumo3dviz_pt.library.vehicles.rail.build import read_hull_vehicle
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import VehicleType
 
