@@ -64,7 +64,7 @@ def read_levels(path: Path) -> dict[str, Meshes]:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     try:
         return _levels(_unpacked(packed))
-    except (ValueError, TypeError, AttributeError, lzma.LZMAError, EOFError) as error:
+    except (ValueError, TypeError, LookupError, AttributeError, lzma.LZMAError) as error:
         message = f"is damaged ({error}); install the package again"
         raise InputError(message, file=path) from error
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sumo3dviz_pt.cast.full_counts import counted
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast import figures, people_counts
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice, models_for
+from sumo3dviz_pt.cast.full_detail import counted
 from sumo3dviz_pt.cast.people_counts import counted_people
 from sumo3dviz_pt.catalog import digest_of
 

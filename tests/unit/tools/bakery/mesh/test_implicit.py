@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bakery.mesh import implicit
 
-from sumo3dviz_pt.library.mesh import implicit
 from sumo3dviz_pt.model.geometry import Mesh
 
 

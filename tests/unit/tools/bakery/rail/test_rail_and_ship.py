@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from alike import assert_files_alike
-from bakery.bake import bake_folder, bake_vehicle, has_full_detail
+from bakery.bake import bake_vehicle
 from bakery.rail.build import read_hull_vehicle
+from bench.baked_files import baked_again
 
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import Model, ModelChoice, choose, models_for
@@ -14,6 +15,7 @@ from sumo3dviz_pt.cast.fitted_models import fitted_model
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.vehicles.packed import BODIES
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import VehicleType
 
@@ -53,14 +55,13 @@ def test_the_fleet_is_there_and_small():
 class TestEveryHull:
     def test_lists_exactly_its_files_in_known_materials(self, name):
         entry = find("vehicles", name)
-        listed = {part["mesh"] for level in ("parts", "far") for part in entry.meta[level]}
-        source = f"../{entry.meta['turns']}/" if "turns" in entry.meta else ""
-        there = (entry.folder / source).glob("*.ply")
-        assert listed <= {f"{source}{path.name}" for path in there}
-        assert {path.name for path in entry.folder.glob("*.ply")} == (set() if source else listed)
-        assert {part["material"] for part in entry.meta["parts"]} <= set(MATERIALS)
+        there = {path.name for path in entry.folder.glob("*.xz")}
+        assert there == (set() if "turns" in entry.meta else {BODIES})
+        for level in ("parts", "far"):
+            held = {material: len(mesh.faces) for material, mesh in meshes(name, level).items()}
+            assert entry.meta[level] == held and set(held) <= set(MATERIALS)
         assert entry.meta["licence"] == "BSD-3-Clause"
-        assert not has_full_detail(entry.meta)
+        assert "full" not in entry.meta
 
     def test_is_small_on_disk(self, name):
         files = find("vehicles", name).folder.glob("*")
@@ -236,10 +237,10 @@ def test_recipe_errors_name_the_place():
 @pytest.mark.parametrize("name", ["airliner", "container", "quadcopter", "ship_hold", "wagon_tank"])
 def test_baked_files_are_what_the_recipe_says(tmp_path, name):
     entry = find("vehicles", name)
-    (tmp_path / "asset.yaml").write_bytes((entry.folder / "asset.yaml").read_bytes())
-    contents = [{path.name: path.read_bytes() for path in bake_folder(tmp_path)} for _ in range(2)]
-    assert contents[0] == contents[1]
-    assert_files_alike(tmp_path, entry.folder)
+    one, two = (baked_again(name, tmp_path / n) for n in ("one", "two"))
+    for path in one.iterdir():
+        assert path.read_bytes() == (two / path.name).read_bytes()
+    assert_files_alike(one, entry.folder)
 
 
 def test_trams_have_one_pantograph():

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bakery.mesh import cutting
 from bakery.mesh.cutting import Surface
 from bakery.mesh.implicit import dual_contour
 from bakery.mesh.simplify import simplify
-
-from sumo3dviz_pt.library.mesh import cutting
 
 
 def ball(x, y, z):

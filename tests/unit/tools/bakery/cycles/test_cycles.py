@@ -6,18 +6,18 @@ from functools import cache
 
 import numpy as np
 import pytest
-from alike import assert_files_alike
-from bakery.bake import bake_folder
+from alike import assert_files_alike, level_of
+from bakery.bake import completed_recipe
+from bakery.cycles import build
+from bench.baked_files import baked_again
 from coincident import shared_area
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.mesh.ply import read_ply
 from sumo3dviz_pt.library.people.build import measures
 from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.rig import BONES, joints
-from sumo3dviz_pt.library.vehicles.cycles import build
 from sumo3dviz_pt.library.vehicles.cycles.rider import CLOTHES, PALM, posture
 
 CYCLES = tuple(
@@ -28,15 +28,17 @@ SEATED = {"rickshaw", "wheelchair"}
 """Those with two rear wheels, whose riders bend their hips by a right angle."""
 
 
+files = cache(level_of)
+
+
 @cache
-def files(name: str, level: str):
-    entry = find("vehicles", name)
-    return {row["material"]: read_ply(entry.folder / row["mesh"]) for row in entry.meta[level]}
+def completed(name: str):
+    return completed_recipe(find("vehicles", name).folder)
 
 
 @cache
 def full(name: str):
-    return build.full(find("vehicles", name).meta)
+    return build.full(completed(name))
 
 
 def faces_of(meshes) -> int:
@@ -125,8 +127,8 @@ class TestEveryCycle:
 
     def test_the_rider_sits_and_holds(self, name):
         """Hips, hands and feet are within 4 cm of saddle, grips and pedals."""
-        machine = build.machine_of(find("vehicles", name).meta)
-        body = measures(find("vehicles", name).meta["recipe"]["rider"])
+        machine = build.machine_of(completed(name))
+        body = measures(completed(name)["recipe"]["rider"])
         rest, grasp = joints(body), machine.grasp
         posed = dict(zip(BONES, matrices(body, posture(grasp)), strict=True))
 
@@ -156,13 +158,10 @@ class TestEveryCycle:
 
 @pytest.mark.parametrize("name", ["bicycle_sport", "motorcycle"])
 def test_baking_gives_the_files_that_travel(name, tmp_path):
-    entry = find("vehicles", name)
-    recipe = (entry.folder / "asset.yaml").read_bytes()
-    (tmp_path / "asset.yaml").write_bytes(recipe)
-    written = {path.name: path.read_bytes() for path in bake_folder(tmp_path)}
-    again = {path.name: path.read_bytes() for path in bake_folder(tmp_path)}
-    assert written == again
-    assert_files_alike(tmp_path, entry.folder)
+    one, two = (baked_again(name, tmp_path / n) for n in ("one", "two"))
+    for path in one.iterdir():
+        assert path.read_bytes() == (two / path.name).read_bytes()
+    assert_files_alike(one, find("vehicles", name).folder)
 
 
 def test_clothes_have_the_colours_that_riders_are_sorted_by():
@@ -175,7 +174,7 @@ def test_recipe_errors_name_the_place():
         build.machine_of({"recipe": {"model": "unicycle"}})
     with pytest.raises(ConfigError, match=r"recipe: unknown key 'wings'"):
         build.machine_of({"recipe": {"model": "bicycle", "wings": 2}})
-    moped = find("vehicles", "moped").meta["recipe"]
+    moped = completed("moped")["recipe"]
     cone = {"kind": "cone", "material": "paint"}
     with pytest.raises(ConfigError, match=r"recipe\.pieces\[0\]: .*cone"):
         build.machine_of({"recipe": {**moped, "pieces": [cone]}})

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections import Counter
+from copy import deepcopy
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from alike import assert_files_alike
-from bakery.bake import bake_folder, bake_vehicle
+from alike import assert_files_alike, level_of
+from bakery.bake import bake_folder, bake_vehicle, completed_recipe
 from bakery.car.recipe import MATERIALS, read_recipe
+from bench.baked_files import baked_again
 
-from sumo3dviz_pt.cast.full_detail import full_prototypes
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.mesh.ply import read_ply
 
 CARS = tuple(n for n in names("vehicles") if find("vehicles", n).meta.get("build") == "car")
 DIRECTIONS = np.random.default_rng(3).normal(size=(160, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
 
 
+meshes = cache(level_of)
+
+
 @cache
-def meshes(name: str, level: str):
-    entry = find("vehicles", name)
-    return {part["material"]: read_ply(entry.folder / part["mesh"]) for part in entry.meta[level]}
+def completed(name: str):
+    return completed_recipe(find("vehicles", name).folder)
 
 
 def corners_of(parts):
@@ -48,21 +48,20 @@ def test_there_are_enough_and_they_are_small():
 
 def test_no_two_share_a_face():
     """Outlines of head lamps and grilles, and wheels differ from car to car."""
-    own = [find("vehicles", n).meta["recipe"] for n in CARS if n not in ("taxi", "police")]
+    own = [completed(n)["recipe"] for n in CARS if n not in ("taxi", "police")]
     for key in ("panels", "wheel", "nose"):
         assert len({str(recipe[key]) for recipe in own}) == len(own)
 
 
 @pytest.mark.parametrize("name", CARS)
 class TestEveryCar:
-    def test_lists_exactly_its_files(self, name):
-        entry = find("vehicles", name)
-        listed = {part["mesh"] for level in ("parts", "far") for part in entry.meta[level]}
-        assert listed == {path.name for path in entry.folder.glob("*.ply")}
-        body = entry.meta["recipe"].get("body", "paint")
+    def test_lists_exactly_what_its_files_hold(self, name):
+        meta, body = find("vehicles", name).meta, completed(name)["recipe"].get("body", "paint")
+        for level in ("parts", "far", "full", "wheel"):
+            held = {material: len(mesh.faces) for material, mesh in meshes(name, level).items()}
+            assert meta[level] == held and set(held) <= set(MATERIALS)
         for level in ("parts", "far"):
-            assert {part["material"] for part in entry.meta[level]} <= set(MATERIALS)
-            assert {body, "glass", "trim", "rubber", "plate"} <= set(meshes(name, level))
+            assert {body, "glass", "trim", "rubber", "plate"} <= set(meta[level])
 
     def test_says_what_it_is(self, name):
         meta = find("vehicles", name).meta
@@ -75,7 +74,7 @@ class TestEveryCar:
 
     def test_has_the_proportions_of_a_car(self, name):
         """Ranges of the classes A to J and of pick-ups on sale in Europe."""
-        recipe = read_recipe(find("vehicles", name).meta)
+        recipe = read_recipe(completed(name))
         front, rear = recipe.axles
         assert 0.57 <= 2 * recipe.wheel.radius <= 0.80
         assert 0.55 <= (rear - front) / recipe.length <= 0.68
@@ -87,7 +86,7 @@ class TestEveryCar:
     @pytest.mark.parametrize("level", ["parts", "far"])
     def test_has_its_size_and_stands_on_the_ground(self, name, level):
         meta, parts = find("vehicles", name).meta, meshes(name, level)
-        body = parts[meta["recipe"].get("body", "paint")].bounds
+        body = parts[completed(name)["recipe"].get("body", "paint")].bounds
         bounds = np.stack([mesh.bounds for mesh in parts.values()])
         low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
         assert low[2] == pytest.approx(0.0, abs=1e-6)
@@ -151,7 +150,7 @@ class TestEveryCar:
 
     def test_wheels_stand_where_the_body_says(self, name):
         meta = find("vehicles", name).meta
-        recipe, wheels = read_recipe(meta), meta["wheels"]
+        recipe, wheels = read_recipe(completed(name)), meta["wheels"]
         places = {(w["at"][0], w["at"][1]) for w in wheels}
         assert len(wheels) == len(places) == 4
         assert {(x, -y) for x, y in places} == places
@@ -163,20 +162,10 @@ class TestEveryCar:
             assert 0.72 < 2 * abs(y) / recipe.width < 0.92
 
 
-def close_level(name: str):
-    """Body and wheel by material, from the cache that all tests share."""
-    made = full_prototypes([name])
-    return tuple(
-        {part.material: part.mesh for part in made[f"{name}/{level}"].parts}
-        for level in ("full", "wheel")
-    )
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("name", CARS)
 def test_close_level_keeps_its_budget_and_has_the_same_outline(name):
     meta = find("vehicles", name).meta
-    body, wheel = close_level(name)
+    body, wheel = meshes(name, "full"), meshes(name, "wheel")
     faces = sum(len(mesh.faces) for mesh in body.values())
     faces += 4 * sum(len(mesh.faces) for mesh in wheel.values())
     assert 25_000 < faces < 80_000
@@ -236,36 +225,23 @@ def first_facing(corners, target, away) -> float:
     return float(normal @ away / np.linalg.norm(normal))
 
 
-@pytest.fixture(scope="module")
-def baked(tmp_path_factory):
-    """Bakes a car of the catalogue; the same folder each time for the same words."""
-
-    @cache
-    def bake(name: str, again: str = ""):
-        folder = tmp_path_factory.mktemp(f"{name}{again}")
-        own = find("vehicles", name).folder / "asset.yaml"
-        (folder / "asset.yaml").write_bytes(own.read_bytes())
-        return bake_folder(folder)
-
-    return bake
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["city_car", "pickup"])
-def test_baked_files_are_what_the_recipe_says(baked, name):
-    assert_files_alike(baked(name)[0].parent, find("vehicles", name).folder)
+def test_baked_files_are_what_the_recipe_says(name, tmp_path):
+    assert_files_alike(baked_again(name, tmp_path), find("vehicles", name).folder)
 
 
 @pytest.mark.slow
-def test_baking_twice_gives_the_same_bytes(baked):
-    one, two = ([path.read_bytes() for path in baked("city_car", again)] for again in ("", "again"))
+def test_baking_twice_gives_the_same_bytes(tmp_path):
+    one, two = (
+        {path.name: path.read_bytes() for path in baked_again("city_car", tmp_path / n).iterdir()}
+        for n in ("one", "two")
+    )
     assert one == two
 
 
 def recipe() -> dict:
-    path = Path(find("vehicles", "sedan").folder) / "asset.yaml"
-    content: dict = yaml.safe_load(path.read_text(encoding="utf-8"))
-    return content
+    return deepcopy(completed("sedan"))
 
 
 def test_side_and_top_panels_and_disc_wheels():
@@ -320,6 +296,10 @@ def test_recipe_errors_name_the_place():
 
 
 def test_baking_names_the_file_at_fault(tmp_path):
-    (tmp_path / "asset.yaml").write_text("{length: 4.0, recipe: {hat: 3}}", encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"asset\.yaml: recipe: key"):
-        bake_folder(tmp_path)
+    folder, recipes = tmp_path / "car", tmp_path / "recipes"
+    folder.mkdir()
+    recipes.mkdir()
+    (folder / "asset.yaml").write_text("{length: 4.0, build: car}", encoding="utf-8")
+    (recipes / "car.yaml").write_text("{hat: 3}", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"car\.yaml: recipe: key"):
+        bake_folder(folder, recipes)

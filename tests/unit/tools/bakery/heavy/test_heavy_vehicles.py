@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from copy import deepcopy
+from functools import cache
 
 import numpy as np
 import pytest
-import yaml
-from alike import assert_files_alike
-from bakery.bake import bake_folder, bake_vehicle, full_vehicle
+from alike import assert_files_alike, level_of
+from bakery.bake import bake_vehicle, completed_recipe, full_vehicle
 from bakery.heavy.letters import letter_runs
 from bakery.heavy.recipe import read_box
+from bench.baked_files import baked_again
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.mesh.ply import read_ply
 from sumo3dviz_pt.library.mesh.solids import bevelled
-from sumo3dviz_pt.model.geometry import Mesh
 
 HEAVY = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "box"]
 WHOLES = ["articulated_bus", "semitrailer_truck", "tanker_truck"]
@@ -25,15 +24,11 @@ MIRRORS = 0.13
 """Mirrors and the like stick out of the declared width by no more than this share."""
 
 
-def meshes(name: str, level: str) -> dict[str, Mesh]:
-    entry = find("vehicles", name)
-    return {part["material"]: read_ply(entry.folder / part["mesh"]) for part in entry.meta[level]}
+meshes = cache(level_of)
 
 
 def recipe(name: str) -> dict:
-    path = Path(find("vehicles", name).folder) / "asset.yaml"
-    content: dict = yaml.safe_load(path.read_text(encoding="utf-8"))
-    return content
+    return deepcopy(completed_recipe(find("vehicles", name).folder))
 
 
 def small() -> dict:
@@ -78,10 +73,9 @@ def test_the_fleet_is_there():
 class TestEveryHeavyVehicle:
     def test_lists_exactly_its_files_in_known_materials(self, name):
         entry = find("vehicles", name)
-        listed = {part["mesh"] for level in ("parts", "far") for part in entry.meta[level]}
-        assert listed == {path.name for path in entry.folder.glob("*.ply")}
-        for level in ("parts", "far"):
-            assert {part["material"] for part in entry.meta[level]} <= set(MATERIALS)
+        for level in ("parts", "far", "full", "wheel"):
+            held = {material: len(mesh.faces) for material, mesh in meshes(name, level).items()}
+            assert entry.meta[level] == held and set(held) <= set(MATERIALS)
         assert entry.meta["licence"] == "BSD-3-Clause"
 
     @pytest.mark.parametrize("level", ["parts", "far"])
@@ -161,14 +155,10 @@ def test_a_whole_is_made_of_units_that_fit(name):
 
 def test_baked_files_are_what_the_recipe_says(tmp_path):
     entry = find("vehicles", "trailer_tank")
-    contents = []
-    for name in ("one", "two"):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "asset.yaml").write_bytes((entry.folder / "asset.yaml").read_bytes())
-        contents.append({path.name: path.read_bytes() for path in bake_folder(folder)})
-    assert contents[0] == contents[1]
-    assert_files_alike(tmp_path / "one", entry.folder)
+    one, two = (baked_again(entry.name, tmp_path / n) for n in ("one", "two"))
+    for path in one.iterdir():
+        assert path.read_bytes() == (two / path.name).read_bytes()
+    assert_files_alike(one, entry.folder)
 
 
 def test_a_box_on_wheels_has_lamps_and_wheels():
