@@ -41,7 +41,7 @@ def bake_vehicle(recipe: Mapping[str, Any]) -> BakedVehicle:
     """Build the levels of a vehicle that travel with the package.
 
     Args:
-        recipe: Content of an `asset.yaml`: length, width, height and `recipe`.
+        recipe: From `completed_recipe`: length, width, height and `recipe`.
 
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.

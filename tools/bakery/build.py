@@ -43,7 +43,7 @@ class FullVehicle:
 
 
 Recipe = Mapping[str, Any]
-"""Content of an `asset.yaml`."""
+"""Content of an `asset.yaml`, completed by `recipes/<name>.yaml` under the key `recipe`."""
 
 
 @dataclass(frozen=True, slots=True)

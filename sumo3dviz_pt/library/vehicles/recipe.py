@@ -1,4 +1,4 @@
-"""Reads recipes, the key `recipe` of an `asset.yaml`, as frozen values whose types are checked."""
+"""Reads recipes of vehicles as frozen values whose types are checked."""
 
 from __future__ import annotations
 

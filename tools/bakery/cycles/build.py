@@ -1,6 +1,6 @@
 """Builds vehicles around a rider: bicycle, e-scooter, moped, motorcycle, rickshaw, wheelchair.
 
-The key `recipe` of an `asset.yaml` holds `model`, `bicycle` or `motor`, and the fields of
+A recipe holds `model`, `bicycle` or `motor`, and the fields of
 `BicycleRecipe` or `MotorRecipe`. What is made of `paint` or `cloth` takes the road user's colour.
 """
 
@@ -20,7 +20,7 @@ from sumo3dviz_pt.library.vehicles.recipe import read_value
 
 
 def machine_of(recipe: Recipe) -> Machine:
-    """Make the two-wheeler of an `asset.yaml`.
+    """Make the two-wheeler of a completed recipe.
 
     Raises:
         ConfigError: If its model or a key is unknown, or a value missing or of the wrong kind.

@@ -25,7 +25,7 @@ FittingKind = (
     Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
     | Literal["loft", "skin", "foil"]
 )
-"""Kind of a fitting; see `library/vehicles/heavy/pieces.py`, the last three in `lofts.py`."""
+"""Kind of a fitting; see `pieces.py`, the last three in `lofts.py`."""
 
 WheelStyle = Literal["convex", "concave", "cap"]
 """`convex` bulges outwards, as on front axles; `concave` is a deep dish, as on driven and trailer
