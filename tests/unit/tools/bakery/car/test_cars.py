@@ -43,7 +43,7 @@ def test_there_are_enough_and_they_are_small():
     assert {"taxi", "police"} <= set(CARS)
     for name in CARS:
         folder = find("vehicles", name).folder
-        assert sum(path.stat().st_size for path in folder.iterdir()) < 630e3
+        assert sum(path.stat().st_size for path in folder.iterdir()) < 560e3
 
 
 def test_no_two_share_a_face():

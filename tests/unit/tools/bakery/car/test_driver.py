@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bakery.bake import completed_recipe
 from bakery.car.body import car_shape
 from bakery.car.conform import CarFineness
 from bakery.car.driver import driver
@@ -15,7 +16,7 @@ LEVEL = CarFineness(spacing=0.055, faces=2500, step=0.2, sides=8)
 @pytest.mark.parametrize("name", ["city_car", "sedan", "suv", "pickup", "coupe"])
 def test_a_driver_lies_on_the_panes_and_faces_outwards(name):
     meta = find("vehicles", name).meta
-    shape = car_shape(read_recipe(meta))
+    shape = car_shape(read_recipe(completed_recipe(find("vehicles", name).folder)))
     pieces = list(driver(shape, LEVEL))
     assert {material for material, _ in pieces} == {"glass", "glass_face", "glass_coat"}
     for _, mesh in pieces:

@@ -66,7 +66,7 @@ def test_the_fleet_is_there():
     size = sum(
         path.stat().st_size for name in HEAVY for path in find("vehicles", name).folder.glob("*")
     )
-    assert size < 0.75e6 * len(HEAVY)
+    assert size < 0.2e6 * len(HEAVY)
 
 
 @pytest.mark.parametrize("name", HEAVY)

@@ -9,6 +9,8 @@ from bakery.mesh.cutting import Surface
 from bakery.mesh.implicit import dual_contour
 from bakery.mesh.simplify import simplify
 
+from sumo3dviz_pt.library.mesh import shading
+
 
 def ball(x, y, z):
     return np.sqrt(x * x + y * y + z * z) - 1.0
@@ -62,14 +64,14 @@ def test_retag_replaces_only_what_it_may(surface):
 def test_normals_of_a_ball_are_radial_and_shared(surface):
     owner, normals = cutting.corner_normals(ball, surface)
     assert (normals * surface.vertices[owner]).sum(axis=1).min() > 0.99
-    mesh = cutting.weld(owner, surface.vertices[owner], normals)
+    mesh = shading.weld(owner, surface.vertices[owner], normals)
     assert len(mesh.vertices) == len(surface.vertices)
 
 
 def test_a_crease_keeps_two_normals():
     owner = np.array([0, 0, 0])
     normals = np.array([[0, 0, 1.0], [0, 0.1, 1.0], [1.0, 0, 0]])
-    shared = cutting.share_normals(owner, normals, crease=0.5)
+    shared = shading.share_normals(owner, normals, crease=0.5)
     np.testing.assert_allclose(shared[0], shared[1])
     np.testing.assert_allclose(shared[2], [1, 0, 0])
 

@@ -48,7 +48,7 @@ def chosen(vclass: str, length: float, *, gui: str = "", width: float = 2.9) -> 
 def test_the_fleet_is_there_and_small():
     assert {*RAIL, *SHIPS, *OTHERS} == set(HULLS)
     files = [path for name in HULLS for path in find("vehicles", name).folder.glob("*")]
-    assert sum(path.stat().st_size for path in files) < 6.0e6
+    assert sum(path.stat().st_size for path in files) < 0.95e6
 
 
 @pytest.mark.parametrize("name", HULLS)
@@ -65,7 +65,7 @@ class TestEveryHull:
 
     def test_is_small_on_disk(self, name):
         files = find("vehicles", name).folder.glob("*")
-        assert sum(path.stat().st_size for path in files) < 0.56e6
+        assert sum(path.stat().st_size for path in files) < 0.1e6
 
     @pytest.mark.parametrize("level", ["parts", "far"])
     def test_has_its_size_and_stands_on_rails_water_or_ground(self, name, level):
