@@ -110,6 +110,12 @@ def find(family: str, name: str) -> Entry:
     return Entry(family, name, folder, meta)
 
 
+def digest_of(content: Mapping[str, Any]) -> str:
+    """Return the digest of an asset's content; where it differs, the content was changed."""
+    text = json.dumps(content, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
 def recipe_files(entry: Entry) -> tuple[Path, ...]:
     """Return the files that an asset is made from: its own, and that of the asset it varies."""
     own = entry.folder / "asset.yaml"

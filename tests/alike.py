@@ -11,8 +11,9 @@ import shapely
 import yaml
 from matplotlib.image import imread
 
+from sumo3dviz_pt.catalog import find
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.library.mesh.ply import read_ply
+from sumo3dviz_pt.library.vehicles.packed import BODIES, FULL, read_levels
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 NEAR = 1e-3
@@ -31,17 +32,28 @@ def assert_alike(new: Mesh, old: Mesh) -> None:
         assert np.isfinite(away).all(), f"{(~np.isfinite(away)).mean():.2%} of the samples lie off"
 
 
+def level_of(name: str, level: str) -> Mapping[str, Mesh]:
+    """Meshes of a vehicle of the catalogue by material: `parts`, `far`, `full` or `wheel`."""
+    file = FULL if level in ("full", "wheel") else BODIES
+    return read_levels(find("vehicles", name).folder / file)[level]
+
+
 def assert_files_alike(new: Path, old: Path) -> None:
     """Two folders of a baked vehicle hold the same meshes, lamps and wheels."""
-    names = {path.name for path in old.glob("*.ply")}
-    assert {path.name for path in new.glob("*.ply")} == names
+    names = {path.name for path in old.glob("*.xz")}
+    assert {path.name for path in new.glob("*.xz")} == names
     for name in sorted(names):
-        assert_alike(read_ply(new / name), read_ply(old / name))
+        made, there = read_levels(new / name), read_levels(old / name)
+        assert {level: [*made[level]] for level in made} == {lv: [*there[lv]] for lv in there}
+        for level, meshes in there.items():
+            for material, mesh in meshes.items():
+                assert_alike(made[level][material], mesh)
     one, other = (
         yaml.safe_load((folder / "baked.yaml").read_text(encoding="utf-8")) for folder in (new, old)
     )
-    for level in ("parts", "far"):
-        assert [row["mesh"] for row in one[level]] == [row["mesh"] for row in other[level]]
+    assert set(one) == set(other)
+    for level in {"parts", "far", "full", "wheel"} & set(other):
+        assert [*one[level]] == [*other[level]]
     for kind in ("lamps", "wheels"):
         assert len(one[kind]) == len(other[kind])
         for row, same in zip(one[kind], other[kind], strict=True):

@@ -112,7 +112,7 @@ def _ride(meta: Mapping[str, Any], vclass: str) -> str:
     """What a model does when it is accelerated."""
     build = str(meta.get("build", "car"))
     if build == "cycle":
-        return "" if meta["recipe"].get("half_track") else "lean"
+        return "" if meta.get("half_track") else "lean"
     if vclass in RAIL_CLASSES or vclass == "ship" or build == "hull":
         return ""
     return "car" if float(meta["length"]) < _HEAVY else "heavy"
@@ -126,7 +126,7 @@ def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: BodySize
         eye = scale * np.array(meta["eye"]) if "eye" in meta else seat.eye
         foot = scale[0] * float(meta["cowl"]) if "cowl" in meta else seat.cowl[0]
         return Seat(eye, np.array([foot, *seat.cowl[1:]]))
-    _, dash = meta.get("recipe", {}).get("cowl", (0.0, 0.64 * float(meta["height"])))
+    dash = meta.get("dash", 0.64 * float(meta["height"]))
     cowl = scale * np.array([float(meta["cowl"]), 0.0, float(dash)])
     return car_seat(scale * np.array(meta["eye"]), cowl=cowl)
 

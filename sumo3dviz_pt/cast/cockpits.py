@@ -9,12 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.bodies import Body
 from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, cutaway, has_dashboard
-from sumo3dviz_pt.library.vehicles.interior.dials import (
-    NEEDLE,
-    dial_middles,
-    needle,
-    needle_angles,
-)
+from sumo3dviz_pt.library.vehicles.interior.dials import NEEDLE, dial_middles, needle, needle_angles
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
 from sumo3dviz_pt.model.traffic import RAIL_CLASSES

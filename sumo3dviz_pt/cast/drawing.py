@@ -9,7 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.articulation import UnitLinks
 from sumo3dviz_pt.library.vehicles.bellows import bend_phase, chord
-from sumo3dviz_pt.library.vehicles.build import WheelPlace
+from sumo3dviz_pt.library.vehicles.parts import WheelPlace
 from sumo3dviz_pt.library.vehicles.plates import LETTER, LETTERS, Plate, plates_of
 from sumo3dviz_pt.library.vehicles.stretching import BodyStretch
 from sumo3dviz_pt.model.geometry import Floats, Transform

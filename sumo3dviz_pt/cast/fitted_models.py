@@ -25,13 +25,16 @@ from sumo3dviz_pt.cast.choice import (
 from sumo3dviz_pt.cast.coupling import CouplingRow, coupled, numbered, pitch_of, spare_units
 from sumo3dviz_pt.cast.drawing import Joint, Unit
 from sumo3dviz_pt.cast.figures import Posed, cyclist
-from sumo3dviz_pt.library.mesh.ply import read_ply
-from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 from sumo3dviz_pt.library.vehicles.bellows import Bellows, bellows
-from sumo3dviz_pt.library.vehicles.build import WheelPlace
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedals
-from sumo3dviz_pt.library.vehicles.rail.build import turned_round
-from sumo3dviz_pt.library.vehicles.stretching import BodyStretch, round_wheels, stretched
+from sumo3dviz_pt.library.vehicles.packed import BODIES, read_levels
+from sumo3dviz_pt.library.vehicles.parts import WheelPlace
+from sumo3dviz_pt.library.vehicles.stretching import (
+    BodyStretch,
+    round_wheels,
+    stretched,
+    turned_round,
+)
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
@@ -85,7 +88,7 @@ def fitted_model(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoi
         return Fitted(units, scale, sizes(scale * own), hinged)
     if entry.meta.get("build") == "cycle":
         return _scaled(entry, prototypes, choice)
-    if entry.meta.get("recipe", {}).get("stretch"):
+    if "stretch" in entry.meta:
         return _given(entry, prototypes, choice)
     size = choice.size
     if choice.vclass in _OF_NO_HEIGHT and size[2] == DEFAULT_CAR[2]:
@@ -107,7 +110,7 @@ def _given(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) ->
     length, width, height = choice.model.size
     across = float(np.sqrt(choice.size[1] / width * choice.size[2] / height))
     factor = float(np.clip(across, 1.0 / _LARGEST_SCALE, _LARGEST_SCALE))
-    first, last = entry.meta["recipe"]["stretch"]
+    first, last = entry.meta["stretch"]
     # Half metres, so that vTypes of nearly one length share a body.
     wanted = round(2.0 * choice.size[0] / factor) / 2.0
     stretch = BodyStretch.to_length((float(first), float(last)), extra=wanted - length)
@@ -202,7 +205,7 @@ def _unit(entry: catalog.Entry, prototypes: Prototypes, *, at: float) -> Unit:
     """One baked model."""
     prototype = _baked_once(entry, prototypes)
     wheels = tuple(_wheel(row) for row in entry.meta.get("wheels", ()))
-    return Unit(prototype, at, wheels if has_full_detail(entry.meta) else ())
+    return Unit(prototype, at, wheels if "full" in entry.meta else ())
 
 
 def _baked_once(entry: catalog.Entry, prototypes: Prototypes) -> Prototype:
@@ -267,8 +270,11 @@ def read_vehicle(
         entry: The vehicle.
         ridden: Makes one whose rider pedals.
     """
+    levels = read_levels(
+        catalog.find("vehicles", entry.meta.get("turns", entry.name)).folder / BODIES
+    )
     near, far = (
-        tuple(Part(_read_mesh(entry, row["mesh"]), row["material"]) for row in entry.meta[level])
+        tuple(Part(_turned(levels[level][name], entry), name) for name in entry.meta[level])
         for level in ("parts", "far")
     )
     lamps = tuple(_lamp(row) for row in entry.meta["lamps"])
@@ -278,9 +284,8 @@ def read_vehicle(
     return Prototype(entry.name, parts, far, lamps, poses=poses)
 
 
-def _read_mesh(entry: catalog.Entry, name: str) -> Mesh:
-    """Read a baked mesh; one of another vehicle that this one turns round is turned."""
-    mesh = read_ply(entry.folder / name)
+def _turned(mesh: Mesh, entry: catalog.Entry) -> Mesh:
+    """A baked mesh; one of another vehicle that this one turns round is turned."""
     return turned_round(mesh, float(entry.meta["length"])) if "turns" in entry.meta else mesh
 
 

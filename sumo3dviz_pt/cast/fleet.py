@@ -26,8 +26,7 @@ from sumo3dviz_pt.cast.cockpits import Cockpit, open_cockpit
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.finding import find_trajectory
-from sumo3dviz_pt.cast.full_counts import counted_bodies
-from sumo3dviz_pt.cast.full_detail import full_bodies
+from sumo3dviz_pt.cast.full_detail import counted_bodies, full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
 from sumo3dviz_pt.cast.grounded import Rise, grounded
 from sumo3dviz_pt.cast.lettering import letters_on

@@ -1,25 +1,19 @@
-"""Bodies in full detail: built when a shot first comes near them, then kept in the user's cache."""
+"""Bodies in full detail, for close views, and how much there is of each material in them."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from functools import cache, partial
-from pathlib import Path, PurePosixPath
+
+import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.drawing import Unit
-from sumo3dviz_pt.cast.kept_bodies import kept_files, kept_folder
-from sumo3dviz_pt.files.kept import Files
-from sumo3dviz_pt.library.mesh.ply import decoded, encoded
-from sumo3dviz_pt.library.vehicles.bake import full_vehicle
+from sumo3dviz_pt.library.vehicles.packed import FULL, read_levels
 from sumo3dviz_pt.library.vehicles.stretching import stretched
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
-
-_LOG = logging.getLogger(__name__)
-
-_LEVELS = ("full", "wheel")
 
 
 def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
@@ -33,10 +27,10 @@ def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     """
     found = {}
     for name in sorted(names):
-        folder = kept_folder(catalog.find("vehicles", name), "vehicles")
-        files = kept_files(folder, partial(_built, name, folder.name))
-        for level in _LEVELS:
-            found[f"{name}/{level}"] = _prototype(name, level, files)
+        levels = read_levels(catalog.find("vehicles", name).folder / FULL)
+        for level, meshes in levels.items():
+            parts = tuple(Part(mesh, material) for material, mesh in meshes.items())
+            found[f"{name}/{level}"] = Prototype(f"{name}/{level}", parts, ())
     return found
 
 
@@ -58,30 +52,32 @@ def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
     return found
 
 
-@cache
-def _built(name: str, known_as: str) -> Files:
-    """Build a vehicle's mesh files; in memory for as long as we run, should they not be kept.
+def counted(prototype: Prototype) -> dict[str, int]:
+    """Return the triangles of a body by material."""
+    found: dict[str, int] = {}
+    for part in prototype.parts:
+        found[part.material] = found.get(part.material, 0) + len(part.mesh.faces)
+    return found
+
+
+def counted_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
+    """Return bodies and wheels by the names of `full_bodies`, without shape: reports only count.
 
     Args:
-        name: The vehicle's.
-        known_as: In the cache: another recipe, and so another vehicle, is known by another name.
+        units: Of models that have full detail.
     """
-    _LOG.info("building %s in full detail", name)
-    made = full_vehicle(catalog.find("vehicles", name).meta)
-    assert made is not None, known_as
-    levels = zip(_LEVELS, (made.body, made.wheel), strict=True)
-    return {
-        f"{level}/{material}.ply": encoded(mesh)
-        for level, meshes in levels
-        for material, mesh in meshes.items()
-    }
+    found = {}
+    for unit in units:
+        meta = catalog.find("vehicles", unit.source).meta
+        found[unit.full] = _shapeless(unit.full, meta["full"], unit.prototype.lamps)
+        found[unit.wheel] = _shapeless(unit.wheel, meta["wheel"])
+    return found
 
 
-def _prototype(name: str, level: str, files: Files) -> Prototype:
-    """One level of a vehicle."""
-    parts = tuple(
-        Part(decoded(files[path], file=Path(path)), PurePosixPath(path).stem)
-        for path in sorted(files)
-        if path.startswith(f"{level}/")
-    )
-    return Prototype(f"{name}/{level}", parts, ())
+def _shapeless(
+    name: str, counts: Mapping[str, int], lamps: tuple[VehicleLamp, ...] = ()
+) -> Prototype:
+    """A body of as many triangles of each material, all of which lie in one point."""
+    point = np.zeros((1, 3))
+    parts = (Part(Mesh(point, np.zeros((n, 3), np.int64)), kind) for kind, n in counts.items())
+    return Prototype(name, tuple(parts), (), lamps=lamps)

@@ -1,7 +1,7 @@
 """People and riders as reports need them: how much there is of each material, without shape.
 
 Building one in all poses takes a tenth of a second to a few; `people_counts.json` beside this
-module has the numbers, written by `tools/count_full_bodies.py`. Those whose recipe
+module has the numbers, written by `tools/count_people.py`. Those whose recipe
 was changed since then, or that are not listed, are built.
 """
 
@@ -19,7 +19,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.choice import Choice, FigureChoice, ModelChoice
 from sumo3dviz_pt.cast.figures import Posed, person
 from sumo3dviz_pt.cast.fitted_models import Prototypes, read_vehicle
-from sumo3dviz_pt.library.vehicles.bake import digest_of
+from sumo3dviz_pt.catalog import digest_of
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedals
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Poses, Prototype

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.build import WheelPlace
+from sumo3dviz_pt.library.vehicles.parts import WheelPlace
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.vectors import arc_length
 

@@ -1,4 +1,4 @@
-"""`assets`: lists the library as a table, draws it as pictures, makes its files again."""
+"""`assets`: lists the library as a table, draws it as pictures."""
 
 from __future__ import annotations
 
@@ -9,37 +9,39 @@ from typing import Any
 from sumo3dviz_pt.cli.options import add_overwrite, add_size
 from sumo3dviz_pt.cli.progress import progress
 
-_BAKING, _DRAWING = 150.0, 120.0
-"""How long baking all vehicles usually takes, and drawing a sheet [s]."""
+_DRAWING = 120.0
+"""How long drawing a sheet usually takes [s]."""
 
 
 def add(commands: Any) -> None:
     """Say what it takes."""
-    sub = commands.add_parser("assets", help="the library: as a table, as pictures, made again")
-    sub.add_argument("action", choices=("list", "sheet", "build"), help="what to do")
-    sub.add_argument("chosen", nargs="*", help="families, or vehicles/NAME to build; default all")
-    sub.add_argument(
-        "-o", "--output", type=Path, help="folder for sheets or to build in, or one sheet's .png"
-    )
+    sub = commands.add_parser("assets", help="the library: as a table, as pictures")
+    sub.add_argument("action", type=_action, choices=("list", "sheet"), help="what to do")
+    sub.add_argument("chosen", nargs="*", help="families; default all")
+    sub.add_argument("-o", "--output", type=Path, help="folder for sheets, or one sheet's .png")
     sub.add_setting("--quality", "quality", default="preview", after=" [preview]")
     add_size(sub, (480, 270), before="each picture's ")
     add_overwrite(sub, "replace sheets that exist")
     sub.set_defaults(run=run)
 
 
+def _action(word: str) -> str:
+    """Return a word as it is; say what makes bodies of vehicles, which this command once did."""
+    if word == "build":
+        raise argparse.ArgumentTypeError(
+            "bodies of vehicles travel ready made; in a checkout of the repository,"
+            " python tools/bake.py vehicles/NAME makes them again"
+        )
+    return word
+
+
 def run(options: argparse.Namespace) -> int:
-    """List, draw or rebuild the library."""
-    from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline.baking import build, listing
-    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+    """List or draw the library."""
+    from sumo3dviz_pt.pipeline.asset_table import listing
 
     if options.action == "sheet":
         return _sheets(options)
-    if options.action == "list":
-        print("\n".join(listing(options.chosen)))
-        return 0
-    with progress("assets", (WorkStep(Doing.BAKE, _BAKING),)):
-        build(options.chosen, into=options.output)
+    print("\n".join(listing(options.chosen)))
     return 0
 
 

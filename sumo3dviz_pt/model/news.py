@@ -25,7 +25,6 @@ class Doing(StrEnum):
     MEASURE = "measuring"
     DRAW = "drawing"
     SIMULATE = "running the simulation"
-    BAKE = "making"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
-"""Makes the mesh files of vehicles again and compares them with those that travel.
+"""Makes the packed bodies of vehicles again and compares them with those that travel.
 
     python tests/bench/baked_files.py [NAME ...]
 
-All vehicles take some ten CPU-minutes. The usual tests make a few, and compare the digests
+All vehicles take some fifteen CPU-minutes. The usual tests make a few, and compare the digests
 of all recipes. The exit code is 1 if any vehicle differs.
 """
 
@@ -15,18 +15,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
 
 from alike import assert_files_alike
+from bakery.bake import bake_folder
 
 from sumo3dviz_pt.catalog import find, names, recipe_files
-from sumo3dviz_pt.library.vehicles.bake import bake_folder
 
 
 def baked_again(name: str, scratch: Path) -> Path:
     """Make a vehicle's files in a folder below `scratch` and return that folder."""
     folder = scratch / name
     for path in recipe_files(find("vehicles", name)):
-        (scratch / path.parent.name).mkdir(exist_ok=True)
+        (scratch / path.parent.name).mkdir(parents=True, exist_ok=True)
         (scratch / path.parent.name / path.name).write_bytes(path.read_bytes())
     bake_folder(folder)
     return folder

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bakery.bake import bake_vehicle, completed_recipe, full_vehicle
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import build_body
@@ -20,7 +21,6 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.library.people.build import figure
 from sumo3dviz_pt.library.plants.build import LEVELS, tree
-from sumo3dviz_pt.library.vehicles.bake import bake_vehicle, full_vehicle, has_full_detail
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -114,11 +114,12 @@ def library() -> Made:
 def _vehicles() -> Made:
     """Vehicles at all levels, and fitted to a size."""
     for name in catalog.names("vehicles"):
-        meta = catalog.find("vehicles", name).meta
-        if "units" not in meta:
-            yield f"vehicles/{name}/baked", partial(_baked, meta)
-            if has_full_detail(meta):
-                yield f"vehicles/{name}/full", partial(_full, meta)
+        entry = catalog.find("vehicles", name)
+        if "units" not in entry.meta:
+            recipe = completed_recipe(entry.folder)
+            yield f"vehicles/{name}/baked", partial(_baked, recipe)
+            if "full" in entry.meta:
+                yield f"vehicles/{name}/full", partial(_full, recipe)
     for model in models_for({}):
         yield f"fitted/{model.name}", partial(_fitted, model)
 

@@ -13,6 +13,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, SkySettings
 from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.vehicles.packed import BODIES, FULL
 from sumo3dviz_pt.pipeline.production import object_files, scenario_files
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job, quality_preset
 
@@ -32,10 +33,10 @@ def presets(kind: str) -> list[str]:
 
 
 def files_named_in(value: Any) -> Iterator[str]:
-    """Every mesh, map or bitmap that an `asset.yaml` names."""
+    """Every map or bitmap that an `asset.yaml` names."""
     if isinstance(value, dict):
         for key, inner in value.items():
-            if key in ("mesh", "filename", "map") and isinstance(inner, str):
+            if key in ("filename", "map") and isinstance(inner, str):
                 yield inner
             else:
                 yield from files_named_in(inner)
@@ -59,22 +60,26 @@ def test_asset_has_a_licence_and_all_its_files(family: str, name: str) -> None:
     entry = catalog.find(family, name)
     assert entry.meta["licence"] == "BSD-3-Clause"
     coupled = "units" in entry.meta
-    assert bool(entry.meta.get("recipe")) != coupled, "made by our own code, so a recipe is there"
-    named = set(files_named_in(dict(entry.meta)))
-    # Some families are built when they are first needed; coupled vehicles show their units.
-    assert bool(named) != (coupled or family in FILELESS)
+    if family == "vehicles":
+        borrowed = coupled or "turns" in entry.meta
+        held = {BODIES: "parts" in entry.meta and not borrowed, FULL: "full" in entry.meta}
+        named = {file for file, there in held.items() if there}
+        assert coupled == ("parts" not in entry.meta)
+    else:
+        assert not coupled
+        named = set(files_named_in(dict(entry.meta)))
+        # Some families are built when they are first needed.
+        assert bool(named) != (family in FILELESS)
     present = {path.name for path in entry.folder.iterdir()} - {"asset.yaml", "baked.yaml"}
-    # Vehicles that look the same share meshes: those lie with the one that is built.
-    assert {file for file in named if not file.startswith("../")} == present
+    assert named == present
     assert all((entry.folder / file).stat().st_size > 0 for file in named)
 
 
-@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("name", [n for n in SINGLE if "turns" in catalog.find("vehicles", n).meta])
 def test_borrowed_meshes_are_another_vehicles_own(name: str) -> None:
-    named = files_named_in(dict(catalog.find("vehicles", name).meta))
-    for file in (file for file in named if file.startswith("../")):
-        _, owner, own = file.split("/")
-        assert own in set(files_named_in(dict(catalog.find("vehicles", owner).meta)))
+    meta = catalog.find("vehicles", name).meta
+    owner = catalog.find("vehicles", meta["turns"]).meta
+    assert set(meta["parts"]) <= set(owner["parts"]) and set(meta["far"]) <= set(owner["far"])
 
 
 @pytest.mark.parametrize("name", catalog.names("surfaces"))
@@ -106,7 +111,9 @@ def test_material_reflects_less_than_it_gets(name: str) -> None:
 def test_vehicle_uses_known_materials_and_has_a_far_level(name: str) -> None:
     meta = catalog.find("vehicles", name).meta
     assert meta["parts"] and meta["far"]
-    assert {part["material"] for part in [*meta["parts"], *meta["far"]]} <= set(MATERIALS)
+    assert {*meta["parts"], *meta["far"], *meta.get("full", ()), *meta.get("wheel", ())} <= set(
+        MATERIALS
+    )
     if "aircraft" in meta["vclass"] or "drone" in meta["vclass"]:
         # Gates of the largest category F take a span of 80 m (ICAO Annex 14).
         assert 0.4 < meta["width"] < 80.0

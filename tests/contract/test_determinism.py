@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from alike import assert_files_alike
+from bakery.bake import completed_recipe
 from bench.baked_files import baked_again
 from bench.processor_accounts import library
 from bench.processors import accounts_of, compared, differences
 
-from sumo3dviz_pt.catalog import find, names
-from sumo3dviz_pt.library.vehicles.bake import completed_recipe, digest_of
+from sumo3dviz_pt.catalog import digest_of, find, names
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "sumo3dviz_pt"

@@ -25,7 +25,6 @@ NOT_RUN = {
     "import-sumo3dviz": "needs sumo3Dviz's files; tests/contract/test_manual_blocks.py",
     "check --stress": "takes minutes; tests/film/test_stress_command.py",
     "init --record": "needs SUMO",
-    "assets build": "bakes a body of one's own",
     "study verify": "needs a study's folder; tests/film/test_verify.py",
     "study pack": "as above; tests/unit/pipeline/studies/test_pack.py",
     "study unpack": "as above",

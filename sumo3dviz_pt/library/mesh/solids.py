@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sumo3dviz_pt.library.mesh.cutting import share_normals, weld
 from sumo3dviz_pt.library.mesh.grids import grid_faces
+from sumo3dviz_pt.library.mesh.shading import share_normals, weld
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.vectors import area_vectors, unit
+
+_SHARP = 1e-4  # smaller bevels are left out [m]
 
 
 def shaded(vertices: Floats, faces: Ints, *, crease: float = 0.7) -> Mesh:
@@ -66,6 +68,56 @@ def box(low: Sequence[float], high: Sequence[float]) -> Mesh:
     vertices = np.asarray(low) + corners * (np.asarray(high) - np.asarray(low))
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     return shaded(vertices, _fan(quads), crease=0.2)
+
+
+def bevelled(low: Sequence[float], high: Sequence[float], *, bevel: float) -> Mesh:
+    """Build a box with bevelled edges that are shaded round.
+
+    Args:
+        low: Lowest corner, (3,) [m].
+        high: Highest corner, (3,) [m].
+        bevel: Width of the bevels [m].
+    """
+    corners = np.array([low, high], dtype=np.float64)
+    middle, half = corners.mean(axis=0), 0.5 * (corners[1] - corners[0])
+    bevel = min(bevel, 0.9 * float(half.min()))
+    if bevel < _SHARP:
+        return box(low, high)
+    signs = np.array(list(np.ndindex(2, 2, 2)), dtype=np.float64) * 2.0 - 1.0
+    # Each corner of the box becomes a triangle: one vertex for each face that meets there.
+    sizes = np.where(np.eye(3) > 0.0, half, half - bevel)
+    vertices = middle + signs[:, None, :] * sizes
+    return shaded(vertices.reshape(-1, 3), _BEVEL_FACES, crease=0.9)
+
+
+def _bevel_faces() -> Ints:
+    """Triangles of a bevelled box: 6 sides, 12 bevels, 8 corners; outward."""
+    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+    inset = np.stack([signs * np.where(np.eye(3)[a] > 0, 1.0, 0.8) for a in range(3)], axis=1)
+    points = inset.reshape(-1, 3)
+    polygons = [[3 * c, 3 * c + 1, 3 * c + 2] for c in range(8)]
+    for axis in range(3):
+        for sign in (-1, 1):
+            ring = [c for c in range(8) if signs[c, axis] == sign]
+            ring = [ring[0], ring[1], ring[3], ring[2]]
+            polygons.append([3 * c + axis for c in ring])
+    for c in range(8):
+        for axis in range(3):
+            other = c + (4 >> axis)
+            if signs[c, axis] > 0:
+                continue
+            p, q = (axis + 1) % 3, (axis + 2) % 3
+            polygons.append([3 * c + p, 3 * other + p, 3 * other + q, 3 * c + q])
+    faces = []
+    for polygon in polygons:
+        a, b, c = points[polygon[0]], points[polygon[1]], points[polygon[2]]
+        outward = np.dot(np.cross(b - a, c - a), points[polygon].mean(axis=0)) > 0
+        ring = polygon if outward else polygon[::-1]
+        faces += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
+    return np.array(faces, dtype=np.int64)
+
+
+_BEVEL_FACES = _bevel_faces()
 
 
 def prism(outline: Sequence[Sequence[float]], *, half_width: float, crease: float = 0.4) -> Mesh:
@@ -206,3 +258,10 @@ def mirrored(mesh: Mesh) -> Mesh:
     flip = np.array([1.0, -1.0, 1.0])
     normals = None if mesh.normals is None else mesh.normals * flip
     return Mesh(mesh.vertices * flip, mesh.faces[:, ::-1], normals, mesh.uvs)
+
+
+def on_both_sides(pieces: Iterable[tuple[str, Mesh]]) -> Iterator[tuple[str, Mesh]]:
+    """Yield each piece, and after it its mirror image."""
+    for material, mesh in pieces:
+        yield material, mesh
+        yield material, mirrored(mesh)

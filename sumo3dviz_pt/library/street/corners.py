@@ -12,9 +12,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, by_material, moved, tube
 from sumo3dviz_pt.library.street.traffic_light import upward
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, still_parts
 from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, CycleWheel, Fineness, wheel
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sumo3dviz_pt.library.mesh.solids import by_material, fitted, lathe, moved
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
-from sumo3dviz_pt.library.vehicles.halves import on_both_sides
-from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
+from sumo3dviz_pt.library.mesh.solids import (
+    bevelled,
+    by_material,
+    fitted,
+    lathe,
+    moved,
+    on_both_sides,
+)
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
 from sumo3dviz_pt.model.scene import Part, Prototype
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
-from sumo3dviz_pt.library.vehicles.heavy.recipe import End, LampSpot
+from sumo3dviz_pt.library.vehicles.lamps import End, LampSpot, find_lamps
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 

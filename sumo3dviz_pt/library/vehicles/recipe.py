@@ -1,8 +1,7 @@
-"""Reads recipes, the key `recipe` of an `asset.yaml`, as frozen values whose types are checked."""
+"""Reads recipes of vehicles as frozen values whose types are checked."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 from typing import Any, TypeVar
 
@@ -29,12 +28,6 @@ def read_value(kind: type[_T], content: Any) -> _T:
     except ValidationError as error:
         raise _explained(error) from None
     return value
-
-
-def with_sizes(asset: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the recipe of an `asset.yaml` with the vehicle's length, width and height."""
-    sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
-    return {**asset.get("recipe", {}), **sizes}
 
 
 @cache

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.build import WheelPlace
+from sumo3dviz_pt.library.vehicles.parts import WheelPlace
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Prototype
@@ -74,6 +74,14 @@ def stretched(prototype: Prototype, stretch: BodyStretch, *, name: str) -> Proto
     )
     lamps = tuple(_lamp(lamp, stretch) for lamp in prototype.lamps)
     return Prototype(name, near, far, lamps)
+
+
+def turned_round(mesh: Mesh, length: float) -> Mesh:
+    """Turn a mesh by half a circle about the middle of a length [m]."""
+    turn = np.array([-1.0, -1.0, 1.0])
+    normals = None if mesh.normals is None else mesh.normals * turn
+    moved = mesh.vertices * turn - np.array([length, 0.0, 0.0])
+    return replace(mesh, vertices=moved, normals=normals)
 
 
 def round_wheels(

@@ -1,40 +1,22 @@
-"""Full detail from the cache: built once, the same each time, never half."""
+"""Full detail is read, not built, and reports count it without reading it."""
 
-import logging
-import os
-import shutil
-import subprocess
-import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import cube
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast import full_detail, kept_bodies
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
-from sumo3dviz_pt.cast.full_detail import full_bodies, full_prototypes
-from sumo3dviz_pt.files.kept import read_whole
+from sumo3dviz_pt.cast.drawing import Unit
+from sumo3dviz_pt.cast.full_detail import counted, counted_bodies, full_bodies, full_prototypes
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 
 SMALL = "e_scooter"
 
 
-@pytest.fixture
-def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path))
-    return tmp_path / "vehicles"
-
-
-def test_who_has_full_detail():
-    assert all(has_full_detail(catalog.find("vehicles", name).meta) for name in ("sedan", SMALL))
-    assert not has_full_detail(catalog.find("vehicles", "tram").meta), (
-        "coupled vehicles show their units"
-    )
-
-
-def test_body_and_wheel_in_known_materials(cache):
+def test_body_and_wheel_in_known_materials():
     made = full_prototypes([SMALL])
     assert set(made) == {f"{SMALL}/full", f"{SMALL}/wheel"}
     for name, prototype in made.items():
@@ -47,132 +29,6 @@ def test_body_and_wheel_in_known_materials(cache):
     radius = catalog.find("vehicles", SMALL).meta["wheels"][0]["radius"]
     assert wheel[:, 2].max() == pytest.approx(radius, rel=0.02)
     assert wheel[:, 2].min() == pytest.approx(-radius, rel=0.02)
-
-
-def test_built_once_and_read_again(cache, caplog):
-    full_detail._built.cache_clear()
-    with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
-        first = full_prototypes([SMALL])
-        assert [record.getMessage() for record in caplog.records if "building" in record.msg] == [
-            f"building {SMALL} in full detail"
-        ]
-        stamps = {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
-        caplog.clear()
-        again = full_prototypes([SMALL])
-    assert not caplog.records and stamps
-    assert stamps == {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
-    for name, prototype in first.items():
-        for one, other in zip(prototype.parts, again[name].parts, strict=True):
-            np.testing.assert_array_equal(one.mesh.vertices, other.mesh.vertices)
-            np.testing.assert_array_equal(one.mesh.faces, other.mesh.faces)
-
-
-def test_another_recipe_lies_elsewhere(cache, monkeypatch, tmp_path):
-    full_prototypes([SMALL])
-    entry = catalog.find("vehicles", SMALL)
-    changed = tmp_path / "asset.yaml"
-    text = (entry.folder / "asset.yaml").read_text(encoding="utf-8")
-    changed.write_text(text + "# changed\n", encoding="utf-8")
-    monkeypatch.setattr(catalog, "recipe_files", lambda _: (changed,))
-    full_prototypes([SMALL])
-    assert len(list(cache.iterdir())) == 2
-
-
-def vertices_of(made):
-    return {
-        (name, part.material): part.mesh.vertices for name, p in made.items() for part in p.parts
-    }
-
-
-def assert_same_bodies(one, other):
-    """Down to the last bit: pixels hang on it."""
-    one, other = vertices_of(one), vertices_of(other)
-    assert set(one) == set(other)
-    for key, vertices in one.items():
-        np.testing.assert_array_equal(vertices, other[key], err_msg=str(key))
-
-
-def lose(path):
-    path.unlink()
-
-
-def cut(path):
-    path.write_bytes(path.read_bytes()[:-100])
-
-
-def flip(path):
-    """A single bit, as failing disks do."""
-    content = bytearray(path.read_bytes())
-    content[-1] ^= 1
-    path.write_bytes(content)
-
-
-@pytest.mark.parametrize("harm", [lose, cut, flip])
-@pytest.mark.parametrize("which", ["*/*.ply", "*"])
-def test_a_damaged_cache_heals(cache, harm, which):
-    """One file less drew other pixels; a cut one stopped every render for ever."""
-    first = full_prototypes([SMALL])
-    (folder,) = cache.iterdir()
-    stored = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    harm(next(path for path in sorted(folder.glob(which)) if path.is_file()))
-    assert_same_bodies(full_prototypes([SMALL]), first)
-    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == stored
-    assert list(cache.iterdir()) == [folder], "nothing is left lying about"
-
-
-def test_without_a_place_to_write_bodies_stay_in_memory(cache, caplog, tmp_path, monkeypatch):
-    """No writable cache ended in errno 2; one note says so, and nothing is built twice."""
-    first = full_prototypes([SMALL])
-    full_detail._built.cache_clear()
-    (tmp_path / "a file").write_text("no folder", encoding="utf-8")
-    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "a file"))
-    with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
-        for _ in range(2):
-            assert_same_bodies(full_prototypes([SMALL]), first)
-    said = [record.getMessage() for record in caplog.records]
-    assert len([words for words in said if words.startswith("building")]) == 1
-    (note,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
-    assert "cannot be written" in note and "SUMO3DVIZ_PT_CACHE" in note
-
-
-def test_a_full_disk_leaves_nothing_and_stops_nothing(cache, monkeypatch, caplog):
-    def fail(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("pathlib.Path.write_bytes", fail)
-    assert full_prototypes([SMALL])[f"{SMALL}/full"].parts
-    assert list(cache.iterdir()) == [] and "No space left" in caplog.text
-
-
-def test_nobody_near_builds_nothing(cache):
-    assert full_prototypes([]) == {}
-    assert not cache.exists()
-
-
-def test_what_old_code_left_goes_after_a_month(cache):
-    """Bodies of another version go when they are old; a running film may still read young ones."""
-    old, young = (cache / f"{SMALL}-{'0' * 15}{digit}" for digit in "01")
-    other = cache / f"sedan-{'0' * 16}"
-    for folder in (old, young, other):
-        folder.mkdir(parents=True)
-    for folder in (old, other):
-        os.utime(folder, (1e9, 1e9))
-    full_prototypes([SMALL])
-    assert not old.exists() and young.is_dir() and other.is_dir()
-
-
-@pytest.mark.parametrize("broken", [False, True])
-def test_two_processes_build_at_once(cache, broken):
-    """The slower one takes what the faster one made; both heal a broken one."""
-    if broken:
-        full_prototypes([SMALL])
-        lose(sorted(cache.glob("*/wheel/*.ply"))[0])
-    name = "sumo3dviz_pt.cast.full_detail"
-    code = f"from {name} import full_prototypes as h; print(len(h(['{SMALL}'])))"
-    both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
-    assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
-    (folder,) = cache.iterdir()
-    assert read_whole(folder) is not None
 
 
 def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
@@ -195,19 +51,44 @@ def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
     assert made[longer.full].lamps == longer.prototype.lamps
 
 
-def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):
-    def known_as():
-        catalog.code_digest.cache_clear()
-        return kept_bodies.kept_folder(catalog.find("vehicles", SMALL), "vehicles").name
+def unit_of(name):
+    return Unit(cube(name))
 
-    shutil.copytree(catalog.package_folder("library"), tmp_path / "library")
-    own = known_as()
-    monkeypatch.setattr(catalog, "package_folder", lambda name: tmp_path / name)
-    assert known_as() == own, "not where the library lies"
-    car = tmp_path / "library" / "vehicles" / "car"
-    (car / "build.py").rename(car / "assembly.py")
-    assert known_as() == own, "nor how its files are called"
-    with (car / "panels.py").open("a", encoding="utf-8") as file:
-        file.write("\n")
-    assert known_as() != own
-    catalog.code_digest.cache_clear()
+
+def fitted(name, longer=0.0):
+    model = next(model for model in models_for({}) if model.name == name)
+    length, *other = model.size
+    body = build_body(ModelChoice(model, "delivery", (length + longer, *other)), {})
+    return body.assembly.units[0]
+
+
+def test_nobody_near_reads_nothing():
+    assert full_prototypes([]) == {}
+
+
+@pytest.mark.parametrize("name", [SMALL, "sedan", "minibus"])
+def test_counts_are_those_of_what_is_read(name):
+    units = [unit_of(name), replace(unit_of(name), model=name)]
+    quick, made = counted_bodies(units), full_bodies(units)
+    assert set(quick) == set(made)
+    for body in made:
+        assert counted(quick[body]) == counted(made[body])
+        assert quick[body].triangles == made[body].triangles
+        assert (quick[body].name, quick[body].lamps) == (body, made[body].lamps)
+        assert all(len(part.mesh.vertices) == 1 for part in quick[body].parts)
+
+
+def test_a_stretched_body_counts_as_it_is_read():
+    units = [fitted("delivery_van"), fitted("delivery_van", longer=1.0)]
+    quick, made = counted_bodies(units), full_bodies(units)
+    assert {n: (counted(b), b.lamps) for n, b in quick.items()} == {
+        n: (counted(b), b.lamps) for n, b in made.items()
+    }
+
+
+def test_counting_reads_no_bodies(monkeypatch):
+    def read(path):
+        raise AssertionError(path)
+
+    monkeypatch.setattr("sumo3dviz_pt.cast.full_detail.read_levels", read)
+    assert counted_bodies([unit_of("sedan")])["sedan/full"].triangles > 20_000

@@ -9,9 +9,9 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast import figures, people_counts
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice, models_for
-from sumo3dviz_pt.cast.full_counts import counted
+from sumo3dviz_pt.cast.full_detail import counted
 from sumo3dviz_pt.cast.people_counts import counted_people
-from sumo3dviz_pt.library.vehicles.bake import digest_of
+from sumo3dviz_pt.catalog import digest_of
 
 FAST = "man_bald"
 WHO = [(family, name) for family, some in people_counts._known().items() for name in some]
@@ -35,7 +35,7 @@ def choice_of(family, name):
 
 
 def test_all_people_and_riders_are_counted_as_their_recipes_are_now():
-    """If this fails, run tools/count_full_bodies.py."""
+    """If this fails, run tools/count_people.py."""
     assert {name for family, name in WHO if family == "people"} == set(catalog.names("people"))
     for family, name in WHO:
         known = people_counts._known()[family][name]

@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.library.vehicles.plates import (
-    LETTER,
-    LETTERS,
-    letter,
-    letter_phase,
-    plate_text,
-)
+from sumo3dviz_pt.library.vehicles.plates import LETTER, LETTERS, letter, letter_phase, plate_text
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.pipeline.live import Ground
 from sumo3dviz_pt.pipeline.scene_file import load_job

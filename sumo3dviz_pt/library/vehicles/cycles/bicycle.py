@@ -14,7 +14,6 @@ import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, tube
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import (
     CycleWheel,
@@ -28,6 +27,7 @@ from sumo3dviz_pt.library.vehicles.cycles.parts import (
     tubes,
 )
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 
 _R = 0.342
 _FRONT: Point = (-_R, 0.0, _R)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 

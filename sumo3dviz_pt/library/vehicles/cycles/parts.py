@@ -10,7 +10,7 @@ import numpy as np
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import lathe, shaded, tube
 from sumo3dviz_pt.library.people.stack import Stack, closed
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
 

@@ -12,8 +12,8 @@ from sumo3dviz_pt.library.people.build import LEVELS, in_posture
 from sumo3dviz_pt.library.people.posture import FootPose, Hold, Posture, about_y, about_z
 from sumo3dviz_pt.library.people.rig import SIDES
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.parts import Point
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
 from sumo3dviz_pt.model.scene import Part
 

@@ -11,16 +11,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
-from sumo3dviz_pt.library.vehicles.interior.controls import (
-    binnacle,
-    screen,
-    screen_lamps,
-    wheel,
-)
+from sumo3dviz_pt.library.vehicles.interior.controls import binnacle, screen, screen_lamps, wheel
 from sumo3dviz_pt.library.vehicles.interior.dials import tick_lamps
 from sumo3dviz_pt.library.vehicles.interior.mirrors import DEEP, inner_mirror
 from sumo3dviz_pt.library.vehicles.interior.sheets import sheet
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 

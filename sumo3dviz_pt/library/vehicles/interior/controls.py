@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.interior.dials import FACE, dials
 from sumo3dviz_pt.library.vehicles.interior.sheets import rim, sheet
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 

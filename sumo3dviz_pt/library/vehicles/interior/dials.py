@@ -12,8 +12,8 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import tube
 from sumo3dviz_pt.library.street.strokes import lettering
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.interior.sheets import flat, ring
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype

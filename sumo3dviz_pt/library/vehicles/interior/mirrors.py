@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import moved, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.build import MaterialMesh
+from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.vectors import unit
 

@@ -1,4 +1,4 @@
-"""Small closed pieces and stacks."""
+"""Small closed pieces."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.mesh import solids
-from sumo3dviz_pt.library.mesh.stacks import StackLevel, stack
 from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
 
 CLOSED = {
@@ -64,16 +63,3 @@ def test_fitted_pieces_fill_the_size_and_merge_by_material():
     assert list(merged) == ["a", "b"]
     bounds = merge_meshes(list(merged.values())).bounds
     np.testing.assert_allclose(bounds, [[-5, -1, 0], [0, 1, 1]], atol=1e-12)
-
-
-def test_stack_is_closed_and_knows_its_materials():
-    levels = [
-        StackLevel(0.0, 0.0, -4.0, 1.0, side="trim"),
-        StackLevel(1.0, 0.0, -4.0, 1.0, side="glass", ends="paint", pillar="frame"),
-        StackLevel(2.0, 0.0, -4.0, 1.0, side="paint"),
-    ]
-    pieces = dict(stack(levels, radius=0.1, segments=2, windows=(0.5,)))
-    assert set(pieces) == {"trim", "glass", "paint", "frame"}
-    assert sum(volume(mesh) for mesh in pieces.values()) == pytest.approx(16.0, rel=0.01)
-    assert np.abs(pieces["glass"].normals[:, 1]).min() > 0.9
-    assert np.ptp(pieces["frame"].vertices[:, 0]) == pytest.approx(0.09)

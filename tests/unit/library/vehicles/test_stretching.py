@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.vehicles.build import WheelPlace
+from sumo3dviz_pt.library.vehicles.parts import WheelPlace
 from sumo3dviz_pt.library.vehicles.stretching import BodyStretch, round_wheels, stretched
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp

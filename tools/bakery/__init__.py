@@ -1,0 +1,1 @@
+"""How the vehicles of `assets/` are modelled: from recipes to packed bodies; never at run time."""

@@ -1,0 +1,1 @@
+"""E-scooters, mopeds, motorcycles, rickshaws and wheelchairs with their riders."""

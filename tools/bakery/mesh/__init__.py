@@ -1,0 +1,1 @@
+"""Bodies as fields: meshing, cutting and simplifying their surfaces."""
