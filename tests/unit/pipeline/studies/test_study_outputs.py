@@ -250,6 +250,16 @@ def test_a_dry_run_says_what_would_be_shown_and_makes_nothing(place, capsys):
     assert not (place / "out").exists()
 
 
+def test_a_dry_run_says_why_films_that_are_there_would_be_made_anew(place, capsys):
+    plan = planned(place)
+    (place / "out" / "materials").mkdir(parents=True)
+    (place / "out" / "materials" / f"{plan.stimuli[0].name}.mp4").write_bytes(b"x")
+    assert main(["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    assert f"anew     {plan.stimuli[0].name}: no record says what it was made from\n" in said
+    assert said.count("anew ") == 1
+
+
 def test_a_forecast_counts_layers_certificate_and_report(place):
     def forecast_of(text):
         plan = planned(place, text.replace("clip:", "common: {output.size: [1280, 720]}\nclip:"))
