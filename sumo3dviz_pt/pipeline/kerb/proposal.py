@@ -98,17 +98,19 @@ def _possible(
     """Return the gaps that a pair can have, and who has to be left out for them."""
     own = {pair.first.id, pair.then.id}
     gaps: dict[str, float] = {}
+    begin, end = _clip(pair, max(GAPS.values()))
     leave_out = dict.fromkeys(pair.leave_out)
     for name, gap in sorted(GAPS.items(), key=lambda item: item[1]):
         # Nobody is to end the gap, on whichever lane.
         leave_out |= dict.fromkeys(
             each.id
             for each in found
-            if each.leaves > pair.first.leaves and each.arrives < pair.first.leaves + gap
+            if (each.leaves > pair.first.leaves and each.arrives < pair.first.leaves + gap)
+            # They would come from behind people's backs.
+            or (each.side != pair.then.side and begin <= each.arrives <= end)
         )
         others = [each for each in leave_out if each not in own]
         edited = _edited(job, pair, gap, others)
-        begin, end = _clip(pair, max(GAPS.values()))
         try:
             blocking = in_the_way(edited, scenario, begin=begin, end=end)
         except ConfigError:  # the second one does not come by so much earlier or later

@@ -194,6 +194,12 @@ def _rows(
             )
             for text in times
         ]
+        for number, each in enumerate(pressed):
+            if any(
+                other["next"] == each["next"] and other["accepted"] == 1
+                for other in pressed[:number]
+            ):
+                each["accepted"] = ""  # a gap is taken once
         refused = list(refused_rows(pressed, own))
         if not pressed and not refused:
             yield {**shown, "press": 0, **dict.fromkeys(_PRESSED, "")}
@@ -248,7 +254,7 @@ def refused_rows(pressed: Sequence[Row], coming: Sequence[Coming]) -> Iterator[R
         pressed: Rows of the presses in the film.
         coming: Who arrives, in order.
     """
-    taken = {(row["next"], row["next_arrives"]) for row in pressed if row["accepted"] == 1}
+    taken = {(row["next"], row["next_arrives"]) for row in pressed if row["gap_offered"] != ""}
     for each in coming:
         if each.is_offered and (each.name, known(each.arrives)) not in taken:
             yield {

@@ -259,6 +259,16 @@ def test_a_forecast_ends_where_the_log_does(place):
     assert f"{2 * fps + 1} frames" in plan_in_words(plan, plan.stimuli)
 
 
+def test_a_dry_run_says_why_films_that_are_there_would_be_made_anew(place, capsys):
+    plan = planned(place)
+    (place / "out" / "materials").mkdir(parents=True)
+    (place / "out" / "materials" / f"{plan.stimuli[0].name}.mp4").write_bytes(b"x")
+    assert main(["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    assert f"anew     {plan.stimuli[0].name}: no record says what it was made from\n" in said
+    assert said.count("anew ") == 1
+
+
 def test_a_forecast_counts_layers_certificate_and_report(place):
     def forecast_of(text):
         plan = planned(place, text.replace("clip:", "common: {output.size: [1280, 720]}\nclip:"))
