@@ -10,10 +10,6 @@ import shapely
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import StaticPart
 
-TWICE = 1.0
-"""So much may be paved twice by things of one kind [m2]: forecourts of two tiles share slivers, in
-one plane and one colour."""
-
 _GROUND = ("ground", "ground/far", "areas/area:ground_grass")
 _SLABS = ("areas/area:asphalt_old", "areas/area:concrete")
 
@@ -97,5 +93,5 @@ def paved_twice(static: Sequence[StaticPart]) -> Iterator[str]:
                 yield f"{one} and {other} share {shared:.2f} m2"
         faces = faces_up(paved_beside(static)[one])
         twice = float(shapely.area(shapely.polygons(faces[..., :2])).sum() - plans[one].area)
-        if twice > TWICE:
+        if twice > 0.1:
             yield f"{one} share {twice:.2f} m2 with each other"
