@@ -44,6 +44,7 @@ _TILE = 500.0  # tiles of houses [m]
 _SMALLEST = 250.0  # smaller blocks bear no houses [m2]
 _HOUSE = {"homes": 11.0, "shops": 13.0, "blocks": 16.0, "trees": _TRUNK}  # radii [m]
 _LEAST = 4.0  # smaller forecourts are left out [m2]
+_SLIVER = 0.01  # forecourts that share less are left as they are [m2]
 _STOP = "bus_stop"  # shelters stand on what is paved
 _LAND = ("boundary", "place", "admin", "landuse.residential", "landuse.commercial")
 
@@ -88,9 +89,24 @@ def grow_rows(
     ]
     return Rows(
         tuple(house for rows in some for house in rows.houses),
-        tuple(court for rows in some for court in rows.forecourts),
+        _apart([court for rows in some for court in rows.forecourts]),
         tuple(yard for rows in some for yard in rows.yards),
     )
+
+
+def _apart(courts: Sequence[shapely.Polygon]) -> tuple[shapely.Polygon, ...]:
+    """Forecourts of which none lies on one of an earlier tile; all have the same height there."""
+    tree = shapely.STRtree(courts)
+    first, later = tree.query(tree.geometries, predicate="intersects")
+    before: dict[int, list[int]] = {}
+    for one, other in sorted(zip(first.tolist(), later.tolist(), strict=True)):
+        if other < one and courts[one].intersection(courts[other]).area > _SLIVER:
+            before.setdefault(one, []).append(other)
+    found: list[shapely.Polygon] = []
+    for number, court in enumerate(courts):
+        others = [courts[k] for k in before.get(number, ())]
+        found += polygon_parts(subtract(court, [union(others)])) if others else [court]
+    return tuple(found)
 
 
 def in_view(rows: Rows, around: Surroundings) -> Rows:
