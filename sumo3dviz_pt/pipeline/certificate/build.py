@@ -54,7 +54,7 @@ from sumo3dviz_pt.pipeline.studies.records import RECORD, film_path, read_film_a
 
 PAGE, FOLDER = "certificate.html", "certificate"
 
-_APART = ("shade", "block", "pixel", "worst")
+_APART = ("shade", "block", "pixel", "worst", "colour", "stain", "tone")
 """What the numbers of `Apart` are called."""
 
 _WIDEST = 480

@@ -229,11 +229,26 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     said = _mapping(certificate.get("digests"))
     if said.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
+    yield from _signed(study, said)
     links: tuple[tuple[Link, str], ...] = (("inputs", "inputs"), ("films", "cards"))
     for link, key in links:
         for file, digest in _mapping(said.get(key)).items():
             if file_hash(study.path / file) != digest:
                 yield Fault(link, file, f"is not the file that {CERTIFICATE} was written for")
+
+
+def _signed(study: StudyFolder, said: Content) -> Iterator[Fault]:
+    """Yield accounts and films that were signed anew: the certificate tells other digests."""
+    what = f"is not the one that {CERTIFICATE} was written for"
+    accounts, films = _mapping(said.get("accounts")), _mapping(said.get("films"))
+    for name, film in study.films.items():
+        file = str(film["file"])
+        account = study.accounts.get(name)
+        # What a file holds, and what it says of itself, are held against each other elsewhere.
+        if account is not None and account.get(DIGEST) != accounts.get(name):
+            yield Fault("inputs", account_file(Path(file)).as_posix(), what)
+        if film.get("sha256") != films.get(file):
+            yield Fault("films", file, what)
 
 
 def _mapping(value: Any) -> Content:

@@ -133,8 +133,7 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
         return []
     if order.resume:
         _tell_lacking(lacking_layers(order.folder, plan, variant=order.variant))
-    request = Request(variant=order.variant, command=order.command)
-    request = replace(request, metered=_shared_exposure(plan, request))
+    request = shared_request(plan, order)
     return [
         FilmTask(
             stimulus,
@@ -163,6 +162,17 @@ def _tell_lacking(films: Mapping[str, Sequence[str]]) -> None:
             names[0],
             " and ".join(filter(None, [", ".join([*layers][:-1]), [*layers][-1]])),
         )
+
+
+def shared_request(plan: StudyPlan, order: StudyOrder) -> Request:
+    """Return the request of all films of a study: one exposure, where they share one.
+
+    Args:
+        plan: Of all films, because the first of them that wants it is metered.
+        order: The renderer's variant.
+    """
+    request = Request(variant=order.variant, command=order.command)
+    return replace(request, metered=_shared_exposure(plan, request))
 
 
 def _shared_exposure(plan: StudyPlan, request: Request) -> float | None:
@@ -197,18 +207,24 @@ def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecor
     return record
 
 
-def film_part(plan: StudyPlan, order: StudyOrder, frames: tuple[int, int] | None) -> FilmTask:
-    """Return what is to be rendered of a plan's only film.
+def film_part(
+    plan: StudyPlan, order: StudyOrder, name: str, frames: tuple[int, int] | None
+) -> FilmTask:
+    """Return what is to be rendered of one film of a study: the same as with all others.
 
     Args:
-        plan: Of one film; see `StudyPlan.only`.
+        plan: Of all films.
         order: Where it goes, and what may be kept or replaced.
+        name: The film's.
         frames: First and after-last frame; None makes the film.
+
+    Raises:
+        ConfigError: If there is no film of that name.
     """
-    (stimulus,) = plan.stimuli
+    (stimulus,) = plan.only(name).stimuli
     return FilmTask(
         stimulus,
-        Request(variant=order.variant, command=order.command),
+        shared_request(plan, order),
         FilmOrder(
             film_path(order.folder, plan, stimulus),
             frames=frames,
