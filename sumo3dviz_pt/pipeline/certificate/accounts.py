@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import PurePosixPath
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 
 from sumo3dviz_pt.pipeline.accounts.differences import differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts, key_of
+from sumo3dviz_pt.pipeline.films.frames import counted
 
 Account = Mapping[str, Any]
 
@@ -32,6 +33,17 @@ _TOLD_ELSEWHERE = (
 )
 """Differences that other checks here say in better words, or that layers show."""
 
+_KNOWN = frozenset(
+    {
+        *("film", "key", "command", "digest", "files", "delivered"),  # names and digests of a film
+        *("left_out", "plan", "pilot", "spp", "quality", "shot"),  # follow from what is compared
+        *("scene", "preset", "inputs", "versions", "package", "camera", "variant"),
+        *("frames", "frame_rate", "fps", "size", "shutter", "road_users", "signal_changes"),
+        *("world", "light", "overlays", *_DEVELOPED),
+    }
+)
+"""What an account says and other checks here compare, or what follows from that."""
+
 
 def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> list[str]:
     """Return what differs in the accounts of two films and should not, a sentence each.
@@ -44,7 +56,7 @@ def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[s
     """
     checks: tuple[Callable[[Account, Account, Acts], Iterator[str]], ...] = (
         *(_lengths, _times, _cameras, _shutters, _presence, _bodies, _motion, _lamps, _signals),
-        *(_development, _digests),
+        *(_development, _digests, _weather, _drawn_over),
     )
     found = [fault for check in checks for fault in check(one, other, acts)]
     return found + list(_settings(one, other, acts, planned))
@@ -98,7 +110,7 @@ def _cameras(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     if a.get("lens") != b.get("lens"):
         lens = f", with lenses {_lens(a)} and {_lens(b)}"
     yield (
-        f"the camera is another in {len(unlike)} frames, in frame {unlike[0]} by"
+        f"the camera is another in {counted(len(unlike))}, in frame {unlike[0]} by"
         f" {100 * apart:.3g} cm and {np.degrees(np.arccos(cosine)):.3g} deg{lens}"
     )
 
@@ -113,8 +125,17 @@ def _shutters(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     """Yield that frames are exposed for other times."""
     first, second = one.get("shutter"), other.get("shutter")
     if first != second and not acts.moves:
-        words = [str(said or "instant") for said in (first, second)]
+        words = [_shutter(said) for said in (first, second)]
         yield f"the shutter is {words[0]} in one film and {words[1]} in the other"
+
+
+def _shutter(said: Account | None) -> str:
+    """Return what a shutter does, in words."""
+    if said is None:
+        return "an instant"
+    rolling = float(said.get("rolling", 0.0))
+    rows = f", rolling for {rolling:.3g} s" if rolling else ""
+    return f"open for {float(said.get('open', 0.0)):.3g} s{rows}"
 
 
 def _presence(one: Account, other: Account, acts: Acts) -> Iterator[str]:
@@ -191,6 +212,38 @@ def _digests(one: Account, other: Account, acts: Acts) -> Iterator[str]:
         yield "sky, sun or air are others"
 
 
+def _weather(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that frames have another weather."""
+    pairs = _frames(one, other)
+    unlike = [n for n, (a, b) in enumerate(pairs) if a.get("weather") != b.get("weather")]
+    if unlike and not (acts.light or acts.anything):
+        yield f"the weather is another in {counted(len(unlike))}, the first is {unlike[0]}"
+
+
+def _drawn_over(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that overlays put other pictures before or after a film, or that only one has any."""
+    first, second = (
+        {key: value for key, value in (film.get("overlays") or {}).items() if key != "files"}
+        for film in (one, other)
+    )
+    if first != second and not (acts.overlays or acts.anything):
+        yield "overlays are others: " + " and ".join(_overlays(said) for said in (first, second))
+
+
+def _overlays(said: Account) -> str:
+    """Return what an account says of overlays, in words."""
+    if not said:
+        return "none"
+    return ", ".join(f"{value} {key.replace('_', ' ')}" for key, value in said.items())
+
+
+def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Iterator[str]:
+    """Yield what else an account says, and no check knows: it should be the same."""
+    for key in sorted((one.keys() | other.keys()) - _KNOWN - planned):
+        if one.get(key) != other.get(key):
+            yield f"no level changes this: {key}: {_short(one.get(key))} -> {_short(other.get(key))}"
+
+
 def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> Iterator[str]:
     """Yield settings, files and versions that differ though no level changes them."""
     keys = {key_of(change) for change in planned}
@@ -203,6 +256,7 @@ def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) 
         if key in ("camera", "shot: from") and (acts.moves or acts.motion):
             continue
         yield f"no level changes this: {said}"
+    yield from _same_thing(one, other, keys)
 
 
 def _is_planned(name: str, planned: Sequence[str]) -> bool:

@@ -243,9 +243,8 @@ def _signed(study: StudyFolder, said: Content) -> Iterator[Fault]:
     accounts, films = _mapping(said.get("accounts")), _mapping(said.get("films"))
     for name, film in study.films.items():
         file = str(film["file"])
-        account = study.accounts.get(name)
-        # What a file holds, and what it says of itself, are held against each other elsewhere.
-        if account is not None and account.get(DIGEST) != accounts.get(name):
+        # An account that is not the record's is named already.
+        if film.get("account") != accounts.get(name):
             yield Fault("inputs", account_file(Path(file)).as_posix(), what)
         if film.get("sha256") != films.get(file):
             yield Fault("films", file, what)

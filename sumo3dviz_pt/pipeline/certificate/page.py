@@ -198,12 +198,14 @@ _CODEC = {
     "shade": "whole picture lighter, darker or of another colour than its frame, in 255 codes",
     "block": "the same of one of 144 blocks, the worst of each picture",
     "pixel": "root mean square of single pixels",
+    "colour": "the same of their colour",
+    "tone": "contrast, saturation or hue of the whole picture",
 }
 """Numbers of films, in words."""
 
 _WHY_CODEC = (
     "more than any codec here does; when it is verified, each picture may be 1.5 times as far as it"
-    " was when the film was made, and .1 (whole picture) or .5 more"
+    " was when the film was made, and .1 (whole picture, tone) or .5 more"
 )
 
 

@@ -20,6 +20,7 @@ from sumo3dviz_pt.pipeline.certificate.comparison import (
     differing_things,
 )
 from sumo3dviz_pt.pipeline.certificate.light import light_faults, lit_shares
+from sumo3dviz_pt.pipeline.films.frames import counted
 
 TYPICAL_LIGHT = 0.02
 """Share by which the light of a typical pixel may differ where a factor does not act."""
@@ -177,8 +178,8 @@ def _misplaced(comparisons: Sequence[Comparison], things: Sequence[ThingDifferen
     more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
     pixels = sum(int(each.wrong.sum()) for each in wrong)
     return [
-        f"shape or colour differs where the factor does not act, in {pixels} pixels of"
-        f" {len(wrong)} frames, the first is {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
+        f"shape or colour differs where the factor does not act, in"
+        f" {pixels} pixel{'s' if pixels > 1 else ''} of {counted(len(wrong))}, the first is {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
     ]
 
 

@@ -59,14 +59,14 @@ def test_colour_may_differ_where_the_factor_acts_and_only_there():
         ("vehicle:car", "colour", 6)
     ]
     (fault,) = verdict(frame(), red, Acts(looks=("vehicle:other",))).faults
-    assert "in 6 pixels of 1 frames" in fault and "vehicle:car" in fault
+    assert "in 6 pixels of 1 frame," in fault and "vehicle:car" in fault
 
 
 @pytest.mark.parametrize(("layer", "value"), [("depth", 20.01), ("normals", 0.5), ("albedo", 0.32)])
 def test_shape_and_paint_must_be_the_same_elsewhere(layer, value):
     other = altered(frame(), layer, np.s_[5, 7], value)
     (fault,) = verdict(frame(), other, CAR_MAY_LOOK).faults
-    assert "in 1 pixels" in fault and "edge:e" in fault
+    assert "in 1 pixel of" in fault and "edge:e" in fault
 
 
 def test_a_spoke_is_the_same_seen_from_its_back():
