@@ -53,26 +53,60 @@ certificate: {{frames: 2}}
 """
 """All films of one wind, so that leaves move alike."""
 
+SEEN = "e_joining.46"
+
+OTHER_STUDY = f"""scene: scene.yaml
+clip: {{camera: overview, from: 482, to: 482.08}}
+common:
+  quality: draft
+  output: {{size: [SIZE], tone: agx, glare: 0.02}}
+  weather.wind: {{speed: 4 m/s, from: 270}}
+factors:
+  light: {{levels: {{day: {{template: highway_day}}, night: {{template: city_night}}}}}}
+  trees: {{levels: {{trees: {{}}, bare: {{objects: {{trees: null}}, ground: {{planting: none}}}}}}}}
+  ahead:
+    levels:
+      white: {{vehicles: {{by_id: {{{SEEN}: {{colour: "#f4f4f2"}}}}}}}}
+      red: {{vehicles: {{by_id: {{{SEEN}: {{colour: "#b01010"}}}}}}}}
+  gap: {{levels: {{far: {{}}, near: {{traffic: {{rides: {{{SEEN}: {{delay: 0.4 s}}}}}}}}}}}}
+  road: {{levels: {{grey: {{}}, brown: {{roads: {{colour: "#6a3030"}}}}}}}}
+design: {{table: one_at_a_time.csv}}
+certificate: {{frames: 2}}
+"""
+"""Another scene, an urban motorway from above: no limit was set by it."""
+
+OTHERS = {"trees": "bare", "ahead": "red", "gap": "near", "road": "brown"}
+"""Its factors, and the level that the second film of a pair has."""
+
 FACTORS = {"trees": "bare", "water": "rain", "air": "fog", "ahead": "red", "gap": "near",
            "road": "brown"}  # fmt: skip
 """Factors, and the level that the second film of a pair has."""
 
-_BASE = ("trees", "dry", "clear", "white", "far", "grey")
+_BASE = {"trees": "trees", "water": "dry", "air": "clear", "ahead": "white", "gap": "far",
+         "road": "grey"}  # fmt: skip
 
 
 def write_study(folder: Path, *, size: str = "96, 54") -> Path:
     """Copy the example and write the study of its clean pairs beside it; return the study file."""
-    shutil.copytree(data_root("examples") / "crossing", folder)
+    return _write(folder, "crossing", STUDY.replace("SIZE", size), FACTORS)
+
+
+def write_other_study(folder: Path, *, size: str = "96, 54") -> Path:
+    """Do the same for another scene."""
+    return _write(folder, "ronda", OTHER_STUDY.replace("SIZE", size), OTHERS)
+
+
+def _write(folder: Path, example: str, study: str, factors: dict[str, str]) -> Path:
+    """Copy an example, and write a study beside it whose films differ in one factor each."""
+    shutil.copytree(data_root("examples") / example, folder)
     scene = (folder / "scene.yaml").read_text("utf-8")
     (folder / "scene.yaml").write_text(re.sub(r"(?m)^template:.*\n", "", scene), encoding="utf-8")
-    rows = [
-        (light, *(level if n == k else base for k, base in enumerate(_BASE)))
-        for light in ("day", "night")
-        for n, level in enumerate(("trees", *FACTORS.values()), start=-1)
-    ]
-    text = "\n".join(",".join(row) for row in [("light", *FACTORS), *rows])
+    base = [_BASE[factor] for factor in factors]
+    levels = [base, *([*base[:n], level, *base[n + 1 :]] for n, level in enumerate(factors.values()))]
+    rows = [("light", *factors), *((light, *row) for light in ("day", "night") for row in levels)]
+    text = "\n".join(",".join(row) for row in rows)
     (folder / "one_at_a_time.csv").write_text(text + "\n", encoding="utf-8")
-    (folder / "study.yaml").write_text(STUDY.replace("SIZE", size), encoding="utf-8")
+    (folder / "study.yaml").write_text(study, encoding="utf-8")
     return folder / "study.yaml"
 
 

@@ -31,11 +31,13 @@ _LONGEST = 110
 """Most characters of what is said that the table shows."""
 
 
-def films_in(folder: Path, size: str) -> Films:
-    """Return the study's films, rendered where they are missing."""
-    place = folder / "crossing"
-    study = place / "study.yaml" if place.is_dir() else write_study(place, size=size)
-    films = Films(plan_study(load_study(study)), folder / "out")
+def films_in(
+    folder: Path, size: str, *, example: str = "crossing", write: Writer = write_study
+) -> Films:
+    """Return a study's films, rendered where they are missing."""
+    place = folder / example
+    study = place / "study.yaml" if place.is_dir() else write(place, size=size)
+    films = Films(plan_study(load_study(study)), folder / ("out" if example == "crossing" else "other"))
     (films.folder / "materials").mkdir(parents=True, exist_ok=True)
     ready_renderer()
     for stimulus in films.plan.stimuli:

@@ -142,6 +142,38 @@ def test_surfaces_in_one_plane_are_one_place():
     assert verdict(frame(), taken, Acts(looks=("vehicle:*",))).faults
 
 
+def test_two_leaves_that_cross_at_one_depth_are_no_other_place():
+    """Leaves of two trees lean otherwise, and last bits say which of them a ray meets."""
+    names, labels = {9: "tree:2"}, {"tree:2": "vegetation"}
+    one = replace(frame(), things=np.array(frame().things))
+    one.things[5, 0:2] = TREE
+    crossed = altered(one, "normals", np.s_[5, 0], (0.6, 0.0, 0.8))
+    crossed = altered(crossed, "albedo", np.s_[5, 0], 0.34)
+    crossed = altered(crossed, "depth", np.s_[5, 0], 20.000001)
+    crossed = replace(crossed, things=np.array(crossed.things))
+    crossed.things[5, 0] = 9
+    crossed = replace(
+        crossed, names={**crossed.names, **names}, labels={**crossed.labels, **labels}
+    )
+    assert not verdict(one, crossed, CAR_MAY_LOOK).faults
+    # Two pixels of 48 are no chance, nor is a leaf of the same tree.
+    both = altered(crossed, "normals", np.s_[5, 0:2], (0.6, 0.0, 0.8))
+    both.things[5, 1] = 9
+    assert verdict(one, both, CAR_MAY_LOOK).faults
+    assert verdict(one, altered(crossed, "depth", np.s_[5, 0], 20.01), CAR_MAY_LOOK).faults
+
+
+def test_what_is_drawn_over_a_film_must_be_the_same():
+    text = np.array(frame().picture)
+    text[0, 2:5] = 255
+    one, other = replace(frame(), overlaid=text), replace(frame(), overlaid=frame().picture)
+    assert not verdict(one, one, CAR_MAY_LOOK).faults
+    (fault,) = verdict(one, other, CAR_MAY_LOOK).faults
+    assert "drawn over the film, in 3 pixels of 1 frame" in fault
+    assert verdict(one, frame(), CAR_MAY_LOOK).faults  # the other has no overlays at all
+    assert not verdict(one, other, Acts(overlays=True)).faults
+
+
 def test_a_missing_tree_is_found_behind_whatever_it_uncovers():
     without = frame()
     with_tree = replace(frame(), things=np.where(frame().things == CAR, CAR, ROAD))
