@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import PurePosixPath
 from types import MappingProxyType
@@ -33,11 +34,16 @@ _TOLD_ELSEWHERE = (
 )
 """Differences that other checks here say in better words, or that layers show."""
 
+_PRESETS = "scene_templates/"
+_CONFIGURED = ("scenario.sumocfg", "scenario.folder", "scenario: ")
+_OF_SIMULATIONS = (".xml", ".xml.gz", ".sumocfg")
+"""Inputs that are presets; settings that name a whole simulation, and how its files end."""
+
 _KNOWN = frozenset(
     {
         *("film", "key", "command", "digest", "files", "delivered"),  # names and digests of a film
         *("left_out", "plan", "pilot", "spp", "quality", "shot"),  # follow from what is compared
-        *("scene", "preset", "inputs", "versions", "package", "camera", "variant"),
+        *("scene", "preset", "inputs", "companions", "versions", "package", "camera", "variant"),
         *("frames", "frame_rate", "fps", "size", "shutter", "road_users", "signal_changes"),
         *("world", "light", "overlays", *_DEVELOPED),
     }
@@ -246,12 +252,12 @@ def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Itera
 
 def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> Iterator[str]:
     """Yield settings, files and versions that differ though no level changes them."""
-    keys = {key_of(change) for change in planned}
+    keys, files = {key_of(change) for change in planned}, _planned_files(one, other, planned)
     for said in differences(one, other):
         key = key_of(said)
         if key in keys or said.startswith(_TOLD_ELSEWHERE):
             continue
-        if key.startswith("input ") and _is_planned(key.removeprefix("input "), planned):
+        if key.startswith("input ") and key.removeprefix("input ") in files:
             continue
         if key in ("camera", "shot: from") and (acts.moves or acts.motion):
             continue
@@ -259,10 +265,33 @@ def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) 
     yield from _same_thing(one, other, keys)
 
 
-def _is_planned(name: str, planned: Sequence[str]) -> bool:
-    """Return whether a level names a file, a preset, or other files of the simulation."""
-    stem = PurePosixPath(name).name.split(".")[0]
-    return any(stem in change or key_of(change).startswith("scenario.") for change in planned)
+def _planned_files(one: Account, other: Account, planned: Sequence[str]) -> frozenset[str]:
+    """Return the inputs that levels change: files and presets that they name, and what these need.
+
+    A level that names a configuration of the simulation changes any file of the simulation.
+    """
+    inputs = {*one["inputs"], *other["inputs"]} if "inputs" in one and "inputs" in other else set()
+    named = {word for change in planned for word in _names_in(change.partition(": ")[2])}
+    found = {name for name in inputs if {name, PurePosixPath(name).name} & named}
+    found |= {name for name in inputs if name.startswith(_PRESETS) and _stem(name) in named}
+    for account in (one, other):
+        for name, needed in (account.get("companions") or {}).items():
+            found |= set(needed) if name in found else set()
+    if any(key_of(change).startswith(_CONFIGURED) for change in planned):
+        found |= {name for name in inputs if name.endswith(_OF_SIMULATIONS)}
+    return frozenset(found)
+
+
+def _names_in(change: str) -> Iterator[str]:
+    """Yield words that a change holds, whole and as the last part of a path."""
+    for word in re.split(r" -> |[\[\]\",]+ ?", change):
+        yield word
+        yield PurePosixPath(word).name
+
+
+def _stem(name: str) -> str:
+    """Return what a preset's file is called, as scene files name it."""
+    return PurePosixPath(name).name.removesuffix(".yaml")
 
 
 def _frames(one: Account, other: Account) -> list[tuple[Account, Account]]:

@@ -151,6 +151,33 @@ def test_what_levels_set_may_differ():
     assert not faults(another_file, planned=planned)
 
 
+@pytest.mark.parametrize(
+    ("planned", "name", "may"),
+    [
+        # A mesh that is replaced under its name is no plan, whatever words a level holds.
+        ("vehicles.by_id.car.7.colour: #ffffff -> #c00000", "models/car.obj", False),
+        ("vehicles.by_id.a.model: null -> truck", "truck.obj", False),
+        ("vehicles.by_id.a.model: x/truck.yaml -> y/truck.yaml", "y/truck.yaml", True),
+        ("vehicles.by_id.a.model: x/truck.yaml -> y/truck.yaml", "y/mesh.obj", True),
+        ("vehicles.by_id.a.model: x/truck.yaml -> y/truck.yaml", "z/mesh.obj", False),
+        ("sky.preset: sky_blue -> sky_overcast", "scene_templates/sky/sky_overcast.yaml", True),
+        ("sky.preset: sky_blue -> sky_overcast", "scene_templates/sky/sky_golden.yaml", False),
+        ('scenario.additional: [] -> ["zebra.add.xml"]', "zebra.add.xml", True),
+        ('scenario.additional: [] -> ["zebra.add.xml"]', "fcd.xml", False),
+        ("scenario.sumocfg: a.sumocfg -> b.sumocfg", "fcd.xml", True),
+        ("scenario.sumocfg: a.sumocfg -> b.sumocfg", "models/car.obj", False),
+        ("roads.surface: null -> stones.png", "stones.png", True),
+        ("roads.surface: null -> stones.png", "bricks.png", False),
+    ],
+)
+def test_only_files_that_levels_name_may_have_other_content(planned, name, may):
+    one, other = account(), account()
+    one["inputs"][name], other["inputs"][name] = "1", "2"
+    one["companions"] = other["companions"] = {"y/truck.yaml": ["y/mesh.obj"]}
+    told = [each for each in account_faults(one, other, NOTHING, (planned,)) if name in each]
+    assert bool(told) is not may
+
+
 def test_exposure_belongs_to_the_level_of_light_and_is_named():
     other = account()
     brighter(other)
