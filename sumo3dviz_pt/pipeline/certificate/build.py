@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
-from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
+from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, ThingDifference, compare
 from sumo3dviz_pt.pipeline.certificate.delivered import codec_most
 from sumo3dviz_pt.pipeline.certificate.evidence import (
     Evidence,
@@ -37,7 +38,7 @@ from sumo3dviz_pt.pipeline.certificate.links import (
     rider_in,
     seal_faults,
 )
-from sumo3dviz_pt.pipeline.certificate.page import write_page
+from sumo3dviz_pt.pipeline.certificate.page import page_text, write_page
 from sumo3dviz_pt.pipeline.certificate.verdicts import (
     TYPICAL_CODES,
     TYPICAL_LIGHT,
@@ -126,6 +127,52 @@ def certify(folder: Path, plan: StudyPlan, *, cards: Sequence[str] = ()) -> Cert
     write_json(folder / CERTIFICATE, content, indent=1)
     page = write_page(folder / PAGE, content, verdicts)
     return Certificate(tuple(verdicts), (folder / CERTIFICATE, page, *pictures), faults)
+
+
+def seal_folder(folder: Path, certificate: Certificate, files: Sequence[Path]) -> None:
+    """Put the digests of all that goes with films into the certificate, so that its own covers it.
+
+    Pages and playlists say which film people see, and reports what was measured on it.
+
+    Args:
+        folder: The study's.
+        certificate: Of it, written.
+        files: All of the study's files.
+    """
+    content = json.loads((folder / CERTIFICATE).read_bytes())
+    digests = content["digests"]
+    known = {CERTIFICATE, PAGE, RECORD, *digests["films"], *digests["inputs"], *digests["cards"]}
+    names = {file.relative_to(folder).as_posix() for file in files} - known
+    digests["others"] = {name: file_hash(folder / name) for name in sorted(names)}
+    content = sealed(content)
+    write_json(folder / CERTIFICATE, content, indent=1)
+    write_page(folder / PAGE, content, certificate.pairs)
+
+
+def verdicts_in(content: Mapping[str, Any]) -> list[PairVerdict]:
+    """Return the verdicts that `certificate.json` holds.
+
+    Raises:
+        KeyError, TypeError, ValueError: If it holds none, or no sense.
+    """
+    return [_read_verdict(each) for each in content["pairs"]]
+
+
+def _read_verdict(values: Mapping[str, Any]) -> PairVerdict:
+    """Return a verdict; unknown numbers are NaN."""
+    nan = float("nan")
+    known: dict[str, Any] = {}
+    for field in fields(PairVerdict):
+        value = values[field.name]
+        value = tuple(nan if each is None else each for each in value) if isinstance(value, list) else value
+        known[field.name] = nan if value is None else value
+    known["things"] = tuple(ThingDifference(**each) for each in values["things"])
+    return PairVerdict(**known)
+
+
+def page_of(folder: Path, content: Mapping[str, Any]) -> str:
+    """Return the page of a certificate, as this version writes it."""
+    return page_text(folder, content, verdicts_in(content))
 
 
 def _folder_faults(study: StudyFolder) -> tuple[Fault, ...]:

@@ -24,7 +24,7 @@ from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
-from sumo3dviz_pt.pipeline.studies.records import RECORD
+from sumo3dviz_pt.pipeline.studies.records import MATERIALS, RECORD
 
 CERTIFICATE = "certificate.json"
 
@@ -230,7 +230,9 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     if said.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
     yield from _signed(study, said)
-    links: tuple[tuple[Link, str], ...] = (("inputs", "inputs"), ("films", "cards"))
+    links: tuple[tuple[Link, str], ...] = (
+        *(("inputs", "inputs"), ("films", "cards"), ("folder", "others")),
+    )
     for link, key in links:
         for file, digest in _mapping(said.get(key)).items():
             if file_hash(study.path / file) != digest:
@@ -253,6 +255,15 @@ def _signed(study: StudyFolder, said: Content) -> Iterator[Fault]:
 def _mapping(value: Any) -> Content:
     """Return a value if it is a mapping, and else an empty one."""
     return value if isinstance(value, dict) else {}
+
+
+def stray_faults(study: StudyFolder) -> Iterator[Fault]:
+    """Yield files beside the films that are none of the study's: people might take them for one."""
+    known = {*read_digests(study.path / CHECKSUMS)}
+    for path in sorted((study.path / MATERIALS).glob("*")):
+        name = path.relative_to(study.path).as_posix()
+        if path.is_file() and name not in known:
+            yield Fault("folder", name, "is no file of this study; remove it")
 
 
 def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:

@@ -63,6 +63,12 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
         content: Of `certificate.json`.
         verdicts: On all pairs.
     """
+    write_whole(path, page_text(path.parent, content, verdicts))
+    return path
+
+
+def page_text(folder: Path, content: Content, verdicts: Sequence[PairVerdict]) -> str:
+    """Return what `certificate.html` holds; it is the same whoever writes it."""
     lines = [
         "<!doctype html>",
         f'<html lang="en"><head><meta charset="utf-8"><title>{_text(content["title"])}:'
@@ -76,9 +82,8 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
     claims = [pair["claim"] for pair in content["pairs"]]
     lines += _table(verdicts, claims)
     for number, (verdict, claim) in enumerate(zip(verdicts, claims, strict=True), start=1):
-        lines += _section(path.parent, number, verdict, claim)
-    write_whole(path, "\n".join([*lines, "</section></main></body></html>", ""]))
-    return path
+        lines += _section(folder, number, verdict, claim)
+    return "\n".join([*lines, "</section></main></body></html>", ""])
 
 
 # First sheet: what is claimed ---------------------------------------------------------------

@@ -7,6 +7,7 @@ compare them with what is stored, bit by bit; digests in accounts stand for fram
 from __future__ import annotations
 
 import hashlib
+import json
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -17,6 +18,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, package_hashes, versions
+from sumo3dviz_pt.pipeline.certificate.build import PAGE, page_of
 from sumo3dviz_pt.pipeline.certificate.delivered import helping, replayed_faults, whole_frames
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
@@ -29,6 +31,7 @@ from sumo3dviz_pt.pipeline.certificate.links import (
     listed_faults,
     scene_faults,
     seal_faults,
+    stray_faults,
 )
 from sumo3dviz_pt.pipeline.films.build import render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
@@ -126,6 +129,7 @@ def verify_study(order: VerifyOrder) -> Verified:
     films, tested = all_film_faults(study, frames, develop=not order.quick)
     tested = replace(tested, frames=there)
     faults += [*frames, *films, *_pictures(study)]
+    faults += [*stray_faults(study), *_page(study)]
     faults += [*listed_faults(study, faults), *again.faults]
     notes = [] if plan else [f"not tested: accounts of pairs were not compared again ({why})"]
     return Verified(study, tuple(faults), tested, (*notes, *_untested(study, tested), *again.notes))
@@ -153,6 +157,21 @@ def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
     """Yield that a certificate is not the one whose digest was published."""
     if order.published and (study.certificate or {}).get(DIGEST) != order.published.lower():
         yield Fault("inputs", CERTIFICATE, "is not the one whose digest was published")
+
+
+def _page(study: StudyFolder) -> Iterator[Fault]:
+    """Yield that the page says something else than the certificate; other versions write others."""
+    path = study.path / PAGE
+    made = {json.dumps(each.get("package"), sort_keys=True) for each in study.accounts.values()}
+    if study.certificate is None or made != {json.dumps(package_hashes(), sort_keys=True)}:
+        return
+    try:
+        wanted = page_of(study.path, study.certificate)
+    except (KeyError, TypeError, ValueError, OSError, AttributeError):
+        yield Fault("folder", CERTIFICATE, "does not hold what its page shows")
+        return
+    if not path.is_file() or path.read_bytes() != wanted.encode():
+        yield Fault("folder", PAGE, f"does not say what {CERTIFICATE} says")
 
 
 def _pictures(study: StudyFolder) -> Iterator[Fault]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.asked import settle
 from sumo3dviz_pt.job.ranges import Target
 from sumo3dviz_pt.job.settings import LagrangianCamera
-from sumo3dviz_pt.pipeline.certificate.build import Certificate, certify
+from sumo3dviz_pt.pipeline.certificate.build import Certificate, certify, seal_folder
 from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames
 from sumo3dviz_pt.pipeline.films.build import check_output, check_rides, prepared, render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers, frames_folder
@@ -285,7 +286,9 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
         measured += report_study(folder, plan)
     if order.discard_frames:
         _discard_frames(folder, plan)
-    files = write_outputs(folder, plan, films, cards=cards, also=[record, *inputs, *measured])
+    seal = None if certificate is None else partial(seal_folder, folder, certificate)
+    also = [record, *inputs, *measured]
+    files = write_outputs(folder, plan, films, cards=cards, also=also, seal=seal)
     return FinishedStudy(tuple(files), certificate)
 
 
