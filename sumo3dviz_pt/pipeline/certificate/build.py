@@ -46,7 +46,7 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
     pixel_verdict,
     untested,
 )
-from sumo3dviz_pt.pipeline.films.frames import write_json
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder, write_json
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
@@ -183,8 +183,28 @@ def _folder_faults(study: StudyFolder) -> tuple[Fault, ...]:
     return (*seal_faults(study), *frames, *films)
 
 
-def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
-    """Return what there is to say of a pair, and write its picture."""
+def judged_again(study: StudyFolder, plan: StudyPlan, pair: StimulusPair) -> PairVerdict | None:
+    """Return what there is to say of a pair by what lies in a folder; None if something is gone."""
+    count = min(len(study.accounts[name]["frames"]) for name in (pair.one, pair.other))
+    numbers = compared_frames(count, plan.file.settings.certificate.frames)
+    films = [study.film(name) for name in (pair.one, pair.other)]
+    there = all(frame_file(frames_folder(film), n).is_file() for film in films for n in numbers)
+    found = _verdict(study.path, plan, pair, draw=False) if there else None
+    return found if found is not None and found.frames else None
+
+
+def limits_of(study: StudyFolder) -> dict[str, Any]:
+    """Return the limits of numbers in a certificate."""
+    return {
+        **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES, "beyond": MOST_BEYOND},
+        "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
+    }
+
+
+def _verdict(
+    folder: Path, plan: StudyPlan, pair: StimulusPair, *, draw: bool = True
+) -> PairVerdict:
+    """Return what there is to say of a pair, and write its picture if that is wanted."""
     stimuli = {each.name: each for each in plan.stimuli}
     films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
     accounts = [read_film_account(film) for film in films]
@@ -206,22 +226,27 @@ def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
     try:
-        return _compared(folder, verdict, films, accounts, acts=acts, numbers=wanted)
+        said, shown = _compared(verdict, films, accounts, acts=acts, numbers=wanted)
     except InputError as error:
         why = str(error).replace(f"{folder}/", "")
         return replace(verdict, faults=(*verdict.faults, f"not compared: {why}"))
+    if not draw:
+        return said
+    name = f"{FOLDER}/{verdict.one}--{verdict.other}.png"
+    (folder / FOLDER).mkdir(exist_ok=True)
+    write_png(folder / name, _picture(*shown, light=not acts.light), level=6)
+    return replace(said, picture=name)
 
 
 def _compared(
-    folder: Path,
     verdict: PairVerdict,
     films: Sequence[Path],
     accounts: Sequence[Mapping[str, Any]],
     *,
     acts: Acts,
     numbers: Sequence[int],
-) -> PairVerdict:
-    """Return a verdict with what pixels say."""
+) -> tuple[PairVerdict, tuple[Comparison, Evidence, Evidence]]:
+    """Return a verdict with what pixels say, and the frame that is most worth showing."""
     shown: tuple[Comparison, Evidence, Evidence] | None = None
     comparisons = []
     unlike = _unlike_views(accounts, numbers, acts)
@@ -236,11 +261,8 @@ def _compared(
         if shown is None or _weight(found) > _weight(shown[0]):
             shown = (found, one, other)
     assert shown is not None
-    name = f"{FOLDER}/{verdict.one}--{verdict.other}.png"
-    (folder / FOLDER).mkdir(exist_ok=True)
-    write_png(folder / name, _picture(*shown, light=not acts.light), level=6)
     said = pixel_verdict(comparisons, acts)
-    return replace(
+    whole = replace(
         verdict,
         faults=(*verdict.faults, *(() if unlike else said.faults)),
         named=(*verdict.named, *said.named),
@@ -252,8 +274,8 @@ def _compared(
         codes=said.codes,
         lit=said.lit,
         things=said.things,
-        picture=name,
     )
+    return whole, shown
 
 
 def _unlike_views(
@@ -323,10 +345,7 @@ def _content(
             name: {"about": factor.about, "levels": list(factor.levels)}
             for name, factor in factors.items()
         },
-        "limits": {
-            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES, "beyond": MOST_BEYOND},
-            "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
-        },
+        "limits": limits_of(study),
         "codec": _codec(study),
         "digests": {
             RECORD: study.record[DIGEST],
