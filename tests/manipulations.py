@@ -273,14 +273,15 @@ def _all_tested(folder: Path) -> None:
 
 def _other_layers(folder: Path) -> None:
     """Put something else into a layer: half of it is farther away."""
-    from sumo3dviz_pt.image.exr import read_layers, write_exr
+    import OpenEXR
 
     for path in sorted(folder.glob("materials/grey.layers/frames/*.exr")):
-        layers, strings = read_layers(path)
-        changed = {name: layer.copy() for name, layer in layers.items()}
-        depth = next(name for name in changed if "depth" in name.lower() or name == "Z")
-        changed[depth][: len(changed[depth]) // 2] += 1.0
-        write_exr(path, changed, attributes=dict(strings))
+        with OpenEXR.File(str(path)) as file:
+            header = dict(file.parts[0].header)
+            channels = {name: each.pixels for name, each in file.channels().items()}
+        depth = next(name for name in channels if name == "Z" or "depth" in name.lower())
+        channels[depth][: len(channels[depth]) // 2] += 1.0
+        OpenEXR.File(header, channels).write(str(path))
     account = folder / "materials" / "grey.json"
     edited(
         account,
