@@ -203,7 +203,9 @@ def _swapped(*names: str) -> Callable[[Path], None]:
         paths = [path for name in names for path in folder.glob(name)]
         assert paths
         for path in paths:
-            text = path.read_text("utf-8").replace("clear.mp4", "\0").replace("grey.mp4", "clear.mp4")
+            text = (
+                path.read_text("utf-8").replace("clear.mp4", "\0").replace("grey.mp4", "clear.mp4")
+            )
             path.write_text(text.replace("\0", "grey.mp4"), encoding="utf-8")
         listed_anew(folder)
 

@@ -77,7 +77,14 @@ def rates_table(rows: list[dict[str, Any]]) -> str:
     ]
     for row in rows:
         found = [f"{row[str(by)]}" for by in FACTORS]
-        cells = [row["scene"], row["light"], row["factor"], str(row["places"]), *found, row["clean"]]
+        cells = [
+            row["scene"],
+            row["light"],
+            row["factor"],
+            str(row["places"]),
+            *found,
+            row["clean"],
+        ]
         lines.append(f"| {' | '.join(cells)} |")
     places = sum(row["places"] for row in rows) * len(FACTORS)
     found = sum(row[str(by)] for row in rows for by in FACTORS)

@@ -104,7 +104,10 @@ def _write(folder: Path, example: str, study: str, factors: dict[str, str]) -> P
     scene = (folder / "scene.yaml").read_text("utf-8")
     (folder / "scene.yaml").write_text(re.sub(r"(?m)^template:.*\n", "", scene), encoding="utf-8")
     base = [_BASE[factor] for factor in factors]
-    levels = [base, *([*base[:n], level, *base[n + 1 :]] for n, level in enumerate(factors.values()))]
+    levels = [
+        base,
+        *([*base[:n], level, *base[n + 1 :]] for n, level in enumerate(factors.values())),
+    ]
     rows = [("light", *factors), *((light, *row) for light in ("day", "night") for row in levels)]
     text = "\n".join(",".join(row) for row in rows)
     (folder / "one_at_a_time.csv").write_text(text + "\n", encoding="utf-8")
@@ -158,9 +161,7 @@ class Films:
         )
         return one, other
 
-    def evidence(
-        self, factor: str, light: str
-    ) -> tuple[Acts, list[tuple[Evidence, Evidence]]]:
+    def evidence(self, factor: str, light: str) -> tuple[Acts, list[tuple[Evidence, Evidence]]]:
         """Return where a clean pair's factor acts, and its two frames."""
         pair, films = self.pair(factor, light), {each.name: each for each in self.plan.stimuli}
         acts = subject_of_pair(self.plan.file, pair, rider=rider_of(films[pair.one])).acts

@@ -213,7 +213,9 @@ def _numbers(
     if not track[11] & 1 or track[-44:-8] != _UPRIGHT or sides != tuple(n << 16 for n in size):
         yield "tells players to hide, turn, crop or stretch its pictures"
     per_second, _ = _header(found[b"mdhd"], ">II", 12)
-    _, entries, *steps = struct.unpack(f">{2 + (len(found[b'stts']) - 16) // 4}I", found[b"stts"][8:])
+    _, entries, *steps = struct.unpack(
+        f">{2 + (len(found[b'stts']) - 16) // 4}I", found[b"stts"][8:]
+    )
     if entries != 1 or steps[0] != count or Fraction(per_second, steps[1]) != rate:
         yield "tells players times that are not those of its frame rate"
     if abs(Fraction(length, scale) - count / rate) > Fraction(2, scale):

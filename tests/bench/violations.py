@@ -59,7 +59,9 @@ def films_in(
     """Return a study's films, rendered where they are missing."""
     place = folder / example
     study = place / "study.yaml" if place.is_dir() else write(place, size=size)
-    films = Films(plan_study(load_study(study)), folder / ("out" if example == "crossing" else "other"))
+    films = Films(
+        plan_study(load_study(study)), folder / ("out" if example == "crossing" else "other")
+    )
     (films.folder / "materials").mkdir(parents=True, exist_ok=True)
     ready_renderer()
     for stimulus in films.plan.stimuli:
@@ -79,7 +81,9 @@ def verified(change: FolderChange, study: Path) -> tuple[str, ...]:
     """Return what is said of the folder of a small study to which something was done."""
     if not (study / "out").is_dir():
         study.mkdir(parents=True)
-        assert command(["study", str(write_small_study(study)), "-o", str(study / "out"), "-q"]) == 0
+        assert (
+            command(["study", str(write_small_study(study)), "-o", str(study / "out"), "-q"]) == 0
+        )
     digest = json.loads((study / "out" / "certificate.json").read_bytes())["digest"]
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "out"

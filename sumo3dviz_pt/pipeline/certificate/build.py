@@ -164,7 +164,11 @@ def _read_verdict(values: Mapping[str, Any]) -> PairVerdict:
     known: dict[str, Any] = {}
     for field in fields(PairVerdict):
         value = values[field.name]
-        value = tuple(nan if each is None else each for each in value) if isinstance(value, list) else value
+        value = (
+            tuple(nan if each is None else each for each in value)
+            if isinstance(value, list)
+            else value
+        )
         known[field.name] = nan if value is None else value
     known["things"] = tuple(ThingDifference(**each) for each in values["things"])
     return PairVerdict(**known)

@@ -236,13 +236,17 @@ def record_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
     places = ((RECORD, recorded), (CERTIFICATE, {_names(each) for each in certified_pairs(study)}))
     for file, found in places:
         if found != wanted and (file == RECORD or study.certificate is not None):
-            yield Fault("inputs", file, f"names {len(found)} pairs, and {INPUTS} make {len(wanted)}")
+            yield Fault(
+                "inputs", file, f"names {len(found)} pairs, and {INPUTS} make {len(wanted)}"
+            )
 
 
 def _as_told(film: Content, account: Content) -> bool:
     """Return whether a record says of a film what its account says."""
     more = _mapping(account.get("overlays"))
-    count = len(account["frames"]) + sum(int(more.get(f"frames_{n}", 0)) for n in ("before", "after"))
+    count = len(account["frames"]) + sum(
+        int(more.get(f"frames_{n}", 0)) for n in ("before", "after")
+    )
     rate = Fraction(str(account.get("frame_rate")))
     told = [film.get("frames"), str(film.get("rate")), list(film.get("size", ()))]
     told.append(round(float(film.get("duration", 0.0)), 5))

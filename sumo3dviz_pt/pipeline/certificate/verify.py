@@ -206,7 +206,9 @@ def _otherwise(found: PairVerdict, said: Mapping[str, Any]) -> Iterator[str]:
     """Yield what a certificate does not say of a pair, or says otherwise."""
     yield from (each for each in found.faults[found.told :] if each not in said.get("faults", []))
     words = {"acts": found.acts, "claim": found.claim, "not_tested": list(found.not_tested)}
-    yield from (f"says otherwise than its frames: {key}" for key in words if said.get(key) != words[key])
+    yield from (
+        f"says otherwise than its frames: {key}" for key in words if said.get(key) != words[key]
+    )
     numbers = {"wrong": found.wrong, "light": found.light, "codes": found.codes}
     for key, value in numbers.items():
         told = said.get(key)

@@ -238,7 +238,11 @@ def grainy(other):
     ("change", "words", "allowed"),
     [
         (wide_open, "lenses of a pinhole and aperture 0.01, focus 12", Acts(camera=True)),
-        (blurred, "shutter is an instant in one film and open for 0.02 s in the other", Acts(camera=True)),
+        (
+            blurred,
+            "shutter is an instant in one film and open for 0.02 s in the other",
+            Acts(camera=True),
+        ),
         (metered, "metering is None in one film", Acts(picture=True)),
         (grainy, "vignetting and grain is None", Acts(picture=True)),
     ],
