@@ -1,4 +1,4 @@
-"""Seventy things that can go wrong with a study's films, seeded one by one, and what is said of them.
+"""What can go wrong with a study's films, seeded one by one, and what is said of it.
 
 Films of `examples/crossing` differ in one factor at a time, by day and by night. A violation is
 seeded into the second film of a clean pair: into what its account says, into what its level sets,

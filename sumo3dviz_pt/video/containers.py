@@ -239,7 +239,7 @@ def _edits(found: dict[bytes, bytes], length: int) -> Iterator[str]:
     table = found.get(b"ctts", b"")
     first = struct.unpack(">i", table[20:24])[0] if table else 0
     if (entries, speed, start) != (1, 1 << 16, first) or abs(whole - length) > 1:
-        yield "tells players by an edit list to show it otherwise than from its beginning to its end"
+        yield "tells players by an edit list not to show it from its beginning to its end"
 
 
 def _header(box: bytes, form: str, at: int) -> tuple[int, ...]:

@@ -46,7 +46,6 @@ from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
 from sumo3dviz_pt.pipeline.studies.inputs import STUDY
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan, plan_study
 
-
 _SAME_NUMBER = 0.01
 """How far a pair's numbers may be from those of its certificate: processors differ in last bits."""
 

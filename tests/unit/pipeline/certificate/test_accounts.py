@@ -330,7 +330,8 @@ def test_every_setting_of_a_scene_is_told_and_is_a_confound_beside_another_facto
 def test_every_part_of_an_account_is_compared(tmp_path):
     """Also parts that nobody thought of: a new one is told until a check knows it."""
     whole = account() | {"shutter": {"open": 0.02}, "optics": {"grain": 0.1}, "seed": 7,
-                         "metering": {"mode": "auto"}, "preset": {"spp": 4}, "package": {"code": "1"},
+                         "metering": {"mode": "auto"}, "preset": {"spp": 4},
+                         "package": {"code": "1"},
                          "shot": {"from": 1.0}, "camera": "post", "overlays": {"frames_before": 0},
                          "new": 1}  # fmt: skip
     for key in whole.keys() - {"plan", "fps", "shot"}:
