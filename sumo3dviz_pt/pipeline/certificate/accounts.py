@@ -246,8 +246,9 @@ def _overlays(said: Account) -> str:
 def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Iterator[str]:
     """Yield what else an account says, and no check knows: it should be the same."""
     for key in sorted((one.keys() | other.keys()) - _KNOWN - planned):
-        if one.get(key) != other.get(key):
-            yield f"no level changes this: {key}: {_short(one.get(key))} -> {_short(other.get(key))}"
+        first, second = one.get(key), other.get(key)
+        if first != second:
+            yield f"no level changes this: {key}: {_short(first)} -> {_short(second)}"
 
 
 def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> Iterator[str]:

@@ -182,8 +182,9 @@ def _misplaced(comparisons: Sequence[Comparison], things: Sequence[ThingDifferen
     more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
     pixels = sum(int(each.wrong.sum()) for each in wrong)
     return [
-        f"shape or colour differs where the factor does not act, in"
-        f" {pixels} pixel{'s' if pixels > 1 else ''} of {counted(len(wrong))}, the first is {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
+        f"shape or colour differs where the factor does not act, in {pixels}"
+        f" pixel{'s' if pixels > 1 else ''} of {counted(len(wrong))}, the first is"
+        f" {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
     ]
 
 

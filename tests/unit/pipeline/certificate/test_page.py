@@ -43,9 +43,10 @@ def page_of(folder, *verdicts, broken=()):
         },
         "codec": {
             "pictures": 12,
-            **dict.fromkeys(
-                ("shade", "block", "pixel", "colour", "tone"), {"median": 0.4, "most": 1.25}
-            ),
+            **{
+                key: {"median": 0.4, "most": 1.25}
+                for key in ("shade", "block", "pixel", "colour", "tone")
+            },
         },
         "digests": {"films": {"materials/a.mp4": "f" * 64}},
         "pairs": [{"claim": each.claim, **asdict(each)} for each in verdicts],
