@@ -277,7 +277,7 @@ def _planned_files(one: Account, other: Account, planned: Sequence[str]) -> froz
     found |= {name for name in inputs if name.startswith(_PRESETS) and _stem(name) in named}
     for account in (one, other):
         for name, needed in (account.get("companions") or {}).items():
-            found |= set(needed) if name in found else set()
+            found |= set(needed) if {name, PurePosixPath(name).name} & named else set()
     if any(key_of(change).startswith(_CONFIGURED) for change in planned):
         found |= {name for name in inputs if name.endswith(_OF_SIMULATIONS)}
     return frozenset(found)
