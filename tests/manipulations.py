@@ -324,8 +324,8 @@ FOLDERS = {
         "another length", _longer, published=False),
     "more said to be tested, all signed anew": FolderChange(
         "other limits|otherwise than its frames", _all_tested, published=False),
-    "other layers, all signed anew": FolderChange(
-        "another shape|shape or colour differs", _other_layers, published=False),
+    "layers written anew, all signed anew": FolderChange(
+        "cannot be compared again|shape or colour differs", _other_layers, published=False),
 }  # fmt: skip
 """Done to the folder of a small study; all by the outsider, the last after what they advised."""
 

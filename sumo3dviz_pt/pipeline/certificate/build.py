@@ -48,6 +48,7 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
 )
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder, write_json
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
+from sumo3dviz_pt.pipeline.layers import places
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
@@ -192,9 +193,13 @@ def judged_again(study: StudyFolder, plan: StudyPlan, pair: StimulusPair) -> Pai
     count = min(len(study.accounts[name]["frames"]) for name in (pair.one, pair.other))
     numbers = compared_frames(count, plan.file.settings.certificate.frames)
     films = [study.film(name) for name in (pair.one, pair.other)]
-    there = all(frame_file(frames_folder(film), n).is_file() for film in films for n in numbers)
-    found = _verdict(study.path, plan, pair, draw=False) if there else None
-    return found if found is not None and found.frames else None
+    folders = [frames_folder(film) for film in films]
+    there = all(
+        frame_file(folder, n).is_file() and places.files_of(places.beside(folder), n)
+        for folder in folders
+        for n in numbers
+    )
+    return _verdict(study.path, plan, pair, draw=False) if there else None
 
 
 def limits_of(study: StudyFolder) -> dict[str, Any]:

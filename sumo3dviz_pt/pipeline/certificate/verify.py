@@ -194,7 +194,8 @@ def _pairs(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
         try:
             found = judged_again(study, plan, pair)
         except (AttributeError, LookupError, TypeError, ValueError, InputError) as error:
-            yield Fault("pictures", CERTIFICATE, f"{pair.one} and {pair.other}: {error}")
+            what = f"{pair.one} and {pair.other}: cannot be compared again ({error})"
+            yield Fault("pictures", CERTIFICATE, what)
             continue
         announce(Doing.MEASURE, number, len(plan.pairs))
         for what in () if found is None else _otherwise(found, said):
