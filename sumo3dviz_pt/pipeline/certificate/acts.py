@@ -16,8 +16,8 @@ from sumo3dviz_pt.job.study import ActSettings
 
 _PLANTS = ("tree:*", "shrub:*", "hedge:*", "pit:*", "label:vegetation", "label:terrain")
 _ROADS = (
-    *("edge:*", "junction:*", "marking*", "kerb*", "road*", "label:road", "label:sidewalk"),
-    *("label:ground", "label:parking"),
+    *("edge:*", "junction:*", "marking*", "kerb*", "road*", "verge:*", "label:road"),
+    *("label:sidewalk", "label:ground", "label:parking"),
 )
 _GROUND = ("terrain*", "ground*", "label:terrain", "label:ground")
 _USERS = ("vehicle:*", "person:*", "container:*")
