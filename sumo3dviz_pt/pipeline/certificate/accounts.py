@@ -245,7 +245,7 @@ def _overlays(said: Account) -> str:
 
 def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Iterator[str]:
     """Yield what else an account says, and no check knows: it should be the same."""
-    for key in sorted((one.keys() | other.keys()) - _KNOWN - planned):
+    for key in sorted((one.keys() | other.keys()) - _KNOWN - {*planned}):
         first, second = one.get(key), other.get(key)
         if first != second:
             yield f"no level changes this: {key}: {_short(first)} -> {_short(second)}"
