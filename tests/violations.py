@@ -1,4 +1,4 @@
-"""Forty things that can go wrong with a study's films, seeded one by one, and what is said of them.
+"""What can go wrong with a study's films, seeded one by one, and what is said of it.
 
 Films of `examples/crossing` differ in one factor at a time, by day and by night. A violation is
 seeded into the second film of a clean pair: into what its account says, into what its level sets,
@@ -16,9 +16,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from manipulations import FILMS, FOLDERS, OUTSIDER, FilmChange, FolderChange, judge_film
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
 from sumo3dviz_pt.pipeline.certificate.comparison import compare
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence, read_evidence
 from sumo3dviz_pt.pipeline.certificate.verdicts import pixel_verdict
@@ -53,26 +55,63 @@ certificate: {{frames: 2}}
 """
 """All films of one wind, so that leaves move alike."""
 
+SEEN = "e_joining.46"
+
+OTHER_STUDY = f"""scene: scene.yaml
+clip: {{camera: overview, from: 482, to: 482.08}}
+common:
+  quality: draft
+  output: {{size: [SIZE], tone: agx, glare: 0.02}}
+  weather.wind: {{speed: 4 m/s, from: 270}}
+factors:
+  light: {{levels: {{day: {{template: highway_day}}, night: {{template: city_night}}}}}}
+  trees: {{levels: {{trees: {{}}, bare: {{objects: {{trees: null}}, ground: {{planting: none}}}}}}}}
+  ahead:
+    levels:
+      white: {{vehicles: {{by_id: {{{SEEN}: {{colour: "#f4f4f2"}}}}}}}}
+      red: {{vehicles: {{by_id: {{{SEEN}: {{colour: "#b01010"}}}}}}}}
+  gap: {{levels: {{far: {{}}, near: {{traffic: {{rides: {{{SEEN}: {{delay: 0.4 s}}}}}}}}}}}}
+  road: {{levels: {{grey: {{}}, brown: {{roads: {{colour: "#6a3030"}}}}}}}}
+design: {{table: one_at_a_time.csv}}
+certificate: {{frames: 2}}
+"""
+"""Another scene, an urban motorway from above: no limit was set by it."""
+
+OTHERS = {"trees": "bare", "ahead": "red", "gap": "near", "road": "brown"}
+"""Its factors, and the level that the second film of a pair has."""
+
 FACTORS = {"trees": "bare", "water": "rain", "air": "fog", "ahead": "red", "gap": "near",
            "road": "brown"}  # fmt: skip
 """Factors, and the level that the second film of a pair has."""
 
-_BASE = ("trees", "dry", "clear", "white", "far", "grey")
+_BASE = {"trees": "trees", "water": "dry", "air": "clear", "ahead": "white", "gap": "far",
+         "road": "grey"}  # fmt: skip
 
 
 def write_study(folder: Path, *, size: str = "96, 54") -> Path:
     """Copy the example and write the study of its clean pairs beside it; return the study file."""
-    shutil.copytree(data_root("examples") / "crossing", folder)
+    return _write(folder, "crossing", STUDY.replace("SIZE", size), FACTORS)
+
+
+def write_other_study(folder: Path, *, size: str = "96, 54") -> Path:
+    """Do the same for another scene."""
+    return _write(folder, "ronda", OTHER_STUDY.replace("SIZE", size), OTHERS)
+
+
+def _write(folder: Path, example: str, study: str, factors: dict[str, str]) -> Path:
+    """Copy an example, and write a study beside it whose films differ in one factor each."""
+    shutil.copytree(data_root("examples") / example, folder)
     scene = (folder / "scene.yaml").read_text("utf-8")
     (folder / "scene.yaml").write_text(re.sub(r"(?m)^template:.*\n", "", scene), encoding="utf-8")
-    rows = [
-        (light, *(level if n == k else base for k, base in enumerate(_BASE)))
-        for light in ("day", "night")
-        for n, level in enumerate(("trees", *FACTORS.values()), start=-1)
+    base = [_BASE[factor] for factor in factors]
+    levels = [
+        base,
+        *([*base[:n], level, *base[n + 1 :]] for n, level in enumerate(factors.values())),
     ]
-    text = "\n".join(",".join(row) for row in [("light", *FACTORS), *rows])
+    rows = [("light", *factors), *((light, *row) for light in ("day", "night") for row in levels)]
+    text = "\n".join(",".join(row) for row in rows)
     (folder / "one_at_a_time.csv").write_text(text + "\n", encoding="utf-8")
-    (folder / "study.yaml").write_text(STUDY.replace("SIZE", size), encoding="utf-8")
+    (folder / "study.yaml").write_text(study, encoding="utf-8")
     return folder / "study.yaml"
 
 
@@ -114,14 +153,40 @@ class Films:
             pair for pair in self.plan.pairs if pair.factors == (factor,) and lit[pair.one] == light
         )
 
+    def paths(self, pair: StimulusPair) -> tuple[Path, Path]:
+        """Return where the two films of a pair lie."""
+        films = {each.name: each for each in self.plan.stimuli}
+        one, other = (
+            film_path(self.folder, self.plan, films[name]) for name in (pair.one, pair.other)
+        )
+        return one, other
+
+    def evidence(self, factor: str, light: str) -> tuple[Acts, list[tuple[Evidence, Evidence]]]:
+        """Return where a clean pair's factor acts, and its two frames."""
+        pair, films = self.pair(factor, light), {each.name: each for each in self.plan.stimuli}
+        acts = subject_of_pair(self.plan.file, pair, rider=rider_of(films[pair.one])).acts
+        both = [(path, read_film_account(path)) for path in self.paths(pair)]
+        frames = [
+            [read_evidence(path, n, account, unexposed=acts.picture) for path, account in both]
+            for n in (0, 1)
+        ]
+        return acts, [(one, other) for one, other in frames]
+
+    def judge_film(self, violation: Violation, folder: Path) -> tuple[str, ...]:
+        """Return what is said of the second film of a pair when something was done to it."""
+        assert violation.film is not None
+        one, other = self.paths(self.pair(violation.factor, violation.light))
+        return judge_film(violation.film, other, one, folder)
+
     def judge(self, factor: str, light: str, seeded: Violation | None = None) -> Judged:
         """Return what is said of a pair, clean or with something seeded into its second film."""
         pair, films = self.pair(factor, light), {each.name: each for each in self.plan.stimuli}
         paths = [film_path(self.folder, self.plan, films[name]) for name in (pair.one, pair.other)]
         accounts: list[Any] = [read_film_account(path) for path in paths]
         if seeded and seeded.account:
-            accounts[1] = copy.deepcopy(accounts[1])
+            accounts = copy.deepcopy(accounts)
             seeded.account(accounts[1])
+            (seeded.first or (lambda account: None))(accounts[0])
         acts = subject_of_pair(self.plan.file, pair, rider=rider_of(films[pair.one])).acts
         said = account_faults(accounts[0], accounts[1], acts, pair.changed)
         found = []
@@ -155,6 +220,9 @@ class Violation:
         level: What its level sets beside the factor, if that is it.
         factor: Of the pair.
         light: Of the pair, day or night.
+        first: What is changed in the first film's account, so that both tell of something.
+        film: What is done to the second film itself.
+        folder: What is done to the folder of a small study.
     """
 
     said: str
@@ -163,11 +231,20 @@ class Violation:
     level: str = ""
     factor: str = "ahead"
     light: str = "day"
+    first: Callable[[Any], None] | None = None
+    film: FilmChange | None = None
+    folder: FolderChange | None = None
 
     @property
     def where(self) -> str:
         """Where it is seeded, in a word."""
-        return "level" if self.level else "account" if self.account else "pixels"
+        words = {
+            "level": self.level,
+            "account": self.account,
+            "film": self.film,
+            "folder": self.folder,
+        }
+        return next((word for word, own in words.items() if own), "pixels")
 
     def is_said(self, faults: tuple[str, ...]) -> bool:
         """Return whether a fault tells it."""
@@ -249,7 +326,7 @@ ACCOUNTS = {
         _frame("camera", _turned)),
     "a lens of 61 degrees": Violation("lenses of 60 and 61 deg",
         _frame("camera", lambda camera: {**camera, "fov": 61.0})),
-    "another shutter": Violation("shutter is instant",
+    "another shutter": Violation("shutter is an instant",
         lambda account: account.update(shutter={"open": 0.02})),
     "exposure + .1 EV": Violation(r"exposure \[EV\] is",
         lambda account: account.update(exposure=account["exposure"] + 0.1)),
@@ -274,6 +351,16 @@ ACCOUNTS = {
     "a signal a frame late": Violation("traffic light C goes to .* in the first film only", _late),
     "another house": Violation("roads, houses, plants", _set(world="0")),
     "another sky": Violation("sky, sun or air are others", _set(light="0")),
+    "the sun elsewhere": Violation("no level changes this: sky.sun",
+        lambda account: account["scene"]["sky"].update(
+            sun={"azimuth": 200.0, "elevation": 20.0})),
+    "a mesh replaced under its name": Violation("traffic_W_E.obj: other content",
+        lambda account: account["inputs"].update({"models/traffic_W_E.obj": "1"}),
+        first=lambda account: account["inputs"].update({"models/traffic_W_E.obj": "0"})),
+    "another picture before the film": Violation("overlays are others",
+        _set(overlays={"frames_before": 25, "frames_after": 0})),
+    "another weather in a frame": Violation("the weather is another in 1 frame",
+        _frame("weather", lambda weather: {**weather, "wetness": 0.9})),
 }  # fmt: skip
 """Seeded into what an account says."""
 
@@ -284,6 +371,10 @@ LEVELS = {
     "the level leaves a cyclist out": "traffic: {leave_out: [ride_10N.8]}",
     "the level sets the quality": "quality: reference",
     "the level ends the film later": "shots.0.to: 453.12",
+    "the level moves the sun": "sky.sun: {azimuth: 200, elevation: 20}",
+    OUTSIDER + "the level draws a text over the film": "overlays: {text: [{text: How near?}]}",
+    OUTSIDER + "the level puts a picture before the film": "overlays: {before: [{text: Ready}]}",
+    OUTSIDER + "the level sets the codec": "output.codec: h264_10",
 }
 """Seeded into what a level sets beside its factor."""
 
@@ -377,6 +468,30 @@ def _stripes(other: Evidence) -> Evidence:
     return replace(other, things=things, layers=layers, radiance=radiance)
 
 
+def _chequers(other: Evidence) -> Evidence:
+    """Darken and brighten the pixels of a rectangle by turns: medians stay what they are."""
+    radiance = np.array(other.radiance)
+    part = radiance[_box(other, 0.02, 0.62, 0.45)]
+    rows, columns = np.indices(part.shape[:2])
+    part *= np.where((rows + columns) % 2, 1.6, 0.5)[..., None]
+    return replace(other, radiance=radiance)
+
+
+def _grey(other: Evidence) -> Evidence:
+    """Take half of the colour out of all light; each pixel keeps its luminance."""
+    radiance = np.array(other.radiance)
+    level = (radiance @ np.float32([0.2126, 0.7152, 0.0722]))[..., None]
+    return replace(other, radiance=(0.5 * radiance + 0.5 * level).astype(np.float32))
+
+
+def _overdrawn(other: Evidence) -> Evidence:
+    """Draw a bar over the film's picture."""
+    drawn = np.array(other.picture)
+    bar = drawn[_box(other, 0.01, 0.6, 0.45)]
+    bar[:] = 255 - 255 * (bar > 127)
+    return replace(other, overlaid=drawn)
+
+
 _SHAPE = "shape or colour differs where the factor does not act"
 _LIGHT = "light differs where the factor does not act"
 
@@ -386,6 +501,13 @@ PIXELS = {
     "7 % lit 2.5 times": Violation(_LIGHT, shown=_relit(2.5, 0.07)),
     "7 % lit 2.5 times, trees gone": Violation(_LIGHT, shown=_relit(2.5, 0.07, 0.2, 0.6),
                                                factor="trees"),
+    "2 % lit 1.5 times, trees gone": Violation("changed by hand", shown=_relit(1.5, 0.02, 0.2, 0.6),
+                                               factor="trees"),
+    "2 % lit 1.5 times, another gap, by night": Violation(
+        "changed by hand", shown=_relit(1.5, 0.02, 0.3, 0.6), factor="gap", light="night"),
+    "chequers in 2 % of the light": Violation("changed by hand", shown=_chequers),
+    "half of the colour gone from all light": Violation("changed by hand", shown=_grey),
+    "a bar drawn over the film": Violation("drawn over the film", shown=_overdrawn),
     "the sky turned by 1 degree": Violation("the sky is another", shown=_sky_turned),
     "another seed": Violation("a typical pixel .* differs in light by", shown=_noise),
     "all of it 1.07 times as bright": Violation("a typical pixel .* differs in light by",
@@ -409,8 +531,12 @@ PIXELS = {
 def all_violations() -> dict[str, Violation]:
     """Return all violations, by what they are and where they are seeded."""
     levels = {
-        name: Violation(rf"levels also set {re.escape(level.partition(':')[0])}", level=level)
+        name: Violation(rf"levels also set {re.escape(level.partition(':')[0])}\b", level=level)
         for name, level in LEVELS.items()
     }
     pixels = {f"{name}, and the account silent": each for name, each in PIXELS.items()}
-    return {**ACCOUNTS, **levels, **pixels}
+    films = {name: Violation(each.said, film=each) for name, each in FILMS.items()}
+    folders = {
+        f"{OUTSIDER}{name}": Violation(each.said, folder=each) for name, each in FOLDERS.items()
+    }
+    return {**ACCOUNTS, **levels, **pixels, **films, **folders}

@@ -220,9 +220,8 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError("say by --film NAME which film's frames", key="frames")
     order = _order(options)
     plan = plan_study(load_study(options.study), override_values(overrides_of(options)))
-    if options.film is not None:
-        plan = plan.only(options.film)
     if options.dry_run:
+        plan = plan if options.film is None else plan.only(options.film)
         check_study(plan, replace(order, resume=True))
         print(in_words(plan, order))
         return 0
@@ -237,9 +236,9 @@ def _part(options: argparse.Namespace, plan: StudyPlan, order: StudyOrder) -> in
     from sumo3dviz_pt.pipeline.studies.run import check_study, film_part, render_part
 
     # Frames of this film that others render meanwhile are no reason to refuse; its own are, later.
-    check_study(plan, replace(order, resume=True))
-    task = film_part(plan, order, options.frames)
+    check_study(plan.only(options.film), replace(order, resume=True))
     ready_renderer(options.variant)
+    task = film_part(plan, order, options.film, options.frames)
     steps = film_steps(task.stimulus.job, task.request, task.order)
     with progress(task.order.path.name, steps):
         render_part(order, task)

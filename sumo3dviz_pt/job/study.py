@@ -129,6 +129,7 @@ class ActSettings(Settings):
     picture: bool = Field(False, description="exposure, tone curve and glare")
     camera: bool = Field(False, description="where it is seen from, and the lens")
     motion: bool = Field(False, description="what traffic and signals do, and when")
+    overlays: bool = Field(False, description="what is drawn over the film")
     anything: bool = Field(False, description="all of it: only numbers of frames are compared")
 
 

@@ -1,11 +1,11 @@
 """What pictures are in a few hundred numbers each, so that a film can be held against them.
 
 A print has two things of each of 16 x 9 blocks of a picture, as the encoder got it: the mean of
-every plane, which tells a cast, a shade, a person that was painted in; and a sum of the first plane
-with signs that look drawn by lot, which tells lost detail. The difference of two such sums is as
-large as the difference of all of the block's pixels, on average over blocks (a random projection);
-so few numbers tell how far two pictures are apart, pixel by pixel. All numbers are in codes of
-0 to 255, also of films with more bits.
+every plane, which tells a cast, a shade, a person that was painted in; and sums of every plane with
+signs that look drawn by lot, which tell lost detail and patterns that leave means what they are.
+The difference of two such sums is as large as the difference of all of the block's pixels, on
+average over blocks (a random projection); so few numbers tell how far two pictures are apart, pixel
+by pixel. All numbers are in codes of 0 to 255, also of films with more bits.
 
 References:
     Achlioptas, "Database-friendly random projections", Journal of Computer and System Sciences 66,
@@ -16,11 +16,10 @@ from __future__ import annotations
 
 import base64
 import math
-import re
 import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cache
 from pathlib import Path
 from typing import IO, Any
@@ -31,6 +30,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.video.codecs import Codec
+from sumo3dviz_pt.video.containers import FilmWords, words_in
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 
 ROWS, COLUMNS = 9, 16
@@ -39,15 +39,18 @@ ROWS, COLUMNS = 9, 16
 _STEPS = 64.0
 """Steps of stored numbers in a code."""
 
-_AGAIN, _CODES = 1.5, (0.1, 0.5, 0.5, 0.5)
+_SUMS = (3, 1, 1)
+"""Signed sums of each plane: of luma several, because one alone may hide what lies in a block."""
+
+_NEUTRAL = 128.0
+"""Code of a plane of colour that shows none."""
+
+_AGAIN, _CODES = 1.5, (0.1, 0.5, 0.5, 0.5, 0.5, 0.5, 0.1)
 """What a codec may do when a film is encoded once more: this times what it did, and so many codes
 more; see `Apart`."""
 
-_TIME = re.compile(r"\bn:\s*\d+ pts:\s*-?\w+\s+pts_time:(-?[\d.]+)")
-_SIZE = re.compile(r"Video: .*?, (\d+)x(\d+)")
-
 Print = NDArray[np.int16]
-"""(planes + 1, blocks) in steps: means of each plane, then signed sums of the first."""
+"""(8, blocks) in steps: means of luma and two colours, then their signed sums, as in `_SUMS`."""
 
 Planes = Sequence[NDArray[Any]]
 
@@ -61,15 +64,25 @@ def print_of(planes: Planes, *, bits: int) -> Print:
     """
     code = float(1 << (bits - 8))
     if planes[0].ndim == 3:
-        planes = [planes[0][..., colour] for colour in range(3)]
+        planes = _luma_and_colour(planes[0])
     # Planes of colour are smaller, and their blocks belong to the same parts of the picture.
     sides = zip(*(plane.shape for plane in planes), strict=True)
     blocks = tuple(min(most, *own) for most, own in zip(_MOST, sides, strict=True))
     means = [_sums(plane, blocks) / _counts(plane.shape, blocks) for plane in planes]
-    first = planes[0]
-    signed = _sums(first * _signs(first.shape), blocks) / np.sqrt(_counts(first.shape, blocks))
-    steps = np.stack([*means, signed]) * (_STEPS / code)
+    signed = [
+        _sums(plane * _signs(plane.shape, way), blocks) / np.sqrt(_counts(plane.shape, blocks))
+        for plane, count in zip(planes, _SUMS, strict=True)
+        for way in range(count)
+    ]
+    steps = np.stack([*means, *signed]) * (_STEPS / code)
     return np.rint(np.clip(steps, -32767, 32767)).astype(np.int16)
+
+
+def _luma_and_colour(picture: NDArray[Any]) -> Planes:
+    """Return a picture of red, green and blue bytes as three planes, in whole numbers."""
+    red, green, blue = (picture[..., n].astype(np.int32) for n in range(3))
+    luma = (54 * red + 183 * green + 19 * blue) >> 8
+    return [luma, 128 + ((blue - luma) >> 1), 128 + ((red - luma) >> 1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,29 +93,42 @@ class Apart:
         shade: By how much the whole picture is lighter or darker, or of another colour: the plane
             whose mean differs most.
         block: The same of the block that differs most.
-        pixel: Root mean square of what pixels differ by, of the first plane, estimated.
+        pixel: Root mean square of what pixels differ by in luma, estimated.
         worst: The same of the block that differs most.
+        colour: As `pixel`, of the plane of colour that differs more.
+        stain: As `worst`, of a plane of colour.
+        tone: By how much contrast, saturation or hue of the whole picture differ: root mean square
+            of the part of what blocks differ by that is like the picture itself.
     """
 
     shade: float
     block: float
     pixel: float
     worst: float
+    colour: float
+    stain: float
+    tone: float
 
     @classmethod
     def between(cls, one: Print, other: Print) -> Apart:
         """Compare two prints; those of other shapes are infinitely far apart."""
         if one.shape != other.shape:
-            return cls(*(math.inf,) * 4)
-        apart = (one.astype(np.float64) - other) / _STEPS
-        means, signed = apart[:-1], np.abs(apart[-1])
-        found = np.abs(means.mean(axis=1)).max(), np.abs(means).max()
-        return cls(*map(_up, (*found, np.sqrt((signed**2).mean()), signed.max())))
+            return cls(*(math.inf,) * 7)
+        apart, planes = (one.astype(np.float64) - other) / _STEPS, len(_SUMS)
+        means, signed = apart[:planes], apart[planes:] ** 2
+        luma, colours = signed[: _SUMS[0]].mean(axis=0), signed[_SUMS[0] :]
+        found = (
+            *(np.abs(means.mean(axis=1)).max(), np.abs(means).max()),
+            *(np.sqrt(luma.mean()), np.sqrt(luma.max())),
+            *(np.sqrt(colours.mean(axis=1).max()), np.sqrt(colours.max())),
+            _tone(means, other[:planes] / _STEPS),
+        )
+        return cls(*map(_up, found))
 
     @property
-    def values(self) -> tuple[float, float, float, float]:
+    def values(self) -> tuple[float, ...]:
         """All of its numbers."""
-        return self.shade, self.block, self.pixel, self.worst
+        return astuple(self)
 
     def beyond(self, bound: Apart) -> float:
         """Return by how many codes it exceeds what a codec may do; 0 if it does not.
@@ -117,19 +143,38 @@ class Apart:
         return max(0.0, *(own - _AGAIN * limit - code for own, limit, code in pairs))
 
 
+def _tone(apart: Floats, wanted: Floats) -> float:
+    """Return how far contrast, saturation and hue of a picture differ, whichever does most.
+
+    Args:
+        apart: What the means of blocks differ by, (3, blocks) [codes].
+        wanted: What they should be.
+    """
+    luma, colour = wanted[0] - wanted[0].mean(), wanted[1:] - _NEUTRAL
+    turned = np.stack([-colour[1], colour[0]])
+    ways = ((apart[0], luma), (apart[1:], colour), (apart[1:], turned))
+    found = (abs(float((by * way).sum())) / max(_size(way), 1e-9) for by, way in ways)
+    return max(found) / math.sqrt(wanted.shape[1])
+
+
+def _size(values: Floats) -> float:
+    """Return the root of the sum of squares."""
+    return float(np.sqrt((values**2).sum()))
+
+
 def as_text(found: Print) -> str:
     """Return a print as text."""
     return base64.b64encode(found.astype("<i2").tobytes()).decode()
 
 
-def print_in(text: str, *, planes: int = 3) -> Print:
+def print_in(text: str) -> Print:
     """Return the print that a text holds.
 
     Raises:
         ValueError: If it holds none.
     """
     numbers = np.frombuffer(base64.b64decode(text, validate=True), dtype="<i2")
-    return numbers.reshape(planes + 1, -1).astype(np.int16)
+    return numbers.reshape(len(_SUMS) + sum(_SUMS), -1).astype(np.int16)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,13 +183,11 @@ class FilmPrints:
 
     Attributes:
         prints: Of all of them.
-        times: At which they are shown [s].
-        size: Width, height [px].
+        words: What the film says of itself.
     """
 
     prints: tuple[Print, ...]
-    times: tuple[float, ...]
-    size: tuple[int, int]
+    words: FilmWords
 
 
 def film_prints(path: Path, *, codec: Codec, size: tuple[int, int]) -> FilmPrints:
@@ -178,10 +221,10 @@ def film_prints(path: Path, *, codec: Codec, size: tuple[int, int]) -> FilmPrint
         failed = process.wait()
         messages.seek(0)
         said = messages.read().decode("utf-8", "replace")
-    times, own = _TIME.findall(said), _SIZE.search(said)
-    if failed or not prints or own is None:
+    words = words_in(said)
+    if failed or not prints or words is None:
         raise InputError("is no film that can be decoded to its end", file=path)
-    return FilmPrints(prints, tuple(map(float, times)), (int(own[1]), int(own[2])))
+    return FilmPrints(prints, words)
 
 
 def _pictures(stream: IO[bytes], codec: Codec, size: tuple[int, int]) -> Iterator[Planes]:
@@ -224,9 +267,11 @@ def _starts(side: int, count: int) -> NDArray[np.int64]:
 
 
 @cache
-def _signs(shape: tuple[int, int]) -> NDArray[np.int32]:
+def _signs(shape: tuple[int, int], way: int) -> NDArray[np.int32]:
     """Return a sign for each pixel: a hash of its number, the same everywhere, by SplitMix64."""
-    mixed = np.arange(1, shape[0] * shape[1] + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    count = shape[0] * shape[1]
+    numbers = np.arange(1 + way * count, 1 + (way + 1) * count, dtype=np.uint64)
+    mixed = numbers * np.uint64(0x9E3779B97F4A7C15)
     for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
         mixed = (mixed ^ (mixed >> np.uint64(shift))) * np.uint64(factor)
     odd = (mixed >> np.uint64(63)).astype(np.int32)

@@ -24,10 +24,12 @@ ENDINGS = frozenset({".mp4", ".m4v", ".mov"})
 _HEADERS = {b"moov": 8, b"trak": 8, b"mdia": 8, b"minf": 8, b"stbl": 8, b"stsd": 16}
 """Boxes on the way to a sample entry, and how long what precedes their contents is."""
 
-_ENTRIES = frozenset({b"avc1", b"avc3", b"hev1", b"hvc1", b"av01", b"vp09", b"apch", b"apcn"})
+ENTRIES = frozenset({b"avc1", b"avc3", b"hev1", b"hvc1", b"av01", b"vp09", b"apch", b"apcn"})
 """Sample entries of pictures."""
 
-_ENTRY_HEADER = 8 + 78  # of a visual sample entry: of the box, and its own fields
+ENTRY_HEADER = 8 + 78
+"""Length of what precedes the boxes of a visual sample entry: of the box, and its own fields."""
+
 _MODES = {"none": 0, "top_bottom": 1, "side_by_side": 2}
 _MADE_BY = b"sumo3dviz_pt"
 
@@ -137,13 +139,13 @@ def _copy(old: BinaryIO, new: BinaryIO, boxes: bytes, *, name: str) -> None:
 def _with_boxes(content: bytes, boxes: bytes, *, shift: int) -> bytes:
     """Return boxes that lie in each other, with some more in each sample entry."""
     found = []
-    for name, start, size in _inner(content):
+    for name, start, size in inner_boxes(content):
         one = content[start : start + size]
         if name in _HEADERS:
             header = _HEADERS[name]
             inside = _with_boxes(one[header:], boxes, shift=shift)
             one = struct.pack(">I", header + len(inside)) + one[4:header] + inside
-        elif name in _ENTRIES:
+        elif name in ENTRIES:
             one = _entry(one, boxes)
         elif name in (b"stco", b"co64"):
             one = _shifted(one, shift)
@@ -154,9 +156,9 @@ def _with_boxes(content: bytes, boxes: bytes, *, shift: int) -> bytes:
 def _entry(entry: bytes, boxes: bytes) -> bytes:
     """Return a sample entry with boxes before those that may come last: `clap`, `pasp`, `btrt`."""
     at = len(entry)
-    for name, start, _ in _inner(entry[_ENTRY_HEADER:]):
+    for name, start, _ in inner_boxes(entry[ENTRY_HEADER:]):
         if name in (b"clap", b"pasp", b"btrt"):
-            at = _ENTRY_HEADER + start
+            at = ENTRY_HEADER + start
             break
     return struct.pack(">I", len(entry) + len(boxes)) + entry[4:at] + boxes + entry[at:]
 
@@ -202,7 +204,7 @@ def _outer(film: BinaryIO, *, name: str) -> Iterator[tuple[bytes, int, int]]:
         at += size
 
 
-def _inner(content: bytes) -> Iterator[tuple[bytes, int, int]]:
+def inner_boxes(content: bytes) -> Iterator[tuple[bytes, int, int]]:
     """Yield the boxes that lie one behind another: name, where it starts and its size."""
     at = 0
     while at + 8 <= len(content):
@@ -223,10 +225,10 @@ def _found(content: bytes) -> Spherical | None:
 
 def _told(content: bytes) -> Iterator[tuple[str, float]]:
     """Yield what boxes that lie in each other tell, by name."""
-    for name, start, size in _inner(content):
+    for name, start, size in inner_boxes(content):
         one = content[start : start + size]
-        if name in _HEADERS or name in _ENTRIES or name in (b"sv3d", b"proj"):
-            yield from _told(one[_HEADERS.get(name, _ENTRY_HEADER if name in _ENTRIES else 8) :])
+        if name in _HEADERS or name in ENTRIES or name in (b"sv3d", b"proj"):
+            yield from _told(one[_HEADERS.get(name, ENTRY_HEADER if name in ENTRIES else 8) :])
         elif name == b"st3d":
             yield "stereo", float(one[12])
         elif name == b"equi":

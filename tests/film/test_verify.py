@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from builders import write_scenario
+from manipulations import CLEAR, FOLDERS, GREY, is_said, write_small_study
 from needed import skip_if
 from viewer.browser import chromium
 
@@ -31,30 +31,12 @@ from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 pytestmark = pytest.mark.slow
 
 SIZE = (96, 54)
-STUDY = """scene: scene.yaml
-clip: {camera: driver, from: 2, to: 2.6}
-common: {quality: draft, output.size: [96, 54], output.fps: 10}
-factors:
-  light:
-    about: the sky, clear or closed
-    levels:
-      clear: {sky: {preset: sky_blue}}
-      grey: {sky: {preset: sky_overcast}}
-certificate: {frames: 2}
-report: {write: false}
-calibration: null
-tools: {write: [psychds]}
-about: {title: Two skies, authors: [Ada Example], date: 2026-11-27}
-"""
-CLEAR, GREY = "materials/clear.mp4", "materials/grey.mp4"
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
     folder = tmp_path_factory.mktemp("verified")
-    write_scenario(folder, vehicles=2)
-    (folder / "study.yaml").write_text(STUDY, encoding="utf-8")
-    return folder
+    return write_small_study(folder).parent
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +58,7 @@ def test_an_untouched_folder_is_proven(made, capsys):
     assert (code, found["faults"]) == (0, [])
     assert found["pictures"] == {"decoded": 12, "developed": 12}
     there = found["frames"]
-    assert there["there"] == there["of"] == 2 * (3 * 6 + 2)
+    assert there["there"] == there["of"] == 2 * (3 * 6 + 3)
     assert found["digest"] == json.loads((made / "certificate.json").read_bytes())["digest"]
     assert verify(made, capsys, "--published", found["digest"])[0] == 0
     code, found = verify(made, capsys, "--published", "0" * 64)
@@ -235,6 +217,26 @@ def test_a_folder_that_was_manipulated_is_not_proven(manipulate, made, tmp_path,
     assert any(each["frame"] in frames for each in found["faults"]), found["faults"]
     said = WORDS.get(manipulate, "")
     assert any(said in each["what"] for each in found["faults"]), found["faults"]
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_what_an_outsider_did_to_a_folder_is_found(name, made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    published = json.loads((made / "certificate.json").read_bytes())["digest"]
+    change = FOLDERS[name]
+    change.change(folder)
+    code, found = verify(folder, capsys, *(["--published", published] if change.published else []))
+    told = [f"{each['file']}: {each['what']}" for each in found["faults"]]
+    assert code == 1 and is_said(change.said, told), told
+
+
+def test_what_systems_and_people_leave_in_a_folder_is_no_fault(made, tmp_path, capsys):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    for name in (".DS_Store", "materials/Thumbs.db", "data/answers.csv", "notes.md"):
+        (folder / name).write_text("x", encoding="utf-8")
+    assert verify(folder, capsys)[0] == 0
 
 
 # Replay -------------------------------------------------------------------------------------

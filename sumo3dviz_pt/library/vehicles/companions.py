@@ -68,15 +68,16 @@ def _of_obj(path: Path) -> Iterator[str]:
     with path.open("rb") as lines:
         for line in lines:
             if line.startswith(b"mtllib "):
-                yield line.decode("utf-8", errors="replace").partition(" ")[2].strip()
+                named = line.decode("utf-8", errors="replace").partition(" ")[2].strip()
+                yield from dict.fromkeys([named, *named.split()])  # one with blanks, or several
 
 
 def _of_mtl(path: Path) -> Iterator[str]:
-    """Pictures of materials: the last word of a line, after its options."""
+    """Pictures of materials: what a line ends with, after its options; it may have blanks."""
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         words = line.split()
-        if len(words) > 1 and words[0].lower().startswith(("map_", "bump", "disp", "norm")):
-            yield words[-1]
+        if len(words) > 1 and words[0].lower().startswith(_PICTURED):
+            yield from (" ".join(words[n:]) for n in range(1, len(words)))
 
 
 def _of_ply(path: Path) -> Iterator[str]:
@@ -88,6 +89,9 @@ def _of_ply(path: Path) -> Iterator[str]:
             if line.startswith(b"end_header"):
                 return
 
+
+_PICTURED = ("map_", "bump", "disp", "norm", "refl", "decal")
+"""Words of a material that a picture follows."""
 
 _READERS: Mapping[str, Callable[[Path], Iterator[str]]] = {
     ".yaml": _of_yaml,

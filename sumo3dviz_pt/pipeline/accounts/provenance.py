@@ -46,6 +46,12 @@ class Inputs:
         """Return what a file, or a folder, is called."""
         return self.names.get(path, path.name)
 
+    @property
+    def companions(self) -> dict[str, list[str]]:
+        """What the files are called that others refer to, by what these are called."""
+        found = {name: map(self.name, companions(path)) for path, name in self.names.items()}
+        return {name: sorted(some) for name, each in found.items() if (some := list(each))}
+
     def content(self, path: Path) -> list[str]:
         """Return the hashes of a file and of all that it refers to."""
         return [self.hashes.get(self.name(each), "") for each in (path, *companions(path))]

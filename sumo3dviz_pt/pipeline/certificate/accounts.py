@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import PurePosixPath
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.pipeline.accounts.differences import differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts, key_of
+from sumo3dviz_pt.pipeline.films.frames import counted
 
 Account = Mapping[str, Any]
 
@@ -32,6 +34,22 @@ _TOLD_ELSEWHERE = (
 )
 """Differences that other checks here say in better words, or that layers show."""
 
+_PRESETS = "scene_templates/"
+_CONFIGURED = ("scenario.sumocfg", "scenario.folder", "scenario: ")
+_OF_SIMULATIONS = (".xml", ".xml.gz", ".sumocfg")
+"""Inputs that are presets; settings that name a whole simulation, and how its files end."""
+
+_KNOWN = frozenset(
+    {
+        *("film", "key", "command", "digest", "files", "delivered"),  # names and digests of a film
+        *("left_out", "plan", "pilot", "spp", "quality", "shot"),  # follow from what is compared
+        *("scene", "preset", "inputs", "companions", "versions", "package", "camera", "variant"),
+        *("frames", "frame_rate", "fps", "size", "shutter", "road_users", "signal_changes"),
+        *("world", "light", "overlays", *_DEVELOPED),
+    }
+)
+"""What an account says and other checks here compare, or what follows from that."""
+
 
 def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> list[str]:
     """Return what differs in the accounts of two films and should not, a sentence each.
@@ -44,7 +62,7 @@ def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[s
     """
     checks: tuple[Callable[[Account, Account, Acts], Iterator[str]], ...] = (
         *(_lengths, _times, _cameras, _shutters, _presence, _bodies, _motion, _lamps, _signals),
-        *(_development, _digests),
+        *(_development, _digests, _weather, _drawn_over),
     )
     found = [fault for check in checks for fault in check(one, other, acts)]
     return found + list(_settings(one, other, acts, planned))
@@ -98,7 +116,7 @@ def _cameras(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     if a.get("lens") != b.get("lens"):
         lens = f", with lenses {_lens(a)} and {_lens(b)}"
     yield (
-        f"the camera is another in {len(unlike)} frames, in frame {unlike[0]} by"
+        f"the camera is another in {counted(len(unlike))}, in frame {unlike[0]} by"
         f" {100 * apart:.3g} cm and {np.degrees(np.arccos(cosine)):.3g} deg{lens}"
     )
 
@@ -113,8 +131,17 @@ def _shutters(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     """Yield that frames are exposed for other times."""
     first, second = one.get("shutter"), other.get("shutter")
     if first != second and not acts.moves:
-        words = [str(said or "instant") for said in (first, second)]
+        words = [_shutter(said) for said in (first, second)]
         yield f"the shutter is {words[0]} in one film and {words[1]} in the other"
+
+
+def _shutter(said: Account | None) -> str:
+    """Return what a shutter does, in words."""
+    if said is None:
+        return "an instant"
+    rolling = float(said.get("rolling", 0.0))
+    rows = f", rolling for {rolling:.3g} s" if rolling else ""
+    return f"open for {float(said.get('open', 0.0)):.3g} s{rows}"
 
 
 def _presence(one: Account, other: Account, acts: Acts) -> Iterator[str]:
@@ -191,24 +218,81 @@ def _digests(one: Account, other: Account, acts: Acts) -> Iterator[str]:
         yield "sky, sun or air are others"
 
 
+def _weather(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that frames have another weather."""
+    pairs = _frames(one, other)
+    unlike = [n for n, (a, b) in enumerate(pairs) if a.get("weather") != b.get("weather")]
+    if unlike and not (acts.light or acts.anything):
+        yield f"the weather is another in {counted(len(unlike))}, the first is {unlike[0]}"
+
+
+def _drawn_over(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that overlays put other pictures before or after a film, or that only one has any."""
+    first, second = (
+        {key: value for key, value in (film.get("overlays") or {}).items() if key != "files"}
+        for film in (one, other)
+    )
+    if first != second and not (acts.overlays or acts.anything):
+        yield "overlays are others: " + " and ".join(_overlays(said) for said in (first, second))
+
+
+def _overlays(said: Account) -> str:
+    """Return what an account says of overlays, in words."""
+    if not said:
+        return "none"
+    return ", ".join(f"{value} {key.replace('_', ' ')}" for key, value in said.items())
+
+
+def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Iterator[str]:
+    """Yield what else an account says, and no check knows: it should be the same."""
+    for key in sorted((one.keys() | other.keys()) - _KNOWN - {*planned}):
+        first, second = one.get(key), other.get(key)
+        if first != second:
+            yield f"no level changes this: {key}: {_short(first)} -> {_short(second)}"
+
+
 def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> Iterator[str]:
     """Yield settings, files and versions that differ though no level changes them."""
-    keys = {key_of(change) for change in planned}
+    keys, files = {key_of(change) for change in planned}, _planned_files(one, other, planned)
     for said in differences(one, other):
         key = key_of(said)
         if key in keys or said.startswith(_TOLD_ELSEWHERE):
             continue
-        if key.startswith("input ") and _is_planned(key.removeprefix("input "), planned):
+        if key.startswith("input ") and key.removeprefix("input ") in files:
             continue
         if key in ("camera", "shot: from") and (acts.moves or acts.motion):
             continue
         yield f"no level changes this: {said}"
+    yield from _same_thing(one, other, keys)
 
 
-def _is_planned(name: str, planned: Sequence[str]) -> bool:
-    """Return whether a level names a file, a preset, or other files of the simulation."""
-    stem = PurePosixPath(name).name.split(".")[0]
-    return any(stem in change or key_of(change).startswith("scenario.") for change in planned)
+def _planned_files(one: Account, other: Account, planned: Sequence[str]) -> frozenset[str]:
+    """Return the inputs that levels change: files and presets that they name, and what these need.
+
+    A level that names a configuration of the simulation changes any file of the simulation.
+    """
+    inputs = {*one["inputs"], *other["inputs"]} if "inputs" in one and "inputs" in other else set()
+    named = {word for change in planned for word in _names_in(change.partition(": ")[2])}
+    found = {name for name in inputs if {name, PurePosixPath(name).name} & named}
+    found |= {name for name in inputs if name.startswith(_PRESETS) and _stem(name) in named}
+    for account in (one, other):
+        for name, needed in (account.get("companions") or {}).items():
+            found |= set(needed) if {name, PurePosixPath(name).name} & named else set()
+    if any(key_of(change).startswith(_CONFIGURED) for change in planned):
+        found |= {name for name in inputs if name.endswith(_OF_SIMULATIONS)}
+    return frozenset(found)
+
+
+def _names_in(change: str) -> Iterator[str]:
+    """Yield words that a change holds, whole and as the last part of a path."""
+    for word in re.split(r" -> |[\[\]\",]+ ?", change):
+        yield word
+        yield PurePosixPath(word).name
+
+
+def _stem(name: str) -> str:
+    """Return what a preset's file is called, as scene files name it."""
+    return PurePosixPath(name).name.removesuffix(".yaml")
 
 
 def _frames(one: Account, other: Account) -> list[tuple[Account, Account]]:

@@ -16,8 +16,8 @@ from sumo3dviz_pt.job.study import ActSettings
 
 _PLANTS = ("tree:*", "shrub:*", "hedge:*", "pit:*", "label:vegetation", "label:terrain")
 _ROADS = (
-    *("edge:*", "junction:*", "marking*", "kerb*", "road*", "label:road", "label:sidewalk"),
-    *("label:ground", "label:parking"),
+    *("edge:*", "junction:*", "marking*", "kerb*", "road*", "verge:*", "label:road"),
+    *("label:sidewalk", "label:ground", "label:parking"),
 )
 _GROUND = ("terrain*", "ground*", "label:terrain", "label:ground")
 _USERS = ("vehicle:*", "person:*", "container:*")
@@ -38,6 +38,7 @@ class Acts:
         camera: Whether it may be seen from elsewhere.
         motion: Whether traffic, signals and times may be others.
         anything: Whether all may be.
+        overlays: Whether something else may be drawn over the film.
         tilt: By how many degrees the normal of level ground may lean from the vertical, where what
             looks otherwise is filled with water or has another grain; 0 is no other normal.
         lift: How far the surface of a road may be from where it was, along its normal [m].
@@ -50,6 +51,7 @@ class Acts:
     camera: bool = False
     motion: bool = False
     anything: bool = False
+    overlays: bool = False
     tilt: float = 0.0
     lift: float = 0.0
 
@@ -68,6 +70,7 @@ class Acts:
             self.camera or other.camera,
             self.motion or other.motion,
             self.anything or other.anything,
+            self.overlays or other.overlays,
             max(self.tilt, other.tilt),
             max(self.lift, other.lift),
         )
@@ -104,6 +107,7 @@ class Acts:
             "exposure, tone curve and glare": self.picture,
             "the camera": self.camera,
             "what traffic and signals do": self.motion,
+            "what is drawn over the film": self.overlays,
             "anything": self.anything,
         }
         said = [f"the shape of {', '.join(self.things)}"] if self.things else []
@@ -147,17 +151,21 @@ _SURFACE = Acts(looks=_ROADS, tilt=WATER_TILT, lift=ROAD_LIFT)
 _LOOKS = "how road users look"
 _CAMERA, _LIGHT, _PICTURE = "the camera", "the light", "exposure and tone"
 _WEATHER, _LOG, _PLANTED = "the weather", "the simulation", "plants"
+_DRAWN = "what is drawn over the film"
 
 _RULES: tuple[tuple[str, str, Acts], ...] = (
     # key of the scene file                  subject     acts on
     (r"sky\b.*|lights", _LIGHT, Acts(light=True)),
     (r"template", "", Acts()),  # what it holds stands under the keys themselves
     (r"output\.(exposure|tone|glare)", _PICTURE, Acts(picture=True)),
-    (r"overlays\b.*|output\.(codec|half|layers|sound)\b.*", "", Acts()),  # not in what is compared
+    (r"output\.layers\b.*", "", Acts()),  # beside the film, and in no picture
+    (r"output\.(codec|half|sound)\b.*", "output", Acts()),  # in no frame, but in what people get
+    (r"overlays\b.*", _DRAWN, Acts(overlays=True)),
     (r"weather\.(fog|wetness|puddles)\b.*", _WEATHER, _AIR),
     (r"weather\.(preset|rain|windscreen)\b.*", _WEATHER, _RAIN),
     (r"weather\.wind\b.*", _WEATHER, Acts(things=_PLANTS, light=True)),
-    (r"weather\.season", _WEATHER, Acts(things=(*_PLANTS, *_GROUND), looks=_GROUND)),
+    # What weather there is tells the season, too, as accounts know it: the air counts as another.
+    (r"weather\.season", _WEATHER, Acts(things=(*_PLANTS, *_GROUND), looks=_GROUND, light=True)),
     (r"weather\b.*", _WEATHER, _SNOW),  # a course may bring any of them at other times
     (
         r"vehicles\.by_id\.(?P<id>.+)\.colour",
@@ -223,7 +231,10 @@ _WITH: Mapping[str, frozenset[str]] = MappingProxyType(
 """What goes with a subject and is part of it: light has its exposure, weather its light, and
 another log is seen by another rider at other times."""
 
-_LAST = (_WEATHER, _LOG, "who is on the road", _LIGHT, "how traffic moves", _CAMERA, _PICTURE)
+_LAST = (
+    *(_WEATHER, _LOG, "who is on the road", _LIGHT, "how traffic moves", _DRAWN, _CAMERA),
+    _PICTURE,
+)
 """Subjects that a factor with several is about last, in order; first come things by name."""
 
 _FILMED = frozenset({"seed", "quality", "textured", "output"})
@@ -285,7 +296,12 @@ def _is_beside(change: str, acts: Acts, asked: Acts) -> bool:
         return False
     if acts.anything:
         return _CONTENT.fullmatch(key_of(change)) is None
-    filmed = (acts.camera and not (asked.camera or asked.motion), acts.light and not asked.light)
+    filmed = (
+        acts.camera and not (asked.camera or asked.motion),
+        acts.light and not asked.light,
+        acts.overlays and not asked.overlays,
+        re.match(r"output\.(codec|half|sound)\b", change) is not None,
+    )
     users = [each for each in (*acts.things, *acts.looks) if each.startswith(_KINDS_OF_USERS)]
     may = asked.may_reshape if acts.things else asked.may_look
     others = bool(users) and not any(may(each) for each in users)

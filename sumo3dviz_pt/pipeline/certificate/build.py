@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
 from sumo3dviz_pt.pipeline.certificate.acts import Acts
-from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
+from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, ThingDifference, compare
 from sumo3dviz_pt.pipeline.certificate.delivered import codec_most
 from sumo3dviz_pt.pipeline.certificate.evidence import (
     Evidence,
@@ -37,7 +38,7 @@ from sumo3dviz_pt.pipeline.certificate.links import (
     rider_in,
     seal_faults,
 )
-from sumo3dviz_pt.pipeline.certificate.page import write_page
+from sumo3dviz_pt.pipeline.certificate.page import page_text, write_page
 from sumo3dviz_pt.pipeline.certificate.verdicts import (
     TYPICAL_CODES,
     TYPICAL_LIGHT,
@@ -45,8 +46,9 @@ from sumo3dviz_pt.pipeline.certificate.verdicts import (
     pixel_verdict,
     untested,
 )
-from sumo3dviz_pt.pipeline.films.frames import write_json
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder, write_json
 from sumo3dviz_pt.pipeline.films.proof import DIGEST, sealed
+from sumo3dviz_pt.pipeline.layers import places
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
@@ -54,7 +56,7 @@ from sumo3dviz_pt.pipeline.studies.records import RECORD, film_path, read_film_a
 
 PAGE, FOLDER = "certificate.html", "certificate"
 
-_APART = ("shade", "block", "pixel", "worst")
+_APART = ("shade", "block", "pixel", "worst", "colour", "stain", "tone")
 """What the numbers of `Apart` are called."""
 
 _WIDEST = 480
@@ -128,6 +130,56 @@ def certify(folder: Path, plan: StudyPlan, *, cards: Sequence[str] = ()) -> Cert
     return Certificate(tuple(verdicts), (folder / CERTIFICATE, page, *pictures), faults)
 
 
+def seal_folder(folder: Path, certificate: Certificate, files: Sequence[Path]) -> None:
+    """Put the digests of all that goes with films into the certificate, so that its own covers it.
+
+    Pages and playlists say which film people see, and reports what was measured on it.
+
+    Args:
+        folder: The study's.
+        certificate: Of it, written.
+        files: All of the study's files.
+    """
+    content = json.loads((folder / CERTIFICATE).read_bytes())
+    digests = content["digests"]
+    known = {CERTIFICATE, PAGE, RECORD, *digests["films"], *digests["inputs"], *digests["cards"]}
+    names = {file.relative_to(folder).as_posix() for file in files} - known
+    digests["others"] = {name: file_hash(folder / name) for name in sorted(names)}
+    content = sealed(content)
+    write_json(folder / CERTIFICATE, content, indent=1)
+    write_page(folder / PAGE, content, certificate.pairs)
+
+
+def verdicts_in(content: Mapping[str, Any]) -> list[PairVerdict]:
+    """Return the verdicts that `certificate.json` holds.
+
+    Raises:
+        KeyError, TypeError, ValueError: If it holds none, or no sense.
+    """
+    return [_read_verdict(each) for each in content["pairs"]]
+
+
+def _read_verdict(values: Mapping[str, Any]) -> PairVerdict:
+    """Return a verdict; unknown numbers are NaN."""
+    nan = float("nan")
+    known: dict[str, Any] = {}
+    for field in fields(PairVerdict):
+        value = values[field.name]
+        value = (
+            tuple(nan if each is None else each for each in value)
+            if isinstance(value, list)
+            else value
+        )
+        known[field.name] = nan if value is None else value
+    known["things"] = tuple(ThingDifference(**each) for each in values["things"])
+    return PairVerdict(**known)
+
+
+def page_of(folder: Path, content: Mapping[str, Any]) -> str:
+    """Return the page of a certificate, as this version writes it."""
+    return page_text(folder, content, verdicts_in(content))
+
+
 def _folder_faults(study: StudyFolder) -> tuple[Fault, ...]:
     """Return what is wrong with a folder's files, frames and films."""
     frames, _ = frame_faults(study)
@@ -136,8 +188,32 @@ def _folder_faults(study: StudyFolder) -> tuple[Fault, ...]:
     return (*seal_faults(study), *frames, *films)
 
 
-def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
-    """Return what there is to say of a pair, and write its picture."""
+def judged_again(study: StudyFolder, plan: StudyPlan, pair: StimulusPair) -> PairVerdict | None:
+    """Return what there is to say of a pair by what lies in a folder; None if something is gone."""
+    count = min(len(study.accounts[name]["frames"]) for name in (pair.one, pair.other))
+    numbers = compared_frames(count, plan.file.settings.certificate.frames)
+    films = [study.film(name) for name in (pair.one, pair.other)]
+    folders = [frames_folder(film) for film in films]
+    there = all(
+        frame_file(folder, n).is_file() and places.files_of(places.beside(folder), n)
+        for folder in folders
+        for n in numbers
+    )
+    return _verdict(study.path, plan, pair, draw=False) if there else None
+
+
+def limits_of(study: StudyFolder) -> dict[str, Any]:
+    """Return the limits of numbers in a certificate."""
+    return {
+        **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES, "beyond": MOST_BEYOND},
+        "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
+    }
+
+
+def _verdict(
+    folder: Path, plan: StudyPlan, pair: StimulusPair, *, draw: bool = True
+) -> PairVerdict:
+    """Return what there is to say of a pair, and write its picture if that is wanted."""
     stimuli = {each.name: each for each in plan.stimuli}
     films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
     accounts = [read_film_account(film) for film in films]
@@ -159,22 +235,27 @@ def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
     try:
-        return _compared(folder, verdict, films, accounts, acts=acts, numbers=wanted)
+        said, shown = _compared(verdict, films, accounts, acts=acts, numbers=wanted)
     except InputError as error:
         why = str(error).replace(f"{folder}/", "")
         return replace(verdict, faults=(*verdict.faults, f"not compared: {why}"))
+    if not draw:
+        return said
+    name = f"{FOLDER}/{verdict.one}--{verdict.other}.png"
+    (folder / FOLDER).mkdir(exist_ok=True)
+    write_png(folder / name, _picture(*shown, light=not acts.light), level=6)
+    return replace(said, picture=name)
 
 
 def _compared(
-    folder: Path,
     verdict: PairVerdict,
     films: Sequence[Path],
     accounts: Sequence[Mapping[str, Any]],
     *,
     acts: Acts,
     numbers: Sequence[int],
-) -> PairVerdict:
-    """Return a verdict with what pixels say."""
+) -> tuple[PairVerdict, tuple[Comparison, Evidence, Evidence]]:
+    """Return a verdict with what pixels say, and the frame that is most worth showing."""
     shown: tuple[Comparison, Evidence, Evidence] | None = None
     comparisons = []
     unlike = _unlike_views(accounts, numbers, acts)
@@ -189,11 +270,8 @@ def _compared(
         if shown is None or _weight(found) > _weight(shown[0]):
             shown = (found, one, other)
     assert shown is not None
-    name = f"{FOLDER}/{verdict.one}--{verdict.other}.png"
-    (folder / FOLDER).mkdir(exist_ok=True)
-    write_png(folder / name, _picture(*shown, light=not acts.light), level=6)
     said = pixel_verdict(comparisons, acts)
-    return replace(
+    whole = replace(
         verdict,
         faults=(*verdict.faults, *(() if unlike else said.faults)),
         named=(*verdict.named, *said.named),
@@ -205,8 +283,8 @@ def _compared(
         codes=said.codes,
         lit=said.lit,
         things=said.things,
-        picture=name,
     )
+    return whole, shown
 
 
 def _unlike_views(
@@ -276,10 +354,7 @@ def _content(
             name: {"about": factor.about, "levels": list(factor.levels)}
             for name, factor in factors.items()
         },
-        "limits": {
-            **{"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES, "beyond": MOST_BEYOND},
-            "codec": dict(zip(_APART, codec_most(_size(study)), strict=True)),
-        },
+        "limits": limits_of(study),
         "codec": _codec(study),
         "digests": {
             RECORD: study.record[DIGEST],

@@ -42,6 +42,10 @@ SAME_EDGE = 1e-6
 """The same where two faces of one thing meet: which of them is met hangs on last bits, too. Of one
 face, depths are the same to the last bit, so that a normal that differs there is another one."""
 
+MOST_CROSSING = 1e-4
+"""Share of a picture's pixels that may show one of two things which cross there, so that last bits
+say which; one pixel may in any case."""
+
 LIT_DEPTH = 0.03
 """How far depths may differ where panes, screens and dials shine or go out [m]: they are thin
 bodies of their own before those that do not; 9 mm at most were measured."""
@@ -58,6 +62,10 @@ SAME_ALBEDO = 0.004
 
 SEEN_LIGHT = 0.02
 """Light that differs by more than this share, in pixels that are not black, counts as other."""
+
+_SAME_CODES, _OTHER_CODES = 12, 40
+"""Pictures that differ by less than the first show the same, and what is drawn over them is another
+if that differs by more than the second [8-bit codes]: a codec does neither."""
 
 _ROAD_USERS = ("vehicle:", "person:", "container:")
 
@@ -99,6 +107,7 @@ class Comparison:
         elsewhere_codes: Difference of the pictures there, with its sign, (k,) [8-bit codes].
         codes: Mean difference of the pictures' channels, (h, w) [8-bit codes].
         things: Each with its name, what of it may differ, and its pixels in either film, (h, w).
+        overlays: Where something else is drawn over one picture, (h, w).
         blocks: How light differs by blocks where the factor does not act; None if a frame is gone,
             or the factor acts on all light.
     """
@@ -113,6 +122,7 @@ class Comparison:
     elsewhere_codes: Floats
     codes: Floats
     things: tuple[tuple[str, str, Bools], ...]
+    overlays: Bools
     blocks: LightDifference | None
 
 
@@ -134,7 +144,9 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
     repainted = _where(things, [acts.may_look(name, labels.get(name, "")) for name in things])
     own = reshaped | repainted
     slight = own & _is_slight(one, other, users, acts)
+    crossing = _crossing(one, other, users)
     wrong = ((moved | turned) & ~reshaped & ~slight) | (paint & ~own & (not acts.light))
+    wrong &= ~crossing
     spread = _spread(one, other)
     near = around(own, reach=_REACH)
     signed = other.picture.astype(np.int16) - one.picture
@@ -152,6 +164,7 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
             (name, _may_differ(acts, name, labels.get(name, "")), mask)
             for name, mask in things.items()
         ),
+        _overlays(one, other),
         None
         if acts.light or acts.anything or one.radiance is None or other.radiance is None
         else light_difference(
@@ -223,6 +236,27 @@ def _moved(one: Evidence, other: Evidence, users: Bools, *, light: bool) -> tupl
     moved = ((one.things != other.things) & ~one_place) | (apart > room)
     judged = np.asarray(~(_shines(one) | _shines(other)) if light else np.ones_like(moved))
     return moved & judged, turned & judged
+
+
+def _crossing(one: Evidence, other: Evidence, users: Bools) -> Bools:
+    """Return where two things cross, and last bits say which of them is met, (h, w).
+
+    Two leaves may be at one depth, each with its own normal and colour. They cross along a line, so
+    that this is true of few pixels, none beside another: where it is true of more, it is no chance.
+    """
+    near = np.minimum(one.layers["depth"], other.layers["depth"])
+    there = (one.things != other.things) & (one.things != 0) & (other.things != 0) & ~users
+    there &= (_apart(one, other) <= SAME_EDGE * near) & _turned(one, other)
+    return there if there.sum() <= max(1, MOST_CROSSING * there.size) else np.zeros_like(there)
+
+
+def _overlays(one: Evidence, other: Evidence) -> Bools:
+    """Return where something else is drawn over pictures that show the same there, (h, w)."""
+    same, drawn = (
+        np.abs(first.astype(np.int16) - second).max(axis=-1)
+        for first, second in ((one.picture, other.picture), (one.delivered, other.delivered))
+    )
+    return np.asarray((same < _SAME_CODES) & (drawn > _OTHER_CODES))
 
 
 def _apart(one: Evidence, other: Evidence) -> Floats:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.video.codecs import Codec
     from sumo3dviz_pt.video.prints import Apart, FilmPrints, Print
 
-_CODEC_MOST = (1.0, 4.0, 12.0, 48.0)
+_CODEC_MOST = (1.0, 4.0, 12.0, 48.0, 8.0, 32.0, 1.0)
 """The farthest that a codec may bring a picture from its frame, as in `Apart` [codes]: a GIF, which
 has 256 colours, comes to 0.1, 2.1, 9.7 and 33 on textured pictures of 160x90, ProRes to 0.3, 1.6,
 3.3 and 11, H.264 to 0.1, 1.5, 1.7 and 4.7."""
@@ -36,7 +36,7 @@ _SMALL = 40.0
 """What a block of one pixel may be farther [codes]; of more pixels, over the root of their number:
 errors of single pixels cancel in means."""
 
-AGAIN_MOST = (0.05, 0.25, 0.25, 1.0)
+AGAIN_MOST = (0.05, 0.25, 0.25, 1.0, 0.25, 1.0, 0.05)
 """The farthest that a frame developed on another machine may be from what it was [codes]; on the
 same one it is the same to the bit."""
 
@@ -46,13 +46,13 @@ NOT_WRITTEN = "is not the film that was written"
 Account = Mapping[str, Any]
 
 
-def codec_most(size: tuple[int, int]) -> tuple[float, float, float, float]:
+def codec_most(size: tuple[int, int]) -> tuple[float, ...]:
     """Return the farthest that a codec may bring pictures of a size from their frames [codes]."""
     from sumo3dviz_pt.video.prints import COLUMNS, ROWS
 
     pixels = max(size[0] * size[1] / (COLUMNS * ROWS), 1.0)
-    shade, block, pixel, worst = _CODEC_MOST
-    return shade, round(block + _SMALL / math.sqrt(pixels), 1), pixel, worst
+    shade, block, *others = _CODEC_MOST
+    return shade, round(block + _SMALL / math.sqrt(pixels), 1), *others
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,19 +203,18 @@ def _pictures(said: _Delivered) -> tuple[list[FilmFault], int]:
 
 
 def _form(found: FilmPrints, said: _Delivered) -> Iterator[FilmFault]:
-    """Yield that a film has another length, size or rhythm."""
+    """Yield that a film has another length, size, rhythm or other colours for players."""
+    from sumo3dviz_pt.video.containers import container_faults
+
     if len(found.prints) != len(said.prints):
         last = min(len(found.prints), len(said.prints)) - said.before
         what = f"has {len(found.prints)} pictures of {len(said.prints)}"
         yield FilmFault(said.path, what, last)
-    if found.size != said.size:
-        size, wanted = ("x".join(map(str, each)) for each in (found.size, said.size))
-        yield FilmFault(said.path, f"is {size} pixels large, not {wanted}")
-    for number, time in enumerate(found.times):
-        if abs(time - float(number / said.rate)) > 0.25 / float(said.rate):
-            what = f"is shown at {time:.12g} s, not at {float(number / said.rate):g} s"
-            yield FilmFault(said.path, what, number - said.before)
-            return
+    told = container_faults(
+        said.path, found.words, codec=said.codec, size=said.size, rate=said.rate
+    )
+    for what, picture in told:
+        yield FilmFault(said.path, what, None if picture is None else picture - said.before)
 
 
 def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], said: _Delivered) -> FilmFault:

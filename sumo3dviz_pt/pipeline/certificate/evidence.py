@@ -49,6 +49,7 @@ class Evidence:
         picture: Of the film, (h, w, 3) in 0 .. 255.
         rays: Unit vectors from the eye, east, north and up, (h, w, 3).
         clear: Whether nothing in the air scatters light: no fog, rain or snowfall.
+        overlaid: The same picture with overlays, (h, w, 3) in 0 .. 255; None where it has none.
     """
 
     things: NDArray[np.int64]
@@ -59,6 +60,12 @@ class Evidence:
     picture: NDArray[np.uint8]
     rays: Floats
     clear: bool = True
+    overlaid: NDArray[np.uint8] | None = None
+
+    @property
+    def delivered(self) -> NDArray[np.uint8]:
+        """The picture that people see, (h, w, 3) in 0 .. 255."""
+        return self.picture if self.overlaid is None else self.overlaid
 
 
 def read_evidence(
@@ -80,7 +87,9 @@ def read_evidence(
     seen = read_frame(beside(frames_folder(film)), number)
     things = np.asarray(seen.layers[COUNTED], dtype=np.int64)
     height, width = things.shape
-    time = float(number / Fraction(str(account["frame_rate"])))
+    rate = Fraction(str(account["frame_rate"]))
+    plain, overlays = without_overlays(film), account.get("overlays")
+    before = int(overlays["frames_before"]) if overlays else 0
     names = {int(key): thing.name for key, thing in seen.things.items()} | {0: SKY}
     return Evidence(
         things,
@@ -88,9 +97,12 @@ def read_evidence(
         {SKY: SKY, **{thing.name: thing.label for thing in seen.things.values()}},
         {name: seen.layers[name] for name in LAYERS if name != COUNTED},
         _radiance(film, number, 0.0 if unexposed else float(account["exposure"])),
-        film_picture(without_overlays(film), time, size=(width, height)),
+        film_picture(plain, float(number / rate), size=(width, height)),
         _rays(seen.camera),
         _is_clear(account),
+        film_picture(film, float((number + before) / rate), size=(width, height))
+        if plain != film
+        else None,
     )
 
 

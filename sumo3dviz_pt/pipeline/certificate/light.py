@@ -24,6 +24,7 @@ from scipy.spatial import cKDTree
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
+from sumo3dviz_pt.pipeline.certificate.touched import touched_blocks
 
 LIT_OTHERWISE = 0.15
 """Share by which the light of a block's typical pixel must differ to count."""
@@ -60,9 +61,13 @@ class Throw:
 PAINT, USERS, THINGS = Throw(5.0, 0.0075), Throw(15.0, 0.04), Throw(25.0, 0.15)
 """Of what is only painted otherwise, of road users that are gone or elsewhere, of all else."""
 
-MOST_SKY = 0.1
+MOST_SKY, SKY_OTHERWISE = 0.1, 0.6
 """Share of the sky's pixels that may be others, seen through clear air: nothing lights the sky,
-but wires and twigs that are thinner than a pixel hide some of it."""
+but wires and twigs that are thinner than a pixel hide some of it; and share of a block's from which
+on all of the block is another sky."""
+
+MOST_TOUCHED = 0.003
+"""Share of the blocks in which light may look as if it was changed by hand; see `touched`."""
 
 _ACROSS = 40
 """Blocks from left to right."""
@@ -99,6 +104,7 @@ class LightDifference:
         own: Those that are, and do.
         beyond: Those of them that are out of reach.
         typical: By which share the light of a block's typical pixel differs, (rows, columns).
+        touched: Blocks whose light was changed by hand, or that are another sky, (rows, columns).
         sky: Pixels of the sky that were compared, and those of them that are others.
         most: Share of the blocks that may be lit otherwise.
     """
@@ -109,6 +115,7 @@ class LightDifference:
     own: Bools
     beyond: Bools
     typical: Floats
+    touched: Bools
     sky: tuple[int, int]
     most: float
 
@@ -150,7 +157,26 @@ def light_difference(
     most = max((_allowed(where, throw) for where, throw in acts_on), default=PAINT.most)
     far = lit & (np.abs(typical) > FAR_OTHERWISE)
     beyond = far & ~_reached(one, other, away, side=side, acts_on=acts_on)
-    return LightDifference(side, judged, lit, own, beyond, typical, _sky(one, other, away), most)
+    sky = _sky(one, other, away)
+    touched = _touched(one, other, telling, side) | _other_sky(*sky, side)
+    counts = int(sky[0].sum()), int(sky[1].sum())
+    return LightDifference(side, judged, lit, own, beyond, typical, touched, counts, most)
+
+
+def _touched(one: Evidence, other: Evidence, telling: Bools, side: int) -> Bools:
+    """Return which blocks hold light that was changed by hand, (rows, columns)."""
+    assert one.radiance is not None and other.radiance is not None
+    return touched_blocks(
+        *(one.radiance, other.radiance, one.layers["albedo"], one.things),
+        telling=telling,
+        side=side,
+    )
+
+
+def _other_sky(open_: Bools, unlike: Bools, side: int) -> Bools:
+    """Return which blocks show another sky, (rows, columns)."""
+    there = _sums(open_, side)
+    return np.asarray((there >= _FILLED * side**2) & (_sums(unlike, side) > SKY_OTHERWISE * there))
 
 
 def _allowed(where: Bools, throw: Throw) -> float:
@@ -215,15 +241,15 @@ def _places(one: Evidence) -> Floats:
     return np.asarray(one.layers["depth"][..., None] * one.rays)
 
 
-def _sky(one: Evidence, other: Evidence, away: Bools) -> tuple[int, int]:
-    """Return how many pixels show the open sky through clear air, and how many differ."""
+def _sky(one: Evidence, other: Evidence, away: Bools) -> tuple[Bools, Bools]:
+    """Return which pixels show the open sky through clear air, and which of them differ, (h, w)."""
     if not (one.clear and other.clear):
-        return 0, 0
+        return (np.zeros_like(away), np.zeros_like(away))
     # At edges, part of a pixel's rays meet something.
     open_ = binary_erosion((one.things == 0) & (other.things == 0) & away, iterations=2)
-    first, second = luminance(one)[open_], luminance(other)[open_]
+    first, second = luminance(one), luminance(other)
     unlike = np.abs(second - first) > _SAME_SKY * np.maximum(first, second) + 1e-4
-    return int(open_.sum()), int(unlike.sum())
+    return np.asarray(open_), np.asarray(open_ & unlike)
 
 
 def spread(blocks: Bools, *, side: int, shape: tuple[int, ...]) -> Bools:
@@ -271,6 +297,12 @@ def light_faults(found: Sequence[LightDifference]) -> list[str]:
         said.append(
             f"light differs on the ridden vehicle, {where}, in {own:.1%} of the picture's blocks,"
             f" more than {MOST_OWN:.0%}"
+        )
+    touched = sum(int(each.touched.sum()) for each in found)
+    if touched / blocks > max(MOST_TOUCHED, one):
+        said.append(
+            f"light was changed by hand {where}, in {touched / blocks:.1%} of the picture's blocks,"
+            f" more than {MOST_TOUCHED:.1%}"
         )
     if unlike > MOST_SKY * sky:
         said.append(

@@ -7,8 +7,10 @@ without rendering. docs/certificate.md says what each of them claims.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,7 +26,7 @@ from sumo3dviz_pt.pipeline.films.proof import DIGEST, digest_in
 from sumo3dviz_pt.pipeline.studies.foresight import subject_of_pair
 from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
-from sumo3dviz_pt.pipeline.studies.records import RECORD
+from sumo3dviz_pt.pipeline.studies.records import MATERIALS, RECORD
 
 CERTIFICATE = "certificate.json"
 
@@ -39,6 +41,9 @@ CLAIMS: Mapping[Link, str] = {
 """What each link claims, in words."""
 
 Content = Mapping[str, Any]
+
+_LEFT_BY_SYSTEMS = frozenset({"thumbs.db", "desktop.ini"})
+"""Files that systems put into folders that people look at, in small letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +216,44 @@ def certified_pairs(study: StudyFolder) -> list[Content]:
     return [each for each in pairs if isinstance(each, dict)] if isinstance(pairs, list) else []
 
 
+def record_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
+    """Yield what the record says of films and pairs that neither inputs nor accounts say.
+
+    Who swaps the levels' names, or leaves pairs out, changes what the study shows.
+    """
+    for stimulus in plan.stimuli:
+        film = study.films.get(stimulus.name, {})
+        levels = [dict(zip(plan.factors, own, strict=True)) for own in stimulus.profiles]
+        account, said = study.accounts.get(stimulus.name), [film.get("profiles"), film.get("code")]
+        if film and said != [levels, stimulus.code]:
+            yield Fault("inputs", RECORD, f"says of {stimulus.name} other levels than {INPUTS} say")
+        if film and account and not _as_told(film, account):
+            what = f"says of {stimulus.name} another length, rate or size than its account"
+            yield Fault("inputs", RECORD, what)
+    wanted = {(pair.factor, pair.one, pair.other) for pair in plan.pairs}
+    pairs = study.record.get("pairs")
+    recorded = {_names(each) for each in pairs if isinstance(each, dict)} if pairs else set()
+    places = ((RECORD, recorded), (CERTIFICATE, {_names(each) for each in certified_pairs(study)}))
+    for file, found in places:
+        if found != wanted and (file == RECORD or study.certificate is not None):
+            yield Fault(
+                "inputs", file, f"names {len(found)} pairs, and {INPUTS} make {len(wanted)}"
+            )
+
+
+def _as_told(film: Content, account: Content) -> bool:
+    """Return whether a record says of a film what its account says."""
+    more = _mapping(account.get("overlays"))
+    count = len(account["frames"]) + sum(
+        int(more.get(f"frames_{n}", 0)) for n in ("before", "after")
+    )
+    rate = Fraction(str(account.get("frame_rate")))
+    told = [film.get("frames"), str(film.get("rate")), list(film.get("size", ()))]
+    told.append(round(float(film.get("duration", 0.0)), 5))
+    wanted = [count, str(account.get("frame_rate")), list(account.get("size", ()))]
+    return told == [*wanted, round(float(count / rate), 5)]
+
+
 def _names(pair: Content) -> tuple[str, str, str]:
     """Return what tells a pair from others."""
     return str(pair.get("factor")), str(pair.get("one")), str(pair.get("other"))
@@ -229,16 +272,44 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     said = _mapping(certificate.get("digests"))
     if said.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
-    links: tuple[tuple[Link, str], ...] = (("inputs", "inputs"), ("films", "cards"))
+    yield from _signed(study, said)
+    links: tuple[tuple[Link, str], ...] = (
+        *(("inputs", "inputs"), ("films", "cards"), ("folder", "others")),
+    )
     for link, key in links:
         for file, digest in _mapping(said.get(key)).items():
             if file_hash(study.path / file) != digest:
                 yield Fault(link, file, f"is not the file that {CERTIFICATE} was written for")
 
 
+def _signed(study: StudyFolder, said: Content) -> Iterator[Fault]:
+    """Yield accounts and films that were signed anew: the certificate tells other digests."""
+    what = f"is not the one that {CERTIFICATE} was written for"
+    accounts, films = _mapping(said.get("accounts")), _mapping(said.get("films"))
+    for name, film in study.films.items():
+        file = str(film["file"])
+        # An account that is not the record's is named already.
+        if film.get("account") != accounts.get(name):
+            yield Fault("inputs", account_file(Path(file)).as_posix(), what)
+        if film.get("sha256") != films.get(file):
+            yield Fault("films", file, what)
+
+
 def _mapping(value: Any) -> Content:
     """Return a value if it is a mapping, and else an empty one."""
     return value if isinstance(value, dict) else {}
+
+
+def stray_faults(study: StudyFolder) -> Iterator[Fault]:
+    """Yield what lies beside the films and is none of the study's: people might take it for one."""
+    known = {*read_digests(study.path / CHECKSUMS)}
+    names = {study.film(name).stem for name in study.films}
+    for path in sorted((study.path / MATERIALS).glob("*")):
+        name = path.relative_to(study.path).as_posix()
+        own = path.is_dir() and not path.is_symlink() and path.stem in names
+        left = path.name.startswith(".") or path.name.lower() in _LEFT_BY_SYSTEMS
+        if not (own or left or name in known):
+            yield Fault("folder", name, "is no file of this study; remove it")
 
 
 def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:
@@ -289,6 +360,8 @@ def frame_faults(study: StudyFolder) -> tuple[list[Fault], tuple[int, int]]:
         for file, digest in files.items():
             own = file_hash(study.path / file)
             there += bool(own)
+            if not own and os.path.lexists(study.path / file):
+                found.append(Fault("frames", file, "is no file that can be read"))
             if own and own != digest:
                 frame = int(Path(file).stem) if Path(file).stem.isdecimal() else None
                 what = _stranger(study, file, own)

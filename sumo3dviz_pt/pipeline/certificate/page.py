@@ -63,6 +63,12 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
         content: Of `certificate.json`.
         verdicts: On all pairs.
     """
+    write_whole(path, page_text(path.parent, content, verdicts))
+    return path
+
+
+def page_text(folder: Path, content: Content, verdicts: Sequence[PairVerdict]) -> str:
+    """Return what `certificate.html` holds; it is the same whoever writes it."""
     lines = [
         "<!doctype html>",
         f'<html lang="en"><head><meta charset="utf-8"><title>{_text(content["title"])}:'
@@ -76,9 +82,8 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
     claims = [pair["claim"] for pair in content["pairs"]]
     lines += _table(verdicts, claims)
     for number, (verdict, claim) in enumerate(zip(verdicts, claims, strict=True), start=1):
-        lines += _section(path.parent, number, verdict, claim)
-    write_whole(path, "\n".join([*lines, "</section></main></body></html>", ""]))
-    return path
+        lines += _section(folder, number, verdict, claim)
+    return "\n".join([*lines, "</section></main></body></html>", ""])
 
 
 # First sheet: what is claimed ---------------------------------------------------------------
@@ -198,12 +203,14 @@ _CODEC = {
     "shade": "whole picture lighter, darker or of another colour than its frame, in 255 codes",
     "block": "the same of one of 144 blocks, the worst of each picture",
     "pixel": "root mean square of single pixels",
+    "colour": "the same of their colour",
+    "tone": "contrast, saturation or hue of the whole picture",
 }
 """Numbers of films, in words."""
 
 _WHY_CODEC = (
     "more than any codec here does; when it is verified, each picture may be 1.5 times as far as it"
-    " was when the film was made, and .1 (whole picture) or .5 more"
+    " was when the film was made, and .1 (whole picture, tone) or .5 more"
 )
 
 

@@ -20,6 +20,7 @@ from sumo3dviz_pt.pipeline.certificate.comparison import (
     differing_things,
 )
 from sumo3dviz_pt.pipeline.certificate.light import light_faults, lit_shares
+from sumo3dviz_pt.pipeline.films.frames import counted
 
 TYPICAL_LIGHT = 0.02
 """Share by which the light of a typical pixel may differ where a factor does not act."""
@@ -27,6 +28,9 @@ TYPICAL_LIGHT = 0.02
 TYPICAL_CODES = 2.0
 """By how much a typical pixel of the pictures may be brighter or darker there [8-bit codes]; the
 sign counts, so that what an encoder does to single pixels cancels."""
+
+MOST_OVERDRAWN = 5e-4
+"""Share of a picture over which something else may be drawn, where it shows the same."""
 
 _FEW = 3
 
@@ -143,6 +147,7 @@ def pixel_verdict(comparisons: Sequence[Comparison], acts: Acts) -> PixelVerdict
     differing = [(each.shape | each.paint | each.light).mean() for each in comparisons]
     blocks = [each.blocks for each in comparisons if each.blocks is not None]
     faults = [*_misplaced(comparisons, things), *light_faults(blocks), *_unlike(light, codes)]
+    faults += [] if acts.overlays or acts.motion else _overdrawn(comparisons)
     unseen = (acts.things or acts.looks) and not any(each.own.any() for each in comparisons)
     named = ("what the factor acts on is not seen in the compared frames",) if unseen else ()
     return PixelVerdict(
@@ -177,8 +182,21 @@ def _misplaced(comparisons: Sequence[Comparison], things: Sequence[ThingDifferen
     more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
     pixels = sum(int(each.wrong.sum()) for each in wrong)
     return [
-        f"shape or colour differs where the factor does not act, in {pixels} pixels of"
-        f" {len(wrong)} frames, the first is {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
+        f"shape or colour differs where the factor does not act, in {pixels}"
+        f" pixel{'s' if pixels > 1 else ''} of {counted(len(wrong))}, the first is"
+        f" {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
+    ]
+
+
+def _overdrawn(comparisons: Sequence[Comparison]) -> list[str]:
+    """Return that something else is drawn over pictures that show the same."""
+    unlike = [each for each in comparisons if each.overlays.mean() > MOST_OVERDRAWN]
+    if not unlike:
+        return []
+    pixels = sum(int(each.overlays.sum()) for each in unlike)
+    return [
+        f"something else is drawn over the film, in {pixels} pixels of {counted(len(unlike))}, the"
+        f" first is {unlike[0].number}"
     ]
 
 

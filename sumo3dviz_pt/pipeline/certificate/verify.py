@@ -7,8 +7,9 @@ compare them with what is stored, bit by bit; digests in accounts stand for fram
 from __future__ import annotations
 
 import hashlib
+import json
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,9 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, package_hashes, versions
+from sumo3dviz_pt.pipeline.certificate.build import PAGE, judged_again, limits_of, page_of
 from sumo3dviz_pt.pipeline.certificate.delivered import helping, replayed_faults, whole_frames
 from sumo3dviz_pt.pipeline.certificate.links import (
     CERTIFICATE,
@@ -27,9 +30,12 @@ from sumo3dviz_pt.pipeline.certificate.links import (
     certified_pairs,
     frame_faults,
     listed_faults,
+    record_faults,
     scene_faults,
     seal_faults,
+    stray_faults,
 )
+from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
 from sumo3dviz_pt.pipeline.films.build import render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder
@@ -39,6 +45,9 @@ from sumo3dviz_pt.pipeline.studies.file import load_study
 from sumo3dviz_pt.pipeline.studies.inputs import FOLDER as INPUTS
 from sumo3dviz_pt.pipeline.studies.inputs import STUDY
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan, plan_study
+
+_SAME_NUMBER = 0.01
+"""How far a pair's numbers may be from those of its certificate: processors differ in last bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +130,14 @@ def verify_study(order: VerifyOrder) -> Verified:
         raise _lacking(study, why)
     again = _replayed(study, plan, order) if plan is not None and order.replay else _NOTHING
     faults = [*_published(study, order), *seal_faults(study)]
-    faults += [] if plan is None else scene_faults(study, plan)
+    faults += [] if plan is None else [*scene_faults(study, plan), *record_faults(study, plan)]
     frames, there = frame_faults(study)
     films, tested = all_film_faults(study, frames, develop=not order.quick)
     tested = replace(tested, frames=there)
     faults += [*frames, *films, *_pictures(study)]
+    if plan is not None and study.certificate is not None and not order.quick:
+        faults += _pairs(study, plan)
+    faults += [*stray_faults(study), *_page(study)]
     faults += [*listed_faults(study, faults), *again.faults]
     notes = [] if plan else [f"not tested: accounts of pairs were not compared again ({why})"]
     return Verified(study, tuple(faults), tested, (*notes, *_untested(study, tested), *again.notes))
@@ -153,6 +165,56 @@ def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
     """Yield that a certificate is not the one whose digest was published."""
     if order.published and (study.certificate or {}).get(DIGEST) != order.published.lower():
         yield Fault("inputs", CERTIFICATE, "is not the one whose digest was published")
+
+
+def _page(study: StudyFolder) -> Iterator[Fault]:
+    """Yield that the page says something else than the certificate; other versions write others."""
+    path = study.path / PAGE
+    made = {json.dumps(each.get("package"), sort_keys=True) for each in study.accounts.values()}
+    if study.certificate is None or made != {json.dumps(package_hashes(), sort_keys=True)}:
+        return
+    try:
+        wanted = page_of(study.path, study.certificate)
+    except (KeyError, TypeError, ValueError, OSError, AttributeError):
+        yield Fault("folder", CERTIFICATE, "does not hold what its page shows")
+        return
+    if study.certificate.get("limits") != json.loads(json.dumps(limits_of(study))):
+        yield Fault("folder", CERTIFICATE, "tells other limits than those that were used")
+    if not path.is_file() or path.read_bytes() != wanted.encode():
+        yield Fault("folder", PAGE, f"does not say what {CERTIFICATE} says")
+
+
+def _pairs(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
+    """Yield pairs of which the frames say something else than the certificate."""
+    certified = {(p.get("factor"), p.get("one"), p.get("other")): p for p in certified_pairs(study)}
+    for number, pair in enumerate(plan.pairs, start=1):
+        said = certified.get((pair.factor, pair.one, pair.other))
+        if said is None or not {pair.one, pair.other} <= study.accounts.keys():
+            continue
+        try:
+            found = judged_again(study, plan, pair)
+        except (AttributeError, LookupError, TypeError, ValueError, InputError) as error:
+            what = f"{pair.one} and {pair.other}: cannot be compared again ({error})"
+            yield Fault("pictures", CERTIFICATE, what)
+            continue
+        announce(Doing.MEASURE, number, len(plan.pairs))
+        for what in () if found is None else _otherwise(found, said):
+            yield Fault("pictures", CERTIFICATE, f"{pair.one} and {pair.other}: {what}")
+
+
+def _otherwise(found: PairVerdict, said: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what a certificate does not say of a pair, or says otherwise."""
+    yield from (each for each in found.faults[found.told :] if each not in said.get("faults", []))
+    words = {"acts": found.acts, "claim": found.claim, "not_tested": list(found.not_tested)}
+    yield from (
+        f"says otherwise than its frames: {key}" for key in words if said.get(key) != words[key]
+    )
+    numbers = {"wrong": found.wrong, "light": found.light, "codes": found.codes}
+    for key, value in numbers.items():
+        told = said.get(key)
+        known = float("nan") if told is None else float(told)
+        if not (np.isnan(known) and np.isnan(value)) and not abs(known - value) <= _SAME_NUMBER:
+            yield f"says otherwise than its frames: {key}"
 
 
 def _pictures(study: StudyFolder) -> Iterator[Fault]:

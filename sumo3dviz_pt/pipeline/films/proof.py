@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
-from sumo3dviz_pt.pipeline.films.frames import frame_numbers, frames_folder, masters_folder
+from sumo3dviz_pt.pipeline.films.frames import NOTE, frame_numbers, frames_folder, masters_folder
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, pictures_of
 from sumo3dviz_pt.pipeline.layers import places
 from sumo3dviz_pt.pipeline.overlays.files import FACTS, captions_file
@@ -60,7 +60,9 @@ def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
     layers, final = places.beside(frames_folder(path)), masters_folder(path)
     numbers = {int(file.stem) for file in files}
     found = [file for number in sorted(numbers) for file in places.files_of(layers, number)]
-    found += [layers / name for name in places.WHOLE] + [frames_folder(path) / FACTS]
+    found += [layers / name for name in places.WHOLE] + [
+        frames_folder(path) / name for name in (FACTS, NOTE)
+    ]
     found += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
     found += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
     if is_sequence(path):

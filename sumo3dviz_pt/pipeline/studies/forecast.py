@@ -27,8 +27,11 @@ from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
-_COMPARE, _COMPARE_PER_MEGAPIXEL = 0.05, 1.6
+_COMPARE, _COMPARE_PER_MEGAPIXEL = 0.08, 1.6
 """Comparing a frame of two films: always, and for each million pixels [CPU-s]."""
+
+_DECODE, _DECODE_PER_MEGAPIXEL = 0.02, 0.02
+"""Holding a film against its frames: once, and for each million pixels of each picture [CPU-s]."""
 
 _REPORT, _REPORT_PER_FRAME, _REPORT_PER_MEGAPIXEL = 0.3, 0.01, 0.18
 """Measuring a film: once, for each frame, and for each million pixels of each frame [CPU-s]."""
@@ -152,10 +155,14 @@ def _certificate_seconds(plan: StudyPlan) -> float:
     """Return what comparing all pairs takes [CPU-s]."""
     films = {stimulus.name: stimulus for stimulus in plan.stimuli}
     most = plan.file.settings.certificate.frames
-    return sum(
+    compared = sum(
         min(most, frames_of(films[pair.one]))
         * (_COMPARE + _COMPARE_PER_MEGAPIXEL * _megapixels(films[pair.one]))
         for pair in plan.pairs
+    )
+    return compared + sum(
+        _DECODE + _DECODE_PER_MEGAPIXEL * frames_of(film) * _megapixels(film)
+        for film in plan.stimuli
     )
 
 

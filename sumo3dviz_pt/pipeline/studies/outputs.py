@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -61,6 +61,7 @@ def write_outputs(
     *,
     cards: Mapping[str, str] = MappingProxyType({}),
     also: Sequence[Path] = (),
+    seal: Callable[[Sequence[Path]], None] | None = None,
 ) -> list[Path]:
     """Write all files that go with films; files of an earlier run that are no more are removed.
 
@@ -70,6 +71,7 @@ def write_outputs(
         films: All of them, finished.
         cards: Its choice cards, as `cards_of` wrote them.
         also: Further files that count among its outputs.
+        seal: Is called with all files before their digests are written, and may change some.
 
     Returns:
         All files of the study.
@@ -89,6 +91,8 @@ def write_outputs(
     )
     if content.url is None and ONLINE & set(plan.file.settings.tools.write):
         log.info("files of LimeSurvey and Qualtrics need tools.url, where the films lie online")
+    if seal is not None:
+        seal(files)
     files.append(write_checksums(folder, files))
     _remove_stale(folder, before, files)
     return files

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +19,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.asked import settle
 from sumo3dviz_pt.job.ranges import Target
 from sumo3dviz_pt.job.settings import LagrangianCamera
-from sumo3dviz_pt.pipeline.certificate.build import Certificate, certify
+from sumo3dviz_pt.pipeline.certificate.build import Certificate, certify, seal_folder
 from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames
 from sumo3dviz_pt.pipeline.films.build import check_output, check_rides, prepared, render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers, frames_folder
@@ -133,8 +134,7 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
         return []
     if order.resume:
         _tell_lacking(lacking_layers(order.folder, plan, variant=order.variant))
-    request = Request(variant=order.variant, command=order.command)
-    request = replace(request, metered=_shared_exposure(plan, request))
+    request = shared_request(plan, order)
     return [
         FilmTask(
             stimulus,
@@ -163,6 +163,17 @@ def _tell_lacking(films: Mapping[str, Sequence[str]]) -> None:
             names[0],
             " and ".join(filter(None, [", ".join([*layers][:-1]), [*layers][-1]])),
         )
+
+
+def shared_request(plan: StudyPlan, order: StudyOrder) -> Request:
+    """Return the request of all films of a study: one exposure, where they share one.
+
+    Args:
+        plan: Of all films, because the first of them that wants it is metered.
+        order: The renderer's variant.
+    """
+    request = Request(variant=order.variant, command=order.command)
+    return replace(request, metered=_shared_exposure(plan, request))
 
 
 def _shared_exposure(plan: StudyPlan, request: Request) -> float | None:
@@ -197,18 +208,24 @@ def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecor
     return record
 
 
-def film_part(plan: StudyPlan, order: StudyOrder, frames: tuple[int, int] | None) -> FilmTask:
-    """Return what is to be rendered of a plan's only film.
+def film_part(
+    plan: StudyPlan, order: StudyOrder, name: str, frames: tuple[int, int] | None
+) -> FilmTask:
+    """Return what is to be rendered of one film of a study: the same as with all others.
 
     Args:
-        plan: Of one film; see `StudyPlan.only`.
+        plan: Of all films.
         order: Where it goes, and what may be kept or replaced.
+        name: The film's.
         frames: First and after-last frame; None makes the film.
+
+    Raises:
+        ConfigError: If there is no film of that name.
     """
-    (stimulus,) = plan.stimuli
+    (stimulus,) = plan.only(name).stimuli
     return FilmTask(
         stimulus,
-        Request(variant=order.variant, command=order.command),
+        shared_request(plan, order),
         FilmOrder(
             film_path(order.folder, plan, stimulus),
             frames=frames,
@@ -269,7 +286,9 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
         measured += report_study(folder, plan)
     if order.discard_frames:
         _discard_frames(folder, plan)
-    files = write_outputs(folder, plan, films, cards=cards, also=[record, *inputs, *measured])
+    seal = None if certificate is None else partial(seal_folder, folder, certificate)
+    also = [record, *inputs, *measured]
+    files = write_outputs(folder, plan, films, cards=cards, also=also, seal=seal)
     return FinishedStudy(tuple(files), certificate)
 
 

@@ -15,9 +15,11 @@ SIZE = (160, 90)
 
 
 def film(count=6):
-    """A textured street through which a box moves by three pixels a frame, 8 bit."""
+    """A textured street of few colours; a box moves through it by three pixels a frame, 8 bit."""
     rng = np.random.default_rng(5)
-    street = np.repeat(np.repeat(rng.integers(60, 190, (45, 80, 3)), 2, 0), 2, 1)
+    stones = rng.integers(60, 190, (45, 80, 1)) + rng.normal(0, 3, (45, 80, 3))
+    walls = np.linspace(-9, 9, 80)[None, :, None] * (1.0, -0.2, -0.8)
+    street = np.repeat(np.repeat(stones + walls, 2, 0), 2, 1)
     for number in range(count):
         picture = street.copy()
         picture[50:62, 20 + 3 * number : 44 + 3 * number] = (180, 30, 40)
@@ -59,7 +61,8 @@ def test_a_codec_changes_a_picture_by_little_and_decodes_alike_each_time(codec, 
 
 def test_a_film_says_when_its_pictures_are_shown_and_how_large_they_are(made):
     found = film_prints(made[0], codec=CODECS["h264"], size=SIZE)
-    assert found.times == pytest.approx([n / 25 for n in range(6)]) and found.size == SIZE
+    assert found.words.times == pytest.approx([n / 25 for n in range(6)])
+    assert found.words.size == SIZE and found.words.duration == pytest.approx(6 / 25)
 
 
 def swapped(pictures):
@@ -81,7 +84,58 @@ def person(pictures):
         picture[30:36, 100:102] -= 0.2
 
 
-SPOILT = {swapped: [2, 3], darkened: [4], cast: [*range(6)], person: [*range(6)]}
+def dull(pictures):
+    """Less saturated by a twelfth; each pixel is as light as before."""
+    for picture in pictures:
+        luma = (picture @ (0.2126, 0.7152, 0.0722))[..., None]
+        picture[:] = luma + (picture - luma) * (11 / 12)
+
+
+def hue(pictures):
+    """Colours turned by 5 degrees: as light and as saturated as before."""
+    angle, to_luma = np.radians(5.0), np.array([0.2126, 0.7152, 0.0722])
+    for picture in pictures:
+        luma = picture @ to_luma
+        blue, red = (picture[..., 2] - luma) / 1.8556, (picture[..., 0] - luma) / 1.5748
+        blue, red = (
+            blue * np.cos(angle) - red * np.sin(angle),
+            blue * np.sin(angle) + red * np.cos(angle),
+        )
+        picture[..., 2], picture[..., 0] = luma + 1.8556 * blue, luma + 1.5748 * red
+        picture[..., 1] = (luma - picture[..., 0] * 0.2126 - picture[..., 2] * 0.0722) / 0.7152
+
+
+def flat(pictures):
+    """Less contrast by a twentieth; the whole picture is as light as before."""
+    for picture in pictures:
+        picture[:] = picture.mean() + (picture - picture.mean()) * 0.95
+
+
+def chequers(height, side):
+    """Chequers in an eighth of a picture: the means of blocks stay what they are."""
+
+    def paint(pictures):
+        for picture in pictures:
+            rows, columns = np.mgrid[0:40, 0:40] // side
+            picture[:40, :40, :] += np.where((rows + columns) % 2, height, -height)[..., None]
+
+    return paint
+
+
+def coloured_chequers(pictures):
+    """The same of colour alone."""
+    for picture in pictures:
+        rows, columns = np.mgrid[0:40, 0:40] // 4
+        by = np.where((rows + columns) % 2, 0.06, -0.06)
+        picture[:40, :40, 0] += by
+        picture[:40, :40, 1] -= by * 0.2126 / 0.7152
+
+
+ALL = [*range(6)]
+SPOILT = {
+    **{swapped: [2, 3], darkened: [4], cast: ALL, person: ALL, dull: ALL, hue: ALL, flat: ALL},
+    **{chequers(0.05, 1): ALL, chequers(0.05, 2): ALL, coloured_chequers: ALL},
+}
 
 
 @pytest.mark.parametrize("spoil", SPOILT, ids=lambda each: each.__name__)
@@ -111,7 +165,7 @@ def test_a_print_is_the_same_after_text_and_other_shapes_are_far_apart(made):
     fed = made[1]
     np.testing.assert_array_equal(print_in(as_text(fed[0])), fed[0])
     small = print_of([np.zeros((4, 4), np.uint8)] * 3, bits=8)
-    assert small.shape == (4, 16)
+    assert small.shape == (8, 16)
     assert Apart.between(small, fed[0]).beyond(made[2][0]) == np.inf
 
 
@@ -138,5 +192,5 @@ def test_small_pictures_have_prints_whose_planes_agree(size):
     half = (size[0] // 2, size[1] // 2)
     planes = [rng.integers(0, 255, side, dtype=np.uint8) for side in (size, half, half)]
     found = print_of(planes, bits=8)
-    assert found.shape == (4, min(9, half[0]) * min(16, half[1]))
+    assert found.shape == (8, min(9, half[0]) * min(16, half[1]))
     assert found[0].mean() / 64.0 == pytest.approx(planes[0].mean(), abs=4.0)

@@ -59,14 +59,14 @@ def test_colour_may_differ_where_the_factor_acts_and_only_there():
         ("vehicle:car", "colour", 6)
     ]
     (fault,) = verdict(frame(), red, Acts(looks=("vehicle:other",))).faults
-    assert "in 6 pixels of 1 frames" in fault and "vehicle:car" in fault
+    assert "in 6 pixels of 1 frame," in fault and "vehicle:car" in fault
 
 
 @pytest.mark.parametrize(("layer", "value"), [("depth", 20.01), ("normals", 0.5), ("albedo", 0.32)])
 def test_shape_and_paint_must_be_the_same_elsewhere(layer, value):
     other = altered(frame(), layer, np.s_[5, 7], value)
     (fault,) = verdict(frame(), other, CAR_MAY_LOOK).faults
-    assert "in 1 pixels" in fault and "edge:e" in fault
+    assert "in 1 pixel of" in fault and "edge:e" in fault
 
 
 def test_a_spoke_is_the_same_seen_from_its_back():
@@ -140,6 +140,38 @@ def test_surfaces_in_one_plane_are_one_place():
     taken = replace(frame(), things=np.array(frame().things), names={**court.names, 9: "vehicle:x"})
     taken.things[2, 2] = 9
     assert verdict(frame(), taken, Acts(looks=("vehicle:*",))).faults
+
+
+def test_two_leaves_that_cross_at_one_depth_are_no_other_place():
+    """Leaves of two trees lean otherwise, and last bits say which of them a ray meets."""
+    names, labels = {9: "tree:2"}, {"tree:2": "vegetation"}
+    one = replace(frame(), things=np.array(frame().things))
+    one.things[5, 0:2] = TREE
+    crossed = altered(one, "normals", np.s_[5, 0], (0.6, 0.0, 0.8))
+    crossed = altered(crossed, "albedo", np.s_[5, 0], 0.34)
+    crossed = altered(crossed, "depth", np.s_[5, 0], 20.000001)
+    crossed = replace(crossed, things=np.array(crossed.things))
+    crossed.things[5, 0] = 9
+    crossed = replace(
+        crossed, names={**crossed.names, **names}, labels={**crossed.labels, **labels}
+    )
+    assert not verdict(one, crossed, CAR_MAY_LOOK).faults
+    # Two pixels of 48 are no chance, nor is a leaf of the same tree.
+    both = altered(crossed, "normals", np.s_[5, 0:2], (0.6, 0.0, 0.8))
+    both.things[5, 1] = 9
+    assert verdict(one, both, CAR_MAY_LOOK).faults
+    assert verdict(one, altered(crossed, "depth", np.s_[5, 0], 20.01), CAR_MAY_LOOK).faults
+
+
+def test_what_is_drawn_over_a_film_must_be_the_same():
+    text = np.array(frame().picture)
+    text[0, 2:5] = 255
+    one, other = replace(frame(), overlaid=text), replace(frame(), overlaid=frame().picture)
+    assert not verdict(one, one, CAR_MAY_LOOK).faults
+    (fault,) = verdict(one, other, CAR_MAY_LOOK).faults
+    assert "drawn over the film, in 3 pixels of 1 frame" in fault
+    assert verdict(one, frame(), CAR_MAY_LOOK).faults  # the other has no overlays at all
+    assert not verdict(one, other, Acts(overlays=True)).faults
 
 
 def test_a_missing_tree_is_found_behind_whatever_it_uncovers():

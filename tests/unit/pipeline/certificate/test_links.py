@@ -30,10 +30,12 @@ def folder(tmp_path):
     files = {FRAME.removeprefix("materials/"): file_hash(tmp_path / FRAME)}
     inputs = {"fcd.xml": file_hash(tmp_path / LOG), "scene_templates/sky/a.yaml": "12"}
     account = sealed({**plain, "files": files, "inputs": inputs})
-    film = {"file": "materials/day.mp4", "account": account["digest"]}
+    film = {"file": "materials/day.mp4", "account": account["digest"], "sha256": "5"}
     record = sealed({"films": {"day": film}, "pairs": []})
     digests = {
         "study.json": record["digest"],
+        "accounts": {"day": account["digest"]},
+        "films": {"materials/day.mp4": "5"},
         "inputs": {LOG: file_hash(tmp_path / LOG)},
         "cards": {CARD: file_hash(tmp_path / CARD)},
     }
@@ -73,6 +75,28 @@ def test_a_file_that_was_edited_is_named_with_its_link(folder, name, link, frame
     path = folder / name
     path.write_text(path.read_text().replace("a", "b", 1) + " ")
     assert (link, name, frame) in [(each.link, each.file, each.frame) for each in faults(folder)]
+
+
+def signed_anew(folder, account=None, film=None):
+    """Sign an account, or the film's digest, anew in `study.json`, and that in the certificate."""
+    record, certificate = (
+        json.loads((folder / name).read_text()) for name in ("study.json", "certificate.json")
+    )
+    if account is not None:
+        (folder / ACCOUNT).write_text(json.dumps(sealed(account)))
+        record["films"]["day"]["account"] = sealed(account)["digest"]
+    record["films"]["day"]["sha256"] = film or "5"
+    certificate["digests"]["study.json"] = sealed(record)["digest"]
+    for name, content in (("study.json", record), ("certificate.json", certificate)):
+        (folder / name).write_text(json.dumps(sealed(content)))
+
+
+def test_accounts_and_films_that_were_signed_anew_are_not_those_of_the_certificate(folder):
+    account = json.loads((folder / ACCOUNT).read_text())
+    signed_anew(folder, {**account, "exposure": 1.5})
+    assert [(each.link, each.file) for each in faults(folder)] == [("inputs", ACCOUNT)]
+    signed_anew(folder, account, film="6")
+    assert [(each.link, each.file) for each in faults(folder)] == [("films", "materials/day.mp4")]
 
 
 def test_a_file_that_is_gone_is_named_and_a_frame_is_not(folder):

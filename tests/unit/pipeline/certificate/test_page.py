@@ -39,11 +39,14 @@ def page_of(folder, *verdicts, broken=()):
         },
         "limits": {
             **{"light": 0.02, "codes": 2.0, "beyond": 0.01},
-            "codec": {"shade": 1, "block": 5, "pixel": 12},
+            "codec": {"shade": 1, "block": 5, "pixel": 12, "colour": 8, "tone": 1},
         },
         "codec": {
             "pictures": 12,
-            **{key: {"median": 0.4, "most": 1.25} for key in ("shade", "block", "pixel")},
+            **{
+                key: {"median": 0.4, "most": 1.25}
+                for key in ("shade", "block", "pixel", "colour", "tone")
+            },
         },
         "digests": {"films": {"materials/a.mp4": "f" * 64}},
         "pairs": [{"claim": each.claim, **asdict(each)} for each in verdicts],
