@@ -261,6 +261,13 @@ def _longer(folder: Path) -> None:
     signed_anew(folder)
 
 
+def _brighter(folder: Path) -> None:
+    """Say that all films were developed with another exposure."""
+    for name in ("clear", "grey"):
+        edited(folder / "materials" / f"{name}.json", lambda said: said.update(exposure=9.0))
+    signed_anew(folder)
+
+
 def _all_tested(folder: Path) -> None:
     """Say that all was tested, and that limits were others."""
 
@@ -322,6 +329,8 @@ FOLDERS = {
         "names 0 pairs", _pairs_gone, published=False),
     "films said to be longer, all signed anew": FolderChange(
         "another length", _longer, published=False),
+    "another exposure in all accounts, all signed anew": FolderChange(
+        "developed again, is not the picture", _brighter, published=False),
     "more said to be tested, all signed anew": FolderChange(
         "other limits|otherwise than its frames", _all_tested, published=False),
     "layers written anew, all signed anew": FolderChange(

@@ -266,7 +266,13 @@ def _developed(
     film: Path, account: Account, files: Sequence[Path]
 ) -> Iterator[tuple[Path, int, Image]]:
     """Yield pictures of a film, and of its twin, with the frames' numbers."""
-    pictures = developed(files, tone=account["tone"], glare=account["glare"], key=account["key"])
+    pictures = developed(
+        files,
+        exposure=float(account["exposure"]),
+        tone=account["tone"],
+        glare=account["glare"],
+        key=account["key"],
+    )
     facts = read_facts(files[0].parent) if files and account.get("overlays") else None
     for file, picture in zip(files, pictures, strict=True):
         number = int(file.stem)

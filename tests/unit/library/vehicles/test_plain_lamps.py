@@ -43,7 +43,8 @@ def test_bodies_of_any_size_have_lamps(vclass, width, height):
         body = plain_body(vclass, length=length, width=width, height=height)
         lamps = plain_lamps(vclass, [part.mesh for part in body.parts])
         assert all(0.0 < lamp.at[2] < height and abs(lamp.at[1]) < width / 2 for lamp in lamps)
-        assert len(lamps) == 3 if vclass in NARROW else 6
+        roles = 2 if vclass in UNBRAKED else 3
+        assert len(lamps) == (roles if vclass in NARROW else 2 * roles)
 
 
 @pytest.mark.parametrize("vclass", sorted(UNLIT))
