@@ -140,7 +140,7 @@ def _braking(job: Job, simulation: Simulated, observer: Observer) -> Iterator[st
     way = np.array(observer.across[0])
     kerb = Kerb(way[0], way, 0.0, "")
     motion, shown = motion_of(recorded, scenario), shows(job)
-    for each in passages(recorded, scenario, kerb, begin=None, end=None):
+    for each in passages(recorded, scenario, kerb):
         if each.id not in names or not each.brakes:
             continue
         moment = each.slows if np.isfinite(each.slows) else each.arrives
