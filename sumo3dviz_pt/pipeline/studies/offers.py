@@ -52,7 +52,7 @@ def offers_of(plan: StudyPlan) -> dict[str, Offer]:
     """Return what films offer to observers who stand, by name; of films without any, nothing."""
     known: dict[str, Offer | None] = {}
     found = {}
-    for stimulus in plan.stimuli[:_MOST_FILMS]:
+    for stimulus in plan.listed[:_MOST_FILMS]:
         job, shot = stimulus.job, stimulus.shot
         key = repr((job.scenario, job.traffic, job.motion, shot, job.cameras[shot.camera]))
         if key not in known:
