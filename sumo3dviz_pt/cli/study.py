@@ -189,6 +189,13 @@ def _add_presses(study: Any) -> None:
     sub.add_argument(
         "--observer", default="camera", metavar="NAME", help="for whom vehicles arrive [camera]"
     )
+    sub.add_argument(
+        "--early",
+        type=float,
+        default=0.0,
+        metavar="SECONDS",
+        help="a press so long before a vehicle has left accepts the gap behind it [0 s]",
+    )
     add_overwrite(sub)
     sub.set_defaults(run=presses)
 
@@ -201,7 +208,12 @@ def presses(options: argparse.Namespace) -> int:
     output, again = options.output, options.overwrite
     check_target(output, suffixes=(".csv",), overwrite=again)
     count = write_presses(
-        options.study, options.data, output, observer=options.observer, overwrite=again
+        options.study,
+        options.data,
+        output,
+        observer=options.observer,
+        early=options.early,
+        overwrite=again,
     )
     print(f"wrote {output}: {count} rows")
     return 0

@@ -293,15 +293,26 @@ def _check_free(job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[flo
         ConfigError: Names both, and when.
     """
     for own, other, time in _collisions(job, scenario, ride, span):
-        assert job.traffic is not None
-        edit = job.traffic.rides[ride.asked]
-        way_out = f"another delay, gap or pace, or leave {other} out"
-        if edit.behind is not None and plain_id(other) in map(plain_id, (edit.behind, ride.asked)):
-            way_out = "a larger gap"
         raise ConfigError(
-            f"{own} would drive through {other} at {time:.1f} s; choose {way_out}",
+            f"{own} would drive through {other} at {time:.1f} s; choose"
+            f" {_way_out(job, ride, other)}",
             key=f"traffic.rides.{ride.asked}",
         )
+
+
+def _way_out(job: Job, ride: ChangedRide, other: str) -> str:
+    """Return what to choose where a ride leads through another one.
+
+    Nobody whose ride is changed or followed is to be left out: the gap would go, too.
+    """
+    assert job.traffic is not None
+    rides = job.traffic.rides
+    edit = rides[ride.asked]
+    if edit.behind and plain_id(other) in map(plain_id, (edit.behind, ride.asked)):
+        return "a larger gap" + (", or another pace" if edit.pace is not None else "")
+    pairs = {*rides, *(each.behind for each in rides.values() if each.behind)}
+    ways = "another delay, gap or pace"
+    return ways if plain_id(other) in map(plain_id, pairs) else f"{ways}, or leave {other} out"
 
 
 def _collisions(

@@ -519,9 +519,10 @@ def test_a_touch_screen_has_a_button_that_stands_for_the_keys(browser, address, 
     with Visit(browser, address, folder, content, size=PHONE) as visit:
         visit.page.send("Emulation.setTouchEmulationEnabled", enabled=True)
         visit.press("Start")
+        visit.page.wait_for("document.body.innerText.includes('ready')")
+        assert 'you press the button "Press".' in visit.said
         visit.press(TEXTS["ready"])
         visit.page.wait_for("(document.querySelector('video')?.currentTime ?? 0) > 0.1")
-        assert 'you press the button "Press".' in visit.said
         inside = visit.page.evaluate(INSIDE)
         x, y = visit.page.place(".during button")
         touch = [{"x": x, "y": y}]
@@ -549,6 +550,7 @@ def test_before_films_without_a_question_people_rest_and_read_which_key(
             visit.page.press("Space")
             visit.page.wait_for("(document.querySelector('video')?.currentTime ?? 0) > 0.1")
             assert visit.page.evaluate(INSIDE)["film"]
+            assert during.text not in visit.said and "you press" not in visit.said
         found = visit.rows(None)
     kinds = [row["row_kind"] for row in found]
     assert kinds == ["consent", "answer", "answer", "end"]

@@ -80,7 +80,7 @@ def read_table(file: Path, *, separator: str = "auto", sheet: str | None = None)
         text = _text_of(file)
         if not text.strip():
             raise InputError("holds no table, it is empty", file=file)
-        named = _separator(text) if separator == "auto" else separator
+        named = separator_of(text) if separator == "auto" else separator
         rows = list(bounded(_text_rows(text, SEPARATORS[named], file), file))
     if not rows:
         raise InputError("holds no table, it is empty", file=file)
@@ -125,9 +125,9 @@ def _text_of(file: Path) -> str:
     return text
 
 
-def _separator(text: str) -> str:
+def separator_of(text: str) -> str:
     """Return the separator that a table's first line has most of, outside of quotes."""
-    first = next(line for line in text.splitlines() if line.strip())
+    first = next((line for line in text.splitlines() if line.strip()), "")
     bare = "".join(first.split('"')[::2])
     return max(SEPARATORS, key=lambda name: bare.count(SEPARATORS[name]))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,12 +60,14 @@ def at_kerb(
     """
     _, scenario = read_files(job)
     kerb = kerb_at(job, scenario.network, place)
-    found = passages(job, scenario, kerb, begin=begin, end=end)
-    pairs = pairs_in(job, scenario, kerb, found)
+    low, high = (-math.inf if begin is None else begin), (math.inf if end is None else end)
+    everybody = passages(job, scenario, kerb)
+    found = [each for each in everybody if low <= each.arrives <= high]
+    pairs = pairs_in(job, scenario, kerb, found=found, everybody=everybody)
     if pick is not None and not 1 <= pick <= len(pairs):
         raise ConfigError(f"there are {len(pairs)} pairs; give 1 to {len(pairs)}", key="pick")
     chosen = [pairs[pick - 1]] if pick else [pair for pair in pairs if pair.is_proposed]
-    made = proposal(job, scenario, kerb, found, chosen)
+    made = proposal(job, scenario, kerb, everybody, chosen)
     return KerbReport(kerb, tuple(found), tuple(pairs), made, pick or 0)
 
 

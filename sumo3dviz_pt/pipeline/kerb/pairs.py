@@ -159,28 +159,22 @@ class KerbPair:
         return [*found, *(f"{name} turns off before" for name in self.turning)]
 
 
-def passages(
-    job: Job, scenario: Scenario, kerb: Kerb, *, begin: float | None, end: float | None
-) -> list[Passage]:
+def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[Passage]:
     """Return who comes by a kerb, in order.
 
     Args:
         job: The scene file.
         scenario: As read.
         kerb: The place.
-        begin: First time [s]; None is the log's.
-        end: Last time [s]; None is the log's.
     """
     motion, log = motion_of(job, scenario), scenario.traffic
     near = [_near(trace, kerb, scenario) for trace in log.traces]
     which = np.array([bool(len(some)) for some in near], dtype=np.bool_)
     rides = iter(motion.smooth(which))
-    low, high = (-np.inf if begin is None else begin), (np.inf if end is None else end)
     found: list[Passage] = []
     for trace, some in zip(log.traces, near, strict=True):
         if len(some):
-            some_passages = _passing(trace, next(rides), some, scenario, kerb)
-            found += (each for each in some_passages if low <= each.arrives <= high)
+            found += _passing(trace, next(rides), some, scenario, kerb)
     return sorted(found, key=lambda each: (each.arrives, each.id))
 
 
@@ -250,18 +244,27 @@ def _braking(times: Floats, speeds: Floats, begin: float, end: float) -> tuple[f
 # Pairs --------------------------------------------------------------------------------------
 
 
-def pairs_in(job: Job, scenario: Scenario, kerb: Kerb, found: Sequence[Passage]) -> list[KerbPair]:
+def pairs_in(
+    job: Job,
+    scenario: Scenario,
+    kerb: Kerb,
+    *,
+    found: Sequence[Passage],
+    everybody: Sequence[Passage],
+) -> list[KerbPair]:
     """Return the pairs that pass a kerb on one lane, the most useful first.
 
     Args:
         job: The scene file.
         scenario: As read.
         kerb: The place.
-        found: Who comes by, in order.
+        found: Who may be of a pair, in order.
+        everybody: Who comes by at any time, in order.
     """
     motion = motion_of(job, scenario)
     near = np.array([bool(len(_near(trace, kerb, scenario))) for trace in scenario.traffic.traces])
     why = {id(each): _why(motion, scenario, kerb, each) if each.brakes else "" for each in found}
+    ids = {each.id for each in everybody}
     last: dict[tuple[str, str], Passage] = {}
     pairs = []
     for each in found:
@@ -271,12 +274,11 @@ def pairs_in(job: Job, scenario: Scenario, kerb: Kerb, found: Sequence[Passage])
             continue
         between = tuple(
             other
-            for other in found
+            for other in everybody
             if other.id not in (before.id, each.id)
             and other.leaves > before.leaves
             and other.arrives < each.arrives
         )
-        ids = {other.id for other in found}
         turning = tuple(_turning(motion, scenario, near, (before, each), ids))
         pairs.append(KerbPair(before, each, between, turning, (why[id(before)], why[id(each)])))
     return sorted(pairs, key=lambda pair: (pair.drawback, pair.first.arrives))

@@ -50,7 +50,7 @@ class Proposal:
     Attributes:
         pair: Whose gap.
         gaps: By the level's name [s]; those at which nobody drives through anybody.
-        leave_out: Ids of those who would end a gap, or stand in the way.
+        leave_out: Ids of those who would pass, too, or stand in the way.
         clip: First and last time of the films [s].
         position: Of the camera, (3,) [m].
         look_at: (3,) [m].
@@ -73,7 +73,7 @@ def proposal(
         job: The scene file.
         scenario: All of it, as recorded.
         kerb: The place.
-        found: Who comes by.
+        found: Who comes by, in all of the log.
         pairs: To choose from, the best first.
     """
     for pair in pairs[:_TRIES]:
@@ -99,16 +99,11 @@ def _possible(
     own = {pair.first.id, pair.then.id}
     gaps: dict[str, float] = {}
     begin, end = _clip(pair, max(GAPS.values()))
-    leave_out = dict.fromkeys(pair.leave_out)
+    # Nobody else is to pass in the film, on whichever lane and from whichever side: it would end a
+    # gap, offer one more, or come from behind people's backs.
+    passing = (each.id for each in found if each.leaves >= begin and each.arrives <= end)
+    leave_out = dict.fromkeys((*pair.leave_out, *passing))
     for name, gap in sorted(GAPS.items(), key=lambda item: item[1]):
-        # Nobody is to end the gap, on whichever lane.
-        leave_out |= dict.fromkeys(
-            each.id
-            for each in found
-            if (each.leaves > pair.first.leaves and each.arrives < pair.first.leaves + gap)
-            # They would come from behind people's backs.
-            or (each.side != pair.then.side and begin <= each.arrives <= end)
-        )
         others = [each for each in leave_out if each not in own]
         edited = _edited(job, pair, gap, others)
         try:
@@ -187,7 +182,7 @@ def as_study(made: Proposal, scene: str) -> str:
     if made.leave_out:
         names = ", ".join(_word(escape(each)) for each in made.leave_out)
         lines += [
-            "  # They would end a gap, or stand in the way.",
+            "  # They would pass in the films, too, or stand in the way.",
             f"  traffic.leave_out: [{names}]",
         ]
     lines += ["factors:", "  gap:", "    about: gap between two vehicles", "    levels:"]

@@ -43,7 +43,7 @@ def report_study(folder: Path, plan: StudyPlan) -> tuple[Path, ...]:
     """
     settings = plan.file.settings
     films = []
-    for number, stimulus in enumerate(plan.stimuli, start=1):
+    for number, stimulus in enumerate(plan.listed, start=1):
         film = film_path(folder, plan, stimulus)
         account = read_film_account(film)
         films.append(

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.experiments.tables.cells import SEPARATORS, separator_of
+from sumo3dviz_pt.experiments.tables.columns import number
 
 Cells = Mapping[str, str]
 """Of a row, by column."""
@@ -18,7 +20,7 @@ def read_rows(path: Path, columns: Sequence[str], *, needs: str) -> Iterator[tup
     """Yield the rows of a table with the lines at which they end.
 
     Args:
-        path: The table (.csv), in UTF-8.
+        path: The table (.csv), in UTF-8; commas, semicolons or tabs stand between columns.
         columns: That it has to have; it may have others.
         needs: What it needs, for people.
 
@@ -27,7 +29,9 @@ def read_rows(path: Path, columns: Sequence[str], *, needs: str) -> Iterator[tup
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            table = csv.DictReader(file)
+            separator = SEPARATORS[separator_of(file.readline())]
+            file.seek(0)
+            table = csv.DictReader(file, delimiter=separator)
             missing = [name for name in columns if name not in (table.fieldnames or ())]
             if missing:
                 raise InputError(f"has no column {missing[0]!r}; it needs {needs}", file=path)
@@ -58,7 +62,7 @@ def film_named(text: str, films: Mapping[str, str], *, path: Path, line: int) ->
 
 
 def number_in(text: str, column: str, *, path: Path, line: int) -> float:
-    """Return a cell's number; NaN of an empty one.
+    """Return a cell's number, with a point or a decimal comma; NaN of an empty one.
 
     Args:
         text: The cell.
@@ -72,10 +76,7 @@ def number_in(text: str, column: str, *, path: Path, line: int) -> float:
     text = text.strip()
     if text.lower() in ("", "na", "nan"):
         return math.nan
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.inf
-    if math.isinf(value):
+    value = number(text)
+    if value is None or math.isinf(value):
         raise InputError(f"{column} should be a number, not {cut(text)!r}", file=path, line=line)
     return value

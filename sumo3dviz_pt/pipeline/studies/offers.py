@@ -52,7 +52,7 @@ def offers_of(plan: StudyPlan) -> dict[str, Offer]:
     """Return what films offer to observers who stand, by name; of films without any, nothing."""
     known: dict[str, Offer | None] = {}
     found = {}
-    for stimulus in plan.stimuli[:_MOST_FILMS]:
+    for stimulus in plan.listed[:_MOST_FILMS]:
         job, shot = stimulus.job, stimulus.shot
         key = repr((job.scenario, job.traffic, job.motion, shot, job.cameras[shot.camera]))
         if key not in known:
@@ -140,7 +140,7 @@ def _braking(job: Job, simulation: Simulated, observer: Observer) -> Iterator[st
     way = np.array(observer.across[0])
     kerb = Kerb(way[0], way, 0.0, "")
     motion, shown = motion_of(recorded, scenario), shows(job)
-    for each in passages(recorded, scenario, kerb, begin=None, end=None):
+    for each in passages(recorded, scenario, kerb):
         if each.id not in names or not each.brakes:
             continue
         moment = each.slows if np.isfinite(each.slows) else each.arrives

@@ -110,10 +110,11 @@ def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent
     clips = {
         stimulus.name: _clip(plan, films[stimulus.name], stimulus) for stimulus in plan.stimuli
     }
+    shown = sorted(plan.profiles, key=plan.place)
     return StudyContent(
         factors={name: factor.about for name, factor in settings.factors.items()},
         levels=plan.file.levels,
-        clips={profile: clips[plan.films[profile].name] for profile in plan.profiles},
+        clips={profile: clips[plan.films[profile].name] for profile in shown},
         trials=plan.trials,
         playlists=plan.playlists,
         words=words_of(settings),

@@ -86,6 +86,16 @@ class StudyPlan:
         return {profile: each for each in self.stimuli for profile in each.profiles}
 
     @cached_property
+    def listed(self) -> tuple[Stimulus, ...]:
+        """The films as people read of them: by levels, however the design was shuffled."""
+        return tuple(sorted(self.stimuli, key=lambda each: min(map(self.place, each.profiles))))
+
+    def place(self, profile: Profile) -> tuple[int, ...]:
+        """Return the place of each of a profile's levels in the study file, by which one sorts."""
+        levels = self.file.levels.values()
+        return tuple(list(own).index(level) for own, level in zip(levels, profile, strict=True))
+
+    @cached_property
     def pairs(self) -> tuple[StimulusPair, ...]:
         """Films that are compared: they should differ in their factors only."""
         told = [name for name in self.factors if told_only(self.file, name)]

@@ -56,7 +56,7 @@ def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
         *design_in_words(plan.file.levels, plan.designed, plan.priors),
         "",
         "films",
-        *(_film(each, there=each.name not in names) for each in plan.stimuli[:_MOST_ROWS]),
+        *(_film(each, there=each.name not in names) for each in plan.listed[:_MOST_ROWS]),
         *_rest(len(plan.stimuli)),
         "",
         f"pairs that are compared, {len(plan.pairs)} of {possible_pairs(plan.stimuli)}, and in what"

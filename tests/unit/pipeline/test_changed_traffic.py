@@ -108,6 +108,31 @@ def test_nobody_rides_through_anybody(scene):
     asked(scene, **ride(delay="-1.9 s"), leave_out=["v2"])
 
 
+FAST = {"behind": "v2", "gap": 0.3, "at": 4.2, "moves": "self", "pace": 1.5, "around": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("rides", "way_out"),
+    [
+        ({"v0": FAST}, "choose a larger gap, or another pace"),
+        ({"v0": {"delay": "-1.9 s"}}, "choose another delay, gap or pace, or leave v2 out"),
+        (
+            {"v0": {"delay": "-1.5 s"}, "v2": {"behind": "v4", "gap": 1.9, "at": 5.0}},
+            "choose another delay, gap or pace",
+        ),
+        (
+            {"v4": {"behind": "v2", "gap": 1.0, "at": 5.0}, "v0": {"delay": "-2.1 s"}},
+            "choose another delay, gap or pace",
+        ),
+    ],
+)
+def test_nobody_of_a_changed_pair_is_to_be_left_out(scene, rides, way_out):
+    """Without it there would be no gap to show."""
+    with pytest.raises(ConfigError, match="would drive through") as found:
+        asked(scene, rides=rides)
+    assert str(found.value).endswith(way_out)
+
+
 @pytest.mark.parametrize(
     ("edit", "said"),
     [

@@ -79,9 +79,11 @@ const FilmPlugin = plugin("film", async (display, show) => {
   const { asked } = show;
   const { button, sentence } = pressed();
   const during = show.during && { ...show.during, button };
+  // A rest right before the film has said the same.
+  const isTold = during && !show.isRested;
   display.innerHTML = `<div class="show">${show.letter ? `<h2>${text(show.letter)}</h2>` : ""}`
-    + (during?.text ? `<p>${text(during.text)}</p>` : "")
-    + (during ? `<p class="keys">${text(sentence)}</p>` : "")
+    + (isTold && during.text ? `<p>${text(during.text)}</p>` : "")
+    + (isTold ? `<p class="keys">${text(sentence)}</p>` : "")
     + `<div class="stage"></div><p>${text(show.told)}</p>`
     + (during?.button ? `<div class="buttons during"><button>${text(during.button)}</button></div>` : "")
     + (asked ? `<p>${text(asked.text)}</p><div class="scale">${endsOf(asked)}`
@@ -230,12 +232,16 @@ class Steps {
       .replace("{count}", () => count);
     return {
       type: FormPlugin,
-      show: {
-        form: {
-          title, intro: pressedFor(), buttons: [words.ready],
-          begin: (page) => page.querySelector("button").focus(),
-        },
+      // Only now is it known whether the screen is touched, as for the film.
+      on_start: (trial) => {
+        trial.show = {
+          form: {
+            title, intro: pressedFor(), buttons: [words.ready],
+            begin: (page) => page.querySelector("button").focus(),
+          },
+        };
       },
+      show: {},
     };
   }
 
@@ -249,7 +255,9 @@ class Steps {
     if (trial.films.length === 1) {
       const [name] = trial.films;
       const asked = during?.only ? null : study.question;
-      const shown = this.film(name, { during, asked, told: trial.told[0] });
+      const shown = this.film(name, {
+        during, asked, told: trial.told[0], isRested: Boolean(during?.only),
+      });
       const count = study.playlists[this.run.common.playlist].length;
       return [...(during?.only ? [this.rest({ number: position, count })] : []), {
         ...shown,

@@ -35,18 +35,24 @@ def place_at(age, kind):
     return x, SPEED - 2.0 * slowing
 
 
+def row_of(name, ride, time):
+    """A ride's row of the log at a time; it drives to the west where it is `back`."""
+    begin, lane, kind = ride
+    x, speed = place_at(time - begin, kind == "brakes")
+    if time < begin or x > 58.0:
+        return ""
+    x, angle = (-x, 270) if kind == "back" else (x, 90)
+    edge = "w" if x < 0.0 else "e"
+    return (
+        f'<vehicle id="{name}" x="{x:.3f}" y="{-4.8 + 3.2 * lane:.2f}" angle="{angle}"'
+        f' type="car" speed="{speed:.2f}" lane="{edge}_{lane}"/>'
+    )
+
+
 def log_of(rides):
     steps = []
     for time in np.arange(0.0, 46.0, 1.0):
-        rows = []
-        for name, (begin, lane, kind) in rides.items():
-            x, speed = place_at(time - begin, kind)
-            if time >= begin and x <= 58.0:
-                edge = "w" if x < 0.0 else "e"
-                rows.append(
-                    f'<vehicle id="{name}" x="{x:.3f}" y="{-4.8 + 3.2 * lane:.2f}" angle="90"'
-                    f' type="car" speed="{speed:.2f}" lane="{edge}_{lane}"/>'
-                )
+        rows = [row_of(name, ride, time) for name, ride in rides.items()]
         steps.append(f'<timestep time="{time:.2f}">{"".join(rows)}</timestep>')
     return "<fcd-export>\n" + "\n".join(steps) + "\n</fcd-export>"
 
@@ -82,9 +88,10 @@ def test_the_proposed_study_offers_the_gaps_that_it_names(scene, tmp_path, capsy
     study = tmp_path / "study.yaml"
     assert main(["vehicles", str(scene), "--kerb", KERB, "-o", str(study)]) == 0
     assert "a " in capsys.readouterr().out
+    study.write_text(study.read_text("utf-8") + "seed: 3\n", "utf-8")  # shuffles the design
     offers = offers_of(plan_study(load_study(study)))
     asked = {"short": 3.0, "medium": 5.0, "long": 7.0}
-    assert set(offers) == set(asked)
+    assert list(offers) == list(asked)
     for name, gap in asked.items():
         first, then = offers[name].rows
         assert (first["road_user"], then["road_user"]) == ("vehicle:a", "vehicle:b")
@@ -93,6 +100,27 @@ def test_the_proposed_study_offers_the_gaps_that_it_names(scene, tmp_path, capsy
     assert "beside" in study.read_text("utf-8")
     assert main(["study", str(study), "-o", str(tmp_path / "out"), "--dry-run"]) == 0
     assert "who arrives" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("more", [(), ("--to", "24")])
+def test_nobody_but_the_pair_passes_within_the_proposed_films(tmp_path, more):
+    """On whichever lane, from behind people, too, and whatever stretch pairs were looked for in."""
+    rides = {
+        "a": (2.0, 0, ""),
+        "b": (7.0, 0, ""),
+        "before": (0.4, 1, ""),
+        "after": (11.0, 1, ""),
+        "behind": (15.0, 1, "back"),
+        "late": (24.0, 0, ""),
+    }
+    study = tmp_path / "study.yaml"
+    scene = scene_of(tmp_path, rides)
+    assert main(["vehicles", str(scene), "--kerb", KERB, *more, "-o", str(study)]) == 0
+    said = study.read_text("utf-8")
+    assert said.startswith("# a, then b")
+    for name, offer in offers_of(plan_study(load_study(study))).items():
+        assert [row["road_user"] for row in offer.rows] == ["vehicle:a", "vehicle:b"], name
+    assert "after" in said and "behind" in said and "late" not in said
 
 
 def test_what_people_would_wonder_at_is_noted(scene, tmp_path):

@@ -112,6 +112,107 @@ def test_tables_that_are_wrong_are_refused(study, tmp_path, capsys, content, sai
     assert said in capsys.readouterr().err
 
 
+SAVED = """study_digest,visit,visit_row,participant,row_kind,film,film_skipped,press_film_times
+d,12-34,1,7,start,,,
+d,12-34,2,7,answer,short,0,1.5;4.5
+d,12-34,3,7,answer,long,0,
+"""
+
+
+def presses_of(study, folder, *more):
+    """The rows that the command writes; it succeeds."""
+    out = study.parent / "rows.csv"
+    asked = ["study", "presses", str(folder), "--study", str(study), "-o", str(out), "--overwrite"]
+    assert main([*asked, *more]) == 0
+    return list(csv.DictReader(out.read_text("utf-8").splitlines()))
+
+
+def test_rows_that_were_saved_twice_count_once(study, tmp_path, capsys):
+    data = tmp_path / "data"
+    data.mkdir()
+    (data / "answers.csv").write_text(SAVED, "utf-8")
+    once = presses_of(study, data)
+    assert "twice" not in capsys.readouterr().err
+    more = SAVED + "d,12-34,4,7,answer,short,0,4.5\n" + "d,56-78,2,8,answer,short,0,1.5;4.5\n"
+    (data / "answers (1).csv").write_text(more, "utf-8")
+    both = presses_of(study, data)
+    assert len(both) == len(once) + 1 + 2
+    assert "3 rows were saved twice" in capsys.readouterr().err
+
+
+def test_other_tables_in_a_folder_are_left_out_by_name(study, tmp_path, capsys):
+    data = tmp_path / "data"
+    data.mkdir()
+    (data / "answers.csv").write_text(SAVED, "utf-8")
+    once = presses_of(study, data)
+    (data / "presses.csv").write_bytes((tmp_path / "rows.csv").read_bytes())
+    (data / "raw.csv").write_bytes(b"\xff\xfe\x00")
+    capsys.readouterr()
+    assert presses_of(study, data) == once
+    said = capsys.readouterr().err
+    assert "presses.csv is left out" in said and "raw.csv is left out" in said
+    (data / "answers.csv").unlink()
+    out = str(tmp_path / "none.csv")
+    assert main(["study", "presses", str(data), "--study", str(study), "-o", out]) == 2
+    assert "holds no table" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("sign", [";", "\t"])
+def test_tables_of_spreadsheets_are_read(study, tmp_path, sign):
+    """With semicolons or tabs between columns, and decimal commas."""
+    (tmp_path / "a.csv").write_text(SAVED, "utf-8")
+    rows = [[cell.replace(".", ",") for cell in row] for row in csv.reader(SAVED.splitlines())]
+    with (tmp_path / "b.csv").open("w", encoding="utf-8-sig", newline="") as file:
+        csv.writer(file, delimiter=sign).writerows(rows)
+    first = presses_of(study, tmp_path / "a.csv")
+    assert presses_of(study, tmp_path / "b.csv") == first
+
+
+def test_a_press_after_the_film_is_no_press(study, tmp_path, capsys):
+    """A spreadsheet has taken the point for one between thousands."""
+    (tmp_path / "a.csv").write_text(SAVED.replace("1.5;4.5", "4500"), "utf-8")
+    asked = ["study", "presses", str(tmp_path / "a.csv"), "--study", str(study)]
+    assert main([*asked, "-o", str(tmp_path / "out.csv")]) == 2
+    assert "a.csv:3: press_film_times 4500 lies after the film's end" in capsys.readouterr().err
+
+
+def test_films_that_people_went_on_without_are_left_out(study, tmp_path, capsys):
+    text = SAVED.replace("short,0,1.5;4.5", "short,1,")
+    (tmp_path / "a.csv").write_text(text, "utf-8")
+    assert [row["film"] for row in presses_of(study, tmp_path / "a.csv")] == ["long"]
+    assert "1 film that people went on without is left out" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("time", "early", "accepted"),
+    [(2.2, 0.0, ""), (2.2, 0.1, ""), (2.2, 0.2, 1), (1.9, 0.5, 1), (1.8, 0.5, ""), (2.4, 0.5, 1)],
+)
+def test_a_press_shortly_before_the_first_has_left_may_accept_the_gap_behind_it(
+    time, early, accepted
+):
+    row = press_row(time, COMING, early=early)
+    assert row["accepted"] == accepted
+    if accepted:
+        assert (row["next"], row["gap_offered"]) == ("vehicle:b", 3.0)
+        assert row["since_last"] == pytest.approx(time - 2.4)
+        assert row["margin"] == pytest.approx(5.4 - time)
+    assert row["on_the_way"] == int(2.0 <= time < 2.4)
+    refused = [each["next"] for each in refused_rows([row], COMING)]
+    assert refused == ([] if accepted else ["vehicle:b"])
+
+
+def test_how_early_is_asked_by_an_option(study, tmp_path, capsys):
+    text = SAVED.replace("1.5;4.5", "2.7")  # 2.2 without the title; the first leaves at 2.4
+    data = tmp_path / "a.csv"
+    data.write_text(text, "utf-8")
+    late, early = (presses_of(study, data, "--early", each)[0] for each in ("0.1", "0.3"))
+    assert (late["accepted"], early["accepted"]) == ("", "1")
+    asked = ["study", "presses", str(data), "--study", str(study), "-o", str(tmp_path / "o.csv")]
+    for wrong in ("-1", "nan"):
+        assert main([*asked, "--early", wrong]) == 2
+        assert "early" in capsys.readouterr().err
+
+
 def test_another_observer_is_asked_for_by_name(study, tmp_path):
     data = tmp_path / "one.csv"
     data.write_text(DATA, "utf-8")

@@ -16,7 +16,7 @@ from sumo3dviz_pt.pipeline.films.proof import sealed
 from sumo3dviz_pt.pipeline.progress.costs import space_in_words
 from sumo3dviz_pt.pipeline.studies.file import load_study
 from sumo3dviz_pt.pipeline.studies.forecast import forecast
-from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
+from sumo3dviz_pt.pipeline.studies.outputs import content_of, write_outputs
 from sumo3dviz_pt.pipeline.studies.plan import plan_study
 from sumo3dviz_pt.pipeline.studies.records import (
     FilmRecord,
@@ -192,6 +192,18 @@ def test_thumbnails_are_the_films_own_pictures(place):
         assert read_text(out / "thumbnails" / f"{stimulus.name}.png") == {}
     page = (out / "contact_sheet.html").read_text("utf-8")
     assert page.count("<video ") == 4 and "light grey, trees none" in page
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_films_are_listed_by_levels_however_the_design_is_shuffled(place, seed):
+    """In the words before rendering, and on the contact sheet."""
+    plan, out = planned(place, f"{STUDY}seed: {seed}\n"), place / "out"
+    names = ["clear_some", "clear_none", "grey_some", "grey_none"]
+    assert [each.name for each in plan.listed] == names
+    films = filmed(out, plan)
+    told = plan_in_words(plan, ()).split("\nfilms\n")[1].splitlines()[:4]
+    assert [line.split()[0] for line in told] == names
+    assert [clip.name for clip in content_of(plan, films).films] == names
 
 
 def test_a_sheet_has_every_picture_in_its_place():
