@@ -145,10 +145,7 @@ def read_plan(path: Path) -> Plan:
         line, _, says = line.partition("::")
         name, _, sources = line.partition("=")
         name = ".".join(part for part in (new, name.strip()) if part)
-        every = [
-            one.strip("/").replace("/", ".") if "/" in one else ".".join(p for p in (old, one) if p)
-            for one in sources.split()
-        ]
+        every = [f"{old}:{one.replace('/', '.')}" for one in sources.split()]
         targets[name] = Target(name, every, says.strip())
     return Plan(targets, folders, renames)
 
@@ -175,6 +172,7 @@ class House:
     def _place(self) -> None:
         moved = dict(map(reversed, self.plan.folders))  # old folder: new folder
         for target in self.plan.targets.values():
+            target.sources = [self._found(one) for one in target.sources]
             there = [one for one in target.sources if one in self.old]
             for one in target.sources:
                 if one not in self.old:
@@ -201,6 +199,12 @@ class House:
             self.new_of[name] = new
             self.targets[new] = Target(new, [name])
         self._place_packages(moved)
+
+    def _found(self, named: str) -> str:
+        """The module that a plan means: below the section's folder, or from the root."""
+        folder, _, name = named.partition(":")
+        below = ".".join(part for part in (folder, name) if part)
+        return name.strip(".") if name.strip(".") in self.old and below not in self.old else below
 
     def _place_packages(self, moved: dict[str, str]) -> None:
         used = {""}
@@ -1032,6 +1036,9 @@ def main() -> None:
     renaming = Renaming(house)
     tests = tests_of(house)
     words = Words(house, renaming, tests)
+    if "--circles" in sys.argv:
+        look(house)
+        return
     # Twice: the first time settles what imports are called in merged modules.
     for _ in range(2):
         before = len(said)
@@ -1161,12 +1168,12 @@ def look(house: House) -> None:
                         new = house.new_of[found[0]]
                         if new:
                             edges[own].add(new)
-                            why[own, new].add(f"{one.id}{'' if head else ' (late)'} -> {found[0]}.{found[1]}")
+                            why[own, new].add(f"{one.stem}{'' if head else '(late)'}>{found[0].rsplit('.', 1)[-1]}")
         for circle in circles(edges):
             print("CIRCLE" + (" (late)" if late else ""), sorted(circle))
             for a in sorted(circle):
                 for b in sorted(edges[a] & circle):
-                    print("   ", a, "->", b, ":", "; ".join(sorted(why[a, b])))
+                    print("   ", a, "->", b, ":", " ".join(sorted(why[a, b])))
 
 
 def circles(edges: dict[str, set[str]]) -> list[set[str]]:
