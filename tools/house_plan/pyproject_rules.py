@@ -1,3 +1,4 @@
+# ruff: noqa
 """The import rules of the new house, written into pyproject.toml."""
 
 from __future__ import annotations
