@@ -716,7 +716,16 @@ def merged(house: House, renaming: Renaming, words: Words, target: Target) -> st
     rewriters = [Rewriter(house, renaming, one, target.id) for one in sources]
     taken: dict[str, tuple] = {}  # local name: what it is
     for one in sources:
+        for each in late_head(one):
+            found = house.target_of(each)
+            if found is None:
+                taken.setdefault(each.local, (each.module, each.name))
+            elif found[1] is not None and found[0] in house.new_of:
+                fresh = renaming.names.get(found[0], {}).get(found[1], found[1])
+                taken.setdefault(each.local, (house.new_of[found[0]], fresh))
         for name in defined(one):
+            if name in {each.local for each in late_head(one)}:
+                continue
             taken[renaming.names.get(one.id, {}).get(name, name)] = ("own",)
     head = Head()
     for one, rewriter in zip(sources, rewriters, strict=True):
@@ -740,6 +749,18 @@ def merged(house: House, renaming: Renaming, words: Words, target: Target) -> st
     head_text = head.text()
     parts = [doc, head_text] if head_text else [doc]
     return "\n\n".join(part for part in parts if part) + "\n\n\n" + "\n\n\n".join(b for b in bodies if b) + "\n"
+
+
+def late_head(one: Source) -> list[Imported]:
+    """Imports at a module's top that stand below its head, as after a `try`."""
+    found = []
+    for node in one.tree.body:
+        if node.lineno >= one.body_from:
+            parts = [node, *(node.body if isinstance(node, ast.If | ast.Try) else [])]
+            for part in parts:
+                if isinstance(part, ast.Import | ast.ImportFrom):
+                    found += imported(part)
+    return found
 
 
 class Head:

@@ -20,8 +20,11 @@ forbidden_modules = [
 {forbidden}
 ]
 ignore_imports = [
-    # Contact sheets are written by what writes reports' pictures.
+    # Contact sheets are written by what writes reports' pictures; motion is drawn by what draws it.
     "{P}.pipeline.catalogue -> {P}.report.plots",
+    "{P}.pipeline.motion.checks -> {P}.report.motion",
+    "{P}.pipeline.motion.drawing -> {P}.report.machine",
+    "{P}.pipeline.motion.drawing -> {P}.report.motion",
 ]
 
 [[tool.importlinter.contracts]]
