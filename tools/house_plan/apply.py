@@ -474,6 +474,7 @@ class Rewriter:
         self.modules: dict[str, str] = {}  # local names of modules of ours: old module
         self.inner: dict[str, str] = {}  # those of modules that are now this one
         self.late_self: set[str] = set()
+        self.emptied: set[int] = set()  # statements that nothing is left of
 
     def new_name(self, module: str, name: str) -> str:
         return self.renaming.names.get(module, {}).get(name, name)
@@ -585,6 +586,16 @@ class Rewriter:
             if not header_too and node.lineno < self.source.body_from:
                 continue
             self._statement(node, top)
+        for block in self.source.tree.body:
+            if is_typing(block) and {id(n) for n in block.body} <= self.emptied:
+                self.edits.edits = {
+                    place: new
+                    for place, new in self.edits.edits.items()
+                    if not self.edits.starts[block.lineno - 1] <= place[0] < self.edits.starts[block.end_lineno]
+                }
+                self.edits.replace(
+                    self.edits.starts[block.lineno - 1], self.edits.starts[block.end_lineno], ""
+                )
 
     def _statement(self, node: ast.Import | ast.ImportFrom, top) -> None:
         ones = imported(node)
@@ -658,6 +669,7 @@ class Rewriter:
         end = self.edits.at(node.end_lineno, node.end_col_offset)
         indent = " " * node.col_offset
         if not lines:
+            self.emptied.add(id(node))
             parent = next(
                 (
                     block
