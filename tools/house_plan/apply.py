@@ -573,19 +573,19 @@ class Rewriter:
 
     # ---------------------------------------------------------------------- imports in place
 
-    def rewrite_imports(self, header_too: bool, top: dict[str, tuple] | None = None) -> None:
+    def rewrite_imports(self, header_too: bool, head: Head | None = None) -> None:
         """Rewrite import statements where they stand.
 
         Args:
             header_too: Also those at the module's head, which merged modules write anew.
-            top: What the merged module's head binds, by local name.
+            head: The merged module's head.
         """
         for node in ast.walk(self.source.tree):
             if not isinstance(node, ast.Import | ast.ImportFrom):
                 continue
             if not header_too and node.lineno < self.source.body_from:
                 continue
-            self._statement(node, top)
+            self._statement(node, head)
         for block in self.source.tree.body:
             if is_typing(block) and {id(n) for n in block.body} <= self.emptied:
                 self.edits.edits = {
@@ -597,15 +597,14 @@ class Rewriter:
                     self.edits.starts[block.lineno - 1], self.edits.starts[block.end_lineno], ""
                 )
 
-    def _statement(self, node: ast.Import | ast.ImportFrom, top) -> None:
+    def _statement(self, node: ast.Import | ast.ImportFrom, head) -> None:
         ones = imported(node)
         if all(self.house.target_of(one) is None for one in ones):
             return
         lines: list[str] = []
         by_module: dict[str, list[str]] = defaultdict(list)
-        at_top = node in self.source.tree.body or any(
-            is_typing(each) and node in each.body for each in self.source.tree.body
-        )
+        in_typing = any(is_typing(each) and node in each.body for each in self.source.tree.body)
+        at_top = node in self.source.tree.body or in_typing
         for one in ones:
             found = self.house.target_of(one)
             if found is None:
@@ -623,7 +622,7 @@ class Rewriter:
             fresh = self.new_name(old, name)
             if new == self.own:
                 continue  # it is this module's own now
-            if top is not None and top.get(one.local) == (new, fresh) and one.local == fresh:
+            if head is not None and one.local == fresh and head.has(one.local, (new, fresh), in_typing):
                 continue  # the head has it
             alias = one.asname
             if alias is None and fresh != one.local:
@@ -746,10 +745,9 @@ def merged(house: House, renaming: Renaming, words: Words, target: Target) -> st
         for each in one.imports:
             head_import(house, renaming, target, one, rewriter, each, taken, head)
     bodies = []
-    top = {local: what for local, what in taken.items() if what != ("own",) and not what[-1:] == ("typing",)}
     for one, rewriter in zip(sources, rewriters, strict=True):
         late_of_own(house, renaming, target, one, rewriter)
-        rewriter.rewrite_imports(header_too=False, top=top)
+        rewriter.rewrite_imports(header_too=False, head=head)
         rewriter.rewrite_uses()
         drop_twice(renaming, one, rewriter)
         words.rewrite(rewriter.edits, one.text, one.body_from, one.path)
@@ -780,6 +778,10 @@ class Head:
 
     def __init__(self) -> None:
         self.lines: dict[bool, list[str]] = {False: [], True: []}
+        self.bound: dict[bool, dict[str, tuple]] = {False: {}, True: {}}
+
+    def has(self, local: str, what: tuple, typing: bool) -> bool:
+        return what in (self.bound[False].get(local), self.bound[True].get(local) if typing else None)
 
     def add(self, line: str, typing: bool) -> None:
         if line not in self.lines[typing]:
@@ -838,6 +840,7 @@ def head_import(house, renaming, target, one, rewriter, each, taken, head) -> No
     again = each.asname is not None and each.asname == each.name  # an explicit re-export
     alias = final if final != fresh or again else None
     head.add(written(dotted(new), fresh, alias), each.typing)
+    head.bound[each.typing][final] = (new, fresh)
     rewriter.locals[each.local] = final
     if final != each.local:
         renaming.names[one.id].setdefault(each.local, final)
