@@ -995,11 +995,12 @@ class Words:
             self.files[was] = house.path_of(house.new_of[old]).relative_to(house.package).as_posix()
         self.folders: dict[str, str] = {}
         for old, one in house.old.items():
-            if one.is_package and old and house.new_of[old] != old:
+            if one.is_package and old and not (house.new_of[old] == old and old in house.inits):
                 new = house.new_of[old]
                 self.folders[old.replace(".", "/")] = new.replace(".", "/") + (
                     "/" if new in house.inits else ".py"
                 )
+        self.folders |= FOLDERS
 
     def in_text(self, text: str) -> str:
         text = re.sub(rf"\b{PACKAGE}((?:\.[A-Za-z_]\w*)+)", self._dotted, text)
@@ -1050,6 +1051,38 @@ class Words:
                 continue
             edits.replace(start, end, new)
 
+
+FOLDERS = {  # what texts mean by a folder that several modules have taken the place of
+    "world/sky": "world/sky.py",
+    "world/weather": "world/weather.py",
+    "shot/falling": "shot/falling.py",
+    "render/materials": "render/textures.py",
+    "pipeline/layers": "pipeline/films/layers.py",
+    "pipeline/progress": "pipeline/costs.py",
+    "pipeline/accounts": "pipeline/accounts.py",
+    "pipeline/overlays": "pipeline/films/overlays.py",
+    "pipeline/stills": "pipeline/live.py",
+    "motion/lanes": "motion/lanes.py",
+    "sumo/repairs": "sumo/repairs.py",
+    "sumo/guesses": "sumo/guesses.py",
+    "sumo/places": "sumo/places.py",
+    "sumo/logs": "sumo/reader.py",
+    "image/accumulation": "image/average.py",
+    "report/motion": "report/motion.py",
+    "library/materials": "library/materials.py",
+    "library/skies": "library/pictures.py",
+    "experiments": "studies/",
+}
+SENTENCES = {  # of CONTRIBUTING.md, after the names in it were rewritten
+    "what it holds in `pipeline/films/layers.py`, its file in `pipeline/films/layers.py` and": "what it holds and its file in `pipeline/films/layers.py`, and in",
+    "`shot/crowd.py`, `shot/crowd.py`": "`shot/crowd.py`",
+    "`render/falling/`, `shot/falling.py`, `world/weather.py`": "`render/falling/`, `shot/falling.py`, `world/weather.py`",
+    "`world/weather.py` makes it from the settings. `world/weather.py` says": "`world/weather.py` makes it from the settings, and says",
+    "`render/kernel/deposits.py` calls what is wet and `render/kernel/deposits.py`; a layer of ice would be a\n   module beside that.": "`render/kernel/deposits.py` says what is wet and where snow lies; a layer of ice would be a\n   part of that.",
+    "`studies/designs/`, `studies/designs/tables.py` (a row)": "`studies/designs/`; a form is a row in its `tables.py`",
+    "`farm/`; an engine is a module in `farm/engines.py` and its entry": "`farm/`; an engine is a few functions in `farm/engines.py` and its entry",
+    "`pipeline/` alone knows all of these stages; `cli`, `api`,\n`report` and `viewer` go through it.": "`pipeline/` knows all of these stages; the rooms `studies`, `farm`, `recording`,\n`proposals`, `report` and `viewer` stand on it, and `cli` and `api` on top of all.",
+}
 
 DEEP = re.compile(r"(Path\(__file__\)(?:\.resolve\(\))?\.parents\[)(\d+)\]")
 
@@ -1155,8 +1188,13 @@ def rewrite_others(house, renaming, words, tests) -> dict[str, str]:
             edits = Edits(text)
             words.rewrite(edits, text, 1, path)
             new = edits.applied()
+        elif name == "pyproject.toml":
+            continue
         else:
             new = words.in_text(text)
+        if name == "CONTRIBUTING.md":
+            for before, after in SENTENCES.items():
+                new = new.replace(before, after)
         if name in tests:
             new = with_depth(new, Path(name), Path(tests[name]))
         if new != text:
