@@ -827,6 +827,8 @@ def head_import(house, renaming, target, one, rewriter, each, taken, head) -> No
         final = free_name(wanted, (new, None), taken, one, rewriter, parent)
         head.add(written(dotted(parent), leaf, None if final == leaf else final), each.typing)
         rewriter.locals[each.local] = final
+        if final != each.local:
+            renaming.names[one.id].setdefault(each.local, final)
         return
     fresh = renaming.names.get(old, {}).get(name, name)
     if new == target.id:
