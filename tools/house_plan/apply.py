@@ -359,6 +359,11 @@ class Renaming:
                 binders[name].append(one)
         every = {one.id: all_names(one.tree) for one in sources}
         for name, ones in binders.items():
+            if name == "_":  # what nobody calls by name
+                continue
+            ones = [one for one in ones if (one.id, name) not in self.house.plan.renames]
+            if not ones:
+                continue
             clash = len(ones) > 1
             captured = hasattr(builtins, name) and not name.startswith("_") and any(
                 name in every[one.id] for one in sources if one not in ones
@@ -370,8 +375,6 @@ class Renaming:
             if not clash and not captured:
                 continue
             for one in ones:
-                if (one.id, name) in self.house.plan.renames:
-                    continue
                 if one.stem == leaf and not captured:
                     continue
                 stem = one.stem
