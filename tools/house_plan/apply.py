@@ -828,7 +828,8 @@ def head_import(house, renaming, target, one, rewriter, each, taken, head) -> No
             wanted = each.local
         rewriter.modules[each.local] = old
         final = free_name(wanted, (new, None), taken, one, rewriter, parent)
-        head.add(written(dotted(parent), leaf, None if final == leaf else final), each.typing)
+        again = each.asname is not None and each.asname == each.name  # an explicit re-export
+        head.add(written(dotted(parent), leaf, None if final == leaf and not again else final), each.typing)
         rewriter.locals[each.local] = final
         if final != each.local:
             renaming.names[one.id].setdefault(each.local, final)
