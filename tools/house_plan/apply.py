@@ -274,7 +274,11 @@ class House:
     def _binds(self, module: str, name: str) -> bool:
         """Whether a package's __init__ binds a name that a module of it also has."""
         source = self.old.get(module)
-        return source is not None and name in top_names(source)
+        if source is None or name not in top_names(source):
+            return False
+        package = f"{PACKAGE}.{module}".rstrip(".")
+        itself = any(one.local == name and (one.module, one.name) == (package, name) for one in source.imports)
+        return not itself
 
 
 def top_names(source: Source) -> set[str]:
