@@ -58,9 +58,7 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the script."""
-    from sumo3dviz_pt.cli.program import build_parser
-
-    print(_SHELLS[options.shell](_commands(build_parser())))
+    print(_SHELLS[options.shell](_commands(options.parser)))
     return 0
 
 

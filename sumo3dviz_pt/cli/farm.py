@@ -120,7 +120,6 @@ def _planned(options: argparse.Namespace, farm: FarmOrder) -> FarmPlan:
 
 def _planned_study(options: argparse.Namespace, farm: FarmOrder, words: Sequence[str]) -> FarmPlan:
     """Return the plan of a study's films."""
-    from sumo3dviz_pt.cli.program import build_parser
     from sumo3dviz_pt.pipeline.farm.making import plan_study_films
     from sumo3dviz_pt.pipeline.scene_file import override_values
     from sumo3dviz_pt.pipeline.studies.file import load_study
@@ -128,7 +127,7 @@ def _planned_study(options: argparse.Namespace, farm: FarmOrder, words: Sequence
     from sumo3dviz_pt.pipeline.studies.run import StudyOrder
 
     # What only films of a scene have, `study` refuses by itself.
-    build_parser().parse_args(["study", *words, "-o", str(options.output)])
+    options.parser.parse_args(["study", *words, "-o", str(options.output)])
     order = StudyOrder(
         options.output,
         overwrite=options.overwrite,

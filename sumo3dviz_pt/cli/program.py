@@ -81,7 +81,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     """Run a command; errors become sentences."""
     try:
-        options = build_parser().parse_args(arguments)
+        parser = build_parser()
+        options = parser.parse_args(arguments, argparse.Namespace(parser=parser))
         _set_level(options.verbosity)
         options.words = list(sys.argv[1:] if arguments is None else arguments)
         if options.command != "doctor":

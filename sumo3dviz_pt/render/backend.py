@@ -24,8 +24,8 @@ from sumo3dviz_pt.render.optix import answers, watched
 log = logging.getLogger(__name__)
 
 _LOADED_BEFORE = (
-    f"Dr.Jit was imported before sumo3dviz_pt and took no libLLVM of version {libllvm.OLDEST} or"
-    " newer; import sumo3dviz_pt.render first"
+    f"Dr.Jit was imported before sumo3dviz_pt and took no libLLVM of version {libllvm.OLDEST}"
+    " or newer; import sumo3dviz_pt.render first"
 )
 
 

@@ -58,16 +58,16 @@ def _long(table: Table, levels: Levels, request: TableRequest, form: TableForm) 
     task = _role(table, request.task, form.task, form.optional, "the task")
     other = _role(table, request.alternative, form.alternative, form.optional, "the alternative")
     block = _role(table, request.block, form.block, form.optional, "the block")
-    for number, row in enumerate(table.rows, start=1):
+    for nth, row in enumerate(table.rows, start=1):
         if form.joint:
             named, choice = _joint(table, row, 0 if task is None else task, form.joint)
         else:
-            named = str(number) if task is None else cell(table, row, task)
+            named = str(nth) if task is None else cell(table, row, task)
             choice = "" if other is None else cell(table, row, other)
         none = _is_none(table, row, factors, request, form)
         profile = None if none else tuple(part.level(table, row) for part in factors)
         group = "1" if block is None else cell(table, row, block)
-        yield _Seen(group, named, choice or str(number), profile, row.line)
+        yield _Seen(group, named, choice or str(nth), profile, row.line)
 
 
 def _joint(table: Table, row: Row, place: int, pattern: str) -> tuple[str, str]:
@@ -128,8 +128,8 @@ def _wide(table: Table, levels: Levels, request: TableRequest, form: TableForm) 
     factors = {word: [own[n] for own in found.values()] for n, word in enumerate(words)}
     task = _role(table, request.task, form.task, form.optional, "the task")
     block = _role(table, request.block, form.block, form.optional, "the block")
-    for number, row in enumerate(table.rows, start=1):
-        named = str(number) if task is None else cell(table, row, task)
+    for nth, row in enumerate(table.rows, start=1):
+        named = str(nth) if task is None else cell(table, row, task)
         group = "1" if block is None else cell(table, row, block)
         for word, parts in factors.items():
             profile = tuple(part.level(table, row) for part in parts)

@@ -79,10 +79,10 @@ def _take(value: Any, feed: _Feed) -> None:
 
 def _attributes(value: Any) -> Iterator[tuple[str, Any]]:
     """Yield a value's attributes; of a sky's pictures, hashed as files, whether they exist."""
-    for field in fields(value):
-        item = getattr(value, field.name)
-        is_picture = isinstance(value, Sky) and field.name in ("image", "clouds", "overcast")
-        yield field.name, (item is not None) if is_picture else item
+    for attribute in fields(value):
+        item = getattr(value, attribute.name)
+        is_picture = isinstance(value, Sky) and attribute.name in ("image", "clouds", "overcast")
+        yield attribute.name, (item is not None) if is_picture else item
 
 
 def _take_array(array: np.ndarray[Any, Any], feed: _Feed) -> None:
