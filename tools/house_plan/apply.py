@@ -97,7 +97,9 @@ def parse(path: Path, name: str, is_package: bool) -> Source:
 
 
 def is_typing(node: ast.stmt) -> bool:
-    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not node.orelse
+    return (
+        isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING" and not node.orelse
+    )
 
 
 def imported(node: ast.Import | ast.ImportFrom, typing: bool = False) -> list[Imported]:
@@ -277,7 +279,10 @@ class House:
         if source is None or name not in top_names(source):
             return False
         package = f"{PACKAGE}.{module}".rstrip(".")
-        itself = any(one.local == name and (one.module, one.name) == (package, name) for one in source.imports)
+        itself = any(
+            one.local == name and (one.module, one.name) == (package, name)
+            for one in source.imports
+        )
         return not itself
 
 
@@ -309,7 +314,8 @@ def ordered(house: House, target: Target) -> list[Source]:
     sources = [house.old[one] for one in target.sources]
     ids = {one.id for one in sources}
     needs = {
-        one.id: {t[0] for i in one.imports if not i.typing and (t := house.target_of(i))} & ids - {one.id}
+        one.id: {t[0] for i in one.imports if not i.typing and (t := house.target_of(i))}
+        & ids - {one.id}
         for one in sources
     }
     done: list[Source] = []
@@ -369,8 +375,10 @@ class Renaming:
             if not ones:
                 continue
             clash = len(ones) > 1
-            captured = hasattr(builtins, name) and not name.startswith("_") and any(
-                name in every[one.id] for one in sources if one not in ones
+            captured = (
+                hasattr(builtins, name)
+                and not name.startswith("_")
+                and any(name in every[one.id] for one in sources if one not in ones)
             )
             if clash and self._same(name, ones, defs):
                 for one in ones[1:]:
@@ -383,7 +391,11 @@ class Renaming:
                     continue
                 stem = one.stem
                 if sum(other.stem == stem for other in ones) > 1 or stem in ("build",):
-                    stem = "_".join(one.id.split(".")[-2:]) if stem != "build" else one.id.split(".")[-2]
+                    stem = (
+                        "_".join(one.id.split(".")[-2:])
+                        if stem != "build"
+                        else one.id.split(".")[-2]
+                    )
                 new = with_stem(name, stem)
                 while any(new in names for names in every.values()):
                     new += "_"
@@ -497,7 +509,12 @@ class Rewriter:
                 self._attribute(use, new)
                 continue
             if use.attribute is None and use.name in self.inner:
-                tell("a module used as a value:", self.source.id, use.name, getattr(use.node, "lineno", 0))
+                tell(
+                    "a module used as a value:",
+                    self.source.id,
+                    use.name,
+                    getattr(use.node, "lineno", 0),
+                )
             if new is None or new == use.name:
                 continue
             if any(new in scope for scope in use.scopes):
@@ -520,7 +537,13 @@ class Rewriter:
         attribute = use.attribute
         place = token_at(self.edits, use)
         if place is None:
-            tell("NOT FOUND in an f-string:", self.source.id, use.node.lineno, use.name, attribute.attr)
+            tell(
+                "NOT FOUND in an f-string:",
+                self.source.id,
+                use.node.lineno,
+                use.name,
+                attribute.attr,
+            )
             return
         end = self.edits.at(attribute.end_lineno, attribute.end_col_offset)
         begin = end - len(attribute.attr.encode())
@@ -598,7 +621,9 @@ class Rewriter:
                 self.edits.edits = {
                     place: new
                     for place, new in self.edits.edits.items()
-                    if not self.edits.starts[block.lineno - 1] <= place[0] < self.edits.starts[block.end_lineno]
+                    if not self.edits.starts[block.lineno - 1]
+                    <= place[0]
+                    < self.edits.starts[block.end_lineno]
                 }
                 self.edits.replace(
                     self.edits.starts[block.lineno - 1], self.edits.starts[block.end_lineno], ""
@@ -629,7 +654,11 @@ class Rewriter:
             fresh = self.new_name(old, name)
             if new == self.own:
                 continue  # it is this module's own now
-            if head is not None and one.local == fresh and head.has(one.local, (new, fresh), in_typing):
+            if (
+                head is not None
+                and one.local == fresh
+                and head.has(one.local, (new, fresh), in_typing)
+            ):
                 continue  # the head has it
             alias = one.asname
             if alias is None and fresh != one.local:
@@ -681,7 +710,8 @@ class Rewriter:
                     block
                     for block in ast.walk(self.source.tree)
                     for part in ("body", "orelse", "finalbody")
-                    if isinstance(getattr(block, part, None), list) and getattr(block, part) == [node]
+                    if isinstance(getattr(block, part, None), list)
+                    and getattr(block, part) == [node]
                 ),
                 None,
             )
@@ -702,7 +732,9 @@ def may_use(house: House, source: Source, name: str, new: str) -> bool:
         every = [n for n in ast.walk(source.tree) if isinstance(n, ast.Import | ast.ImportFrom)]
         known = {one.local for node in every for one in imported(node)}
         stored = {
-            n.id for n in ast.walk(source.tree) if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)
+            n.id
+            for n in ast.walk(source.tree)
+            if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)
         } | {n.arg for n in ast.walk(source.tree) if isinstance(n, ast.arg)}
         if name not in known or name in stored:
             return False
@@ -765,7 +797,12 @@ def merged(house: House, renaming: Renaming, words: Words, target: Target) -> st
     doc = words.in_text(docstring(target, sources))
     head_text = head.text()
     parts = [doc, head_text] if head_text else [doc]
-    return "\n\n".join(part for part in parts if part) + "\n\n\n" + "\n\n\n".join(b for b in bodies if b) + "\n"
+    return (
+        "\n\n".join(part for part in parts if part)
+        + "\n\n\n"
+        + "\n\n\n".join(b for b in bodies if b)
+        + "\n"
+    )
 
 
 def late_head(one: Source) -> list[Imported]:
@@ -788,7 +825,10 @@ class Head:
         self.bound: dict[bool, dict[str, tuple]] = {False: {}, True: {}}
 
     def has(self, local: str, what: tuple, typing: bool) -> bool:
-        return what in (self.bound[False].get(local), self.bound[True].get(local) if typing else None)
+        return what in (
+            self.bound[False].get(local),
+            self.bound[True].get(local) if typing else None,
+        )
 
     def add(self, line: str, typing: bool) -> None:
         if line not in self.lines[typing]:
@@ -833,7 +873,10 @@ def head_import(house, renaming, target, one, rewriter, each, taken, head) -> No
         rewriter.modules[each.local] = old
         final = free_name(wanted, (new, None), taken, one, rewriter, parent)
         again = each.asname is not None and each.asname == each.name  # an explicit re-export
-        head.add(written(dotted(parent), leaf, None if final == leaf and not again else final), each.typing)
+        head.add(
+            written(dotted(parent), leaf, None if final == leaf and not again else final),
+            each.typing,
+        )
         rewriter.locals[each.local] = final
         if final != each.local:
             renaming.names[one.id].setdefault(each.local, final)
@@ -862,7 +905,11 @@ def free_name(wanted, key, taken, one, rewriter, module) -> str:
         return wanted
     names = all_names(one.tree)
     stem = module.rsplit(".", 1)[-1] or "other"
-    for new in (with_stem(wanted, stem), with_stem(wanted, one.stem), with_stem(wanted, f"{stem}_{one.stem}")):
+    for new in (
+        with_stem(wanted, stem),
+        with_stem(wanted, one.stem),
+        with_stem(wanted, f"{stem}_{one.stem}"),
+    ):
         if new not in names and taken.setdefault(new, key) == key:
             tell(f"import renamed in {one.id}: {wanted} -> {new}")
             return new
@@ -907,9 +954,13 @@ def drop_twice(renaming: Renaming, one: Source, rewriter: Rewriter) -> None:
         rewriter.edits.edits = {
             place: new
             for place, new in rewriter.edits.edits.items()
-            if not rewriter.edits.starts[first - 1] <= place[0] < rewriter.edits.starts[last.end_lineno]
+            if not rewriter.edits.starts[first - 1]
+            <= place[0]
+            < rewriter.edits.starts[last.end_lineno]
         }
-        rewriter.edits.replace(rewriter.edits.starts[first - 1], rewriter.edits.starts[last.end_lineno], "")
+        rewriter.edits.replace(
+            rewriter.edits.starts[first - 1], rewriter.edits.starts[last.end_lineno], ""
+        )
 
 
 def docstring(target: Target, sources: list[Source]) -> str:
@@ -960,14 +1011,27 @@ def said_already(summary: str, first: str) -> bool:
     return len(words & known) >= 0.7 * len(words)
 
 
-LITTLE = {"what", "that", "which", "where", "they", "with", "from", "thi", "have", "are", "them", "when"}
+LITTLE = {
+    "what",
+    "that",
+    "which",
+    "where",
+    "they",
+    "with",
+    "from",
+    "thi",
+    "have",
+    "are",
+    "them",
+    "when",
+}
 
 
 def is_prose(paragraph: str) -> bool:
     lines = paragraph.split("\n")
-    return all(line and not line.startswith((" ", "-", "*", "|", "`", ">")) for line in lines) and not (
-        len(lines) > 0 and lines[0].rstrip().endswith(":") and len(lines[0]) < 30
-    )
+    return all(
+        line and not line.startswith((" ", "-", "*", "|", "`", ">")) for line in lines
+    ) and not (len(lines) > 0 and lines[0].rstrip().endswith(":") and len(lines[0]) < 30)
 
 
 def fill(text: str) -> str:
@@ -1100,7 +1164,11 @@ DEEP = re.compile(r"(Path\(__file__\)(?:\.resolve\(\))?\.parents\[)(\d+)\]")
 def with_depth(text: str, before: Path, after: Path) -> str:
     """Count a file's folders anew where it looks for the root."""
     more = len(after.parts) - len(before.parts)
-    return DEEP.sub(lambda found: f"{found.group(1)}{int(found.group(2)) + more}]", text) if more else text
+    return (
+        DEEP.sub(lambda found: f"{found.group(1)}{int(found.group(2)) + more}]", text)
+        if more
+        else text
+    )
 
 
 # ------------------------------------------------------------------------------------------ tests
@@ -1168,7 +1236,9 @@ def rewrite_others(house, renaming, words, tests) -> dict[str, str]:
     """Texts of all other files that speak of modules."""
     listed = subprocess.run(
         ["git", "-C", str(house.root), "ls-files", "-co", "--exclude-standard"],
-        capture_output=True, text=True, check=True,
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout.split("\n")
     texts: dict[str, str] = {}
     for name in listed:
@@ -1177,7 +1247,18 @@ def rewrite_others(house, renaming, words, tests) -> dict[str, str]:
             continue
         if name.startswith(PACKAGE + "/") and name.endswith(".py"):
             continue
-        if path.suffix not in {".py", ".md", ".toml", ".yaml", ".yml", ".txt", ".js", ".html", ".ipynb", ""}:
+        if path.suffix not in {
+            ".py",
+            ".md",
+            ".toml",
+            ".yaml",
+            ".yml",
+            ".txt",
+            ".js",
+            ".html",
+            ".ipynb",
+            "",
+        }:
             continue
         if name == "CHANGELOG.md":
             continue
@@ -1212,7 +1293,9 @@ def rewrite_others(house, renaming, words, tests) -> dict[str, str]:
     return texts
 
 
-def write(house: House, texts: dict[str, str], others: dict[str, str], tests: dict[str, str]) -> None:
+def write(
+    house: House, texts: dict[str, str], others: dict[str, str], tests: dict[str, str]
+) -> None:
     root = house.root
     for name, text in others.items():
         (root / name).write_text(text, encoding="utf-8")
@@ -1224,7 +1307,9 @@ def write(house: House, texts: dict[str, str], others: dict[str, str], tests: di
             for old, new in sorted(folders.items(), key=lambda each: -len(each[0])):
                 was = old.replace(".", "/") + "/"
                 if inner.startswith(was):
-                    moves[f"{PACKAGE}/{inner}"] = f"{PACKAGE}/{new.replace('.', '/')}/{inner[len(was):]}"
+                    moves[f"{PACKAGE}/{inner}"] = (
+                        f"{PACKAGE}/{new.replace('.', '/')}/{inner[len(was) :]}"
+                    )
                     break
     pending = {a: (root / a).read_bytes() for a, b in moves.items() if a != b}
     for name in pending:
@@ -1262,7 +1347,9 @@ def write(house: House, texts: dict[str, str], others: dict[str, str], tests: di
 def look(house: House) -> None:
     """Say how large the house will be, and which circles it will have."""
     bakery = [one for one in house.targets if one.startswith(BAKERY)]
-    print("modules:", len(house.old), "->", len(house.targets), "of them the bakery's:", len(bakery))
+    print(
+        "modules:", len(house.old), "->", len(house.targets), "of them the bakery's:", len(bakery)
+    )
     folders = Counter(
         t if t in house.inits else t.rpartition(".")[0] for t in house.targets if t not in bakery
     )
@@ -1285,7 +1372,9 @@ def look(house: House) -> None:
                         new = house.new_of[found[0]]
                         if new:
                             edges[own].add(new)
-                            why[own, new].add(f"{one.stem}{'' if head else '(late)'}>{found[0].rsplit('.', 1)[-1]}")
+                            why[own, new].add(
+                                f"{one.stem}{'' if head else '(late)'}>{found[0].rsplit('.', 1)[-1]}"
+                            )
         for circle in circles(edges):
             print("CIRCLE" + (" (late)" if late else ""), sorted(circle))
             for a in sorted(circle):

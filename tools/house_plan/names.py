@@ -108,7 +108,9 @@ class Uses:
             if not any(node.name in scope for scope in scopes):
                 self.found.append(Use(node.name, node, scopes))
             arguments = node.args
-            self._many([*node.decorator_list, *arguments.defaults, *arguments.kw_defaults], scopes, joined)
+            self._many(
+                [*node.decorator_list, *arguments.defaults, *arguments.kw_defaults], scopes, joined
+            )
             every = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
             every += [one for one in (arguments.vararg, arguments.kwarg) if one]
             for one in every:

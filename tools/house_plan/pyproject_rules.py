@@ -50,7 +50,11 @@ def rewrite(root: Path) -> None:
     ]
     out = ["[tool.importlinter]", *(f"{key} = {value(each)}" for key, each in linter.items()), ""]
     for one in contracts:
-        out += ["[[tool.importlinter.contracts]]", *(f"{key} = {value(each)}" for key, each in one.items()), ""]
+        out += [
+            "[[tool.importlinter.contracts]]",
+            *(f"{key} = {value(each)}" for key, each in one.items()),
+            "",
+        ]
     path.write_text(text[:begin] + "\n".join(out).rstrip("\n") + "\n", encoding="utf-8")
 
 
@@ -61,7 +65,10 @@ def changed(one: dict) -> dict:
         one["source_modules"] = PURE
         inner = ("certificate", "measured", "file", "stimuli", "plan", "run")
         one["forbidden_modules"] = [
-            *(f"{P}.{each}" for each in (*STAGES, "job", "shot", "installation", "pipeline", *ROOMS[1:])),
+            *(
+                f"{P}.{each}"
+                for each in (*STAGES, "job", "shot", "installation", "pipeline", *ROOMS[1:])
+            ),
             *(f"{P}.studies.{each}" for each in inner),
         ]
         return one
