@@ -206,7 +206,7 @@ def test_languages_say_all_that_english_says(language):
 
 def test_pages_use_all_texts_and_no_others():
     """Those that the script asks for by name, or the survey's script does."""
-    here = jspsych.__file__.replace("jspsych.py", "page/")
+    here = Path(jspsych.__file__).with_name("page")
     script = "".join(Path(here, name).read_text("utf-8") for name in ("film.js", "session.js"))
     used = set(re.findall(r"\bwords\.(\w+)", script))
     assert used | {"screen"} == set(own_texts()["en"]["page"])

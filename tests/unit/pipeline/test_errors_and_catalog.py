@@ -70,4 +70,4 @@ def test_tests_keep_out_of_the_users_cache(own_cache):
 
 
 def test_own_code_is_found():
-    assert (catalog.package_folder("library") / "mesh" / "solids.py").is_file()
+    assert (catalog.package_folder("library") / "mesh" / "__init__.py").is_file()
