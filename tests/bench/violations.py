@@ -115,9 +115,9 @@ def rows(films: Films, folder: Path) -> dict[str, dict[str, Any]]:
             said = "; ".join(clean.faults) or "nothing"
             found[f"nothing: {factor}, {light}"] = row(clean, said)
     for name, violation in all_violations().items():
-        said = judged(films, violation, folder)
-        own = (fault for fault in said.faults if re.search(violation.said, fault))
-        found[name] = row(said, next(own, "NOT FOUND")) | {"where": violation.where}
+        verdict = judged(films, violation, folder)
+        own = (fault for fault in verdict.faults if re.search(violation.said, fault))
+        found[name] = row(verdict, next(own, "NOT FOUND")) | {"where": violation.where}
     return found
 
 
