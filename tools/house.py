@@ -273,10 +273,6 @@ def page(columns: Mapping[str, Mapping[str, object]]) -> str:
     """Return the table of all columns."""
     rows = list(dict.fromkeys(key for column in columns.values() for key in column))
     lines = [
-        "# The shape of the package",
-        "",
-        "By `python tools/house.py --name NAME -o docs/_bench`.",
-        "",
         f"| | {' | '.join(columns)} |",
         "|---|" + "--:|" * len(columns),
     ]
