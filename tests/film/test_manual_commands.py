@@ -34,6 +34,7 @@ NOT_RUN = {
     "farm work": "as above",
     "farm --engine": "needs Slurm or Dask; tests/unit/pipeline/farm/engines",
     "study gaze": "needs films with layers; tests/unit/pipeline/measured/test_gaze.py",
+    "study presses": "needs answers of people; tests/unit/pipeline/measured/test_presses.py",
     "render --time-budget": "a pilot renders; tests/unit/pipeline/test_pilot.py",
     "render --target-error": "as above",
 }
@@ -41,8 +42,8 @@ NOT_RUN = {
 
 VALUES = {
     "--time": "4", "--at": "4", "--from": "4", "--to": "4.2", "--size": "32x16", "--vehicle": "v0",
-    "--frames": "0:1", "--near": "post,40", "--follow": "v0", "--type": "car", "--tone": "agx",
-    "--quality": "draft",
+    "--frames": "0:1", "--kerb": "30,-6", "--near": "post,40", "--follow": "v0", "--type": "car",
+    "--tone": "agx", "--quality": "draft",
 }  # fmt: skip
 DRY = ("render", "study", "farm")
 CAMERAS = ("overview", "corner", "eulerian", "my_view", "path")
