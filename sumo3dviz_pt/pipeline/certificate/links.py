@@ -242,16 +242,19 @@ def record_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
 
 
 def _as_told(film: Content, account: Content) -> bool:
-    """Return whether a record says of a film what its account says."""
+    """Return whether a record says of a film what its account says; a damaged one says nothing."""
     more = _mapping(account.get("overlays"))
-    count = len(account["frames"]) + sum(
-        int(more.get(f"frames_{n}", 0)) for n in ("before", "after")
-    )
-    rate = Fraction(str(account.get("frame_rate")))
-    told = [film.get("frames"), str(film.get("rate")), list(film.get("size", ()))]
-    told.append(round(float(film.get("duration", 0.0)), 5))
-    wanted = [count, str(account.get("frame_rate")), list(account.get("size", ()))]
-    return told == [*wanted, round(float(count / rate), 5)]
+    try:
+        count = len(account["frames"]) + sum(
+            int(more.get(f"frames_{n}", 0)) for n in ("before", "after")
+        )
+        lasts = round(float(count / Fraction(str(account["frame_rate"]))), 5)
+        wanted = [count, str(account["frame_rate"]), list(account["size"]), lasts]
+        told = [film.get("frames"), str(film.get("rate")), list(film.get("size", ()))]
+        told.append(round(float(film.get("duration", 0.0)), 5))
+    except (ArithmeticError, LookupError, TypeError, ValueError):
+        return False
+    return told == wanted
 
 
 def _names(pair: Content) -> tuple[str, str, str]:
