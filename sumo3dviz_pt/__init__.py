@@ -8,7 +8,7 @@ scene.still(time=12.0, camera="driver", quality="preview").save("still.png")
 
 from __future__ import annotations
 
-from sumo3dviz_pt.api import Scene, example, load
+from sumo3dviz_pt.api import Scene, Study, example, load, read_layers
 from sumo3dviz_pt.errors import (
     ConfigError,
     InputError,
@@ -16,9 +16,7 @@ from sumo3dviz_pt.errors import (
     RenderError,
     Sumo3dvizError,
 )
-from sumo3dviz_pt.frame_layers import read_layers
-from sumo3dviz_pt.recorder import Recorder
-from sumo3dviz_pt.study import Study
+from sumo3dviz_pt.recording.recorder import Recorder
 
 __all__ = [
     "ConfigError",

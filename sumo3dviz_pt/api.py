@@ -1,7 +1,14 @@
-"""The Python API: the same jobs and the same pixels as the command line."""
+"""The Python API: the same jobs and the same pixels as the command line.
+
+Films that were rendered, as a list that notebooks show. Studies in Python: the same films and
+files as the command `study` makes. Layers of films in Python: what `render` wrote beside them,
+read again.
+"""
 
 from __future__ import annotations
 
+import base64
+import html
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
@@ -10,20 +17,46 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.pipeline.films.shown import Films
-
 if TYPE_CHECKING:
     from sumo3dviz_pt.job.settings import Job
-    from sumo3dviz_pt.model.ratios import Ratio
-    from sumo3dviz_pt.pipeline.camera_list import Cameras
-    from sumo3dviz_pt.pipeline.films.build import FilmOrder, FrameDone
+    from sumo3dviz_pt.model.numbers import Ratio
+    from sumo3dviz_pt.pipeline.conditions import SunReport
+    from sumo3dviz_pt.pipeline.films.film import FilmOrder, FrameDone
+    from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers
+    from sumo3dviz_pt.pipeline.live import OpenShot
     from sumo3dviz_pt.pipeline.production import Request
-    from sumo3dviz_pt.pipeline.progress.build import WorkStep
-    from sumo3dviz_pt.pipeline.roster import Roster
-    from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
-    from sumo3dviz_pt.pipeline.stills.still import Still
-    from sumo3dviz_pt.pipeline.sun_report import SunReport
+    from sumo3dviz_pt.pipeline.roster import Cameras, Roster
+    from sumo3dviz_pt.pipeline.steps import WorkStep
+    from sumo3dviz_pt.pipeline.still import Still
+    from sumo3dviz_pt.studies.certificate.certificate import Certificate
+    from sumo3dviz_pt.studies.plan import StudyPlan
     from sumo3dviz_pt.viewer.notebook import Viewer
+
+
+_LARGEST = 20_000_000
+"""Films up to this size are put into the notebook itself [bytes]."""
+
+_TYPES = {".mp4": "video/mp4", ".mov": "video/mp4", ".webm": "video/webm", ".gif": "image/gif"}
+
+
+class Films(list[Path]):
+    """Paths of films; the last line of a notebook's cell shows them."""
+
+    def _repr_html_(self) -> str:
+        """Return every film as a player, or as its name if it is too large or is no film."""
+        return "\n".join(map(_shown, self))
+
+
+def _shown(path: Path) -> str:
+    """Return one film in HTML."""
+    kind, name = _TYPES.get(path.suffix.lower()), html.escape(str(path))
+    if kind is None or not path.is_file() or path.stat().st_size > _LARGEST:
+        return f"<p><code>{name}</code></p>"
+    data = f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+    if kind.startswith("image"):
+        return f'<img src="{data}" alt="{name}" style="max-width: 100%">'
+    return f'<video src="{data}" title="{name}" controls loop style="max-width: 100%"></video>'
+
 
 _SCENARIO_KEYS = frozenset(
     {"sumocfg", "folder", "network", "trajectories", "signals", "additional", "vehicle_types"}
@@ -66,7 +99,7 @@ class Scene:
     """
 
     def __init__(self, **settings: Any) -> None:
-        from sumo3dviz_pt.job.plain import plain
+        from sumo3dviz_pt.job.yaml12 import plain
 
         self._source = _SceneSource(None, _gathered(plain(settings)))
         self.job: Job = self._source.job({})
@@ -104,14 +137,14 @@ class Scene:
     @property
     def cameras(self) -> Cameras:
         """The scene's cameras: settings by name."""
-        from sumo3dviz_pt.pipeline.camera_list import Cameras
+        from sumo3dviz_pt.pipeline.roster import Cameras
 
         return Cameras(self.job.cameras)
 
     @property
     def sun(self) -> SunReport | None:
         """Where the sun stands, and when that is; None for a user's radiance map."""
-        from sumo3dviz_pt.pipeline.sun_report import sun_report
+        from sumo3dviz_pt.pipeline.conditions import sun_report
 
         return sun_report(self.job)
 
@@ -185,11 +218,11 @@ class Scene:
             An image with `.radiance` (h, w, 3), `.save(path)`, which overwrites a picture that
             exists, as everywhere in Python, and `.develop()`.
         """
-        from sumo3dviz_pt.job.asked import asked
-        from sumo3dviz_pt.job.ranges import Seconds
+        from sumo3dviz_pt.job.errors import asked
+        from sumo3dviz_pt.job.values import Seconds
+        from sumo3dviz_pt.pipeline.live import OpenShot
         from sumo3dviz_pt.pipeline.production import Request
-        from sumo3dviz_pt.pipeline.progress.expectations import still_steps
-        from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+        from sumo3dviz_pt.pipeline.steps import still_steps
 
         request = Request(camera, quality, size, spp, seed, variant, "", time_budget, target_error)
         time = asked(Seconds, time, key="time")
@@ -232,8 +265,8 @@ class Scene:
             ConfigError: Before the first, if a choice is wrong.
             RenderError: If one fails.
         """
-        from sumo3dviz_pt.job.asked import made
-        from sumo3dviz_pt.pipeline.films.build import FilmOrder
+        from sumo3dviz_pt.job.errors import made
+        from sumo3dviz_pt.pipeline.films.film import FilmOrder
         from sumo3dviz_pt.pipeline.production import Request
 
         order = FilmOrder(Path("frames.mp4"), start=start, end=end, fps=fps, speed=speed)
@@ -242,9 +275,9 @@ class Scene:
 
     def _frames(self, request: Request, order: FilmOrder, progress: bool | None) -> Iterator[Still]:
         """Yield a film's frames."""
-        from sumo3dviz_pt.pipeline.films.build import prepared
-        from sumo3dviz_pt.pipeline.progress.expectations import opening_steps
-        from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+        from sumo3dviz_pt.pipeline.films.film import prepared
+        from sumo3dviz_pt.pipeline.live import OpenShot
+        from sumo3dviz_pt.pipeline.steps import opening_steps
 
         self.close()
         with _followed("frames", progress, partial(opening_steps, self.job)):
@@ -285,10 +318,10 @@ class Scene:
             InputError: If a file of the simulation is wrong.
             RenderError: If a frame fails; finished frames are kept.
         """
-        from sumo3dviz_pt.job.asked import split
-        from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+        from sumo3dviz_pt.job.errors import split
+        from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
         from sumo3dviz_pt.pipeline.production import Request
-        from sumo3dviz_pt.pipeline.progress.expectations import film_steps
+        from sumo3dviz_pt.pipeline.steps import film_steps
 
         own = {"camera": camera, "path": path, "start": start, "end": end}
         request, order = split(Request, FilmOrder, {**choices, **own})
@@ -360,7 +393,7 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
     Raises:
         ConfigError: If the file or a setting in it is wrong.
     """
-    from sumo3dviz_pt.job.plain import as_path
+    from sumo3dviz_pt.job.yaml12 import as_path
     from sumo3dviz_pt.pipeline.scene_file import checked_overrides
 
     return Scene._of(_SceneSource(as_path(path, key="path"), dict(checked_overrides(overrides))))
@@ -395,8 +428,103 @@ def _followed(
     name: str, wanted: bool | None, steps: Callable[[], tuple[WorkStep, ...]]
 ) -> AbstractContextManager[None]:
     """Show how far work is; None shows it only where lines can be redrawn."""
-    from sumo3dviz_pt.pipeline.progress.build import can_redraw, followed
+    from sumo3dviz_pt.pipeline.steps import can_redraw, followed
 
     if wanted is None:
         wanted = can_redraw(sys.stderr)
     return followed(name, steps()) if wanted else nullcontext()
+
+
+class Study:
+    """Films that differ by design; printed, it says which, what differs and what they cost.
+
+    Args:
+        path: The study file.
+        overrides: Values of the scene file by dotted key, for all films.
+
+    Attributes:
+        plan: What it shows: profiles, trials, films, pairs of films, playlists.
+        certificate: What was found on the pairs of films, once they are rendered; None before,
+            and where the study file asks for none.
+
+    Raises:
+        ConfigError: If the study file, a level or the design is wrong.
+        InputError: If a design table is wrong, or the simulation's files are not there.
+    """
+
+    def __init__(self, path: str | Path, overrides: Mapping[str, Any] | None = None) -> None:
+        from sumo3dviz_pt.pipeline.scene_file import override_values
+        from sumo3dviz_pt.studies.file import load_study
+        from sumo3dviz_pt.studies.plan import plan_study
+
+        self.certificate: Certificate | None = None
+        self.plan: StudyPlan = plan_study(load_study(Path(path)), override_values(overrides))
+
+    def __str__(self) -> str:
+        from sumo3dviz_pt.studies.run import plan_in_words
+
+        return plan_in_words(self.plan, self.plan.stimuli)
+
+    def __repr__(self) -> str:
+        plan = self.plan
+        return (
+            f"<Study {plan.file.path}: {len(plan.stimuli)} films, {len(plan.trials)} trials,"
+            f" {len(plan.playlists)} playlists>"
+        )
+
+    def render(self, folder: str | Path, *, progress: bool | None = None, **choices: Any) -> Films:
+        """Render the films, and write the files of all tools beside them.
+
+        Args:
+            folder: Of all that comes out.
+            progress: Whether a bar or lines say how far it is; default on terminals and in
+                notebooks.
+            choices: `resume`, `overwrite`, `discard_frames` and `variant` as on the command line.
+
+        Returns:
+            All films, those that were there already among them: a list of paths that notebooks
+            show as films.
+
+        Raises:
+            ConfigError: If a choice is wrong, or films exist and neither `resume` nor `overwrite`
+                is true.
+            RenderError: If a frame fails; finished films and frames are kept.
+        """
+        from sumo3dviz_pt.job.errors import made
+        from sumo3dviz_pt.pipeline.steps import can_redraw, film_steps, followed
+        from sumo3dviz_pt.studies.records import film_path
+        from sumo3dviz_pt.studies.run import (
+            StudyOrder,
+            check_study,
+            film_tasks,
+            finish_study,
+            render_task,
+        )
+
+        order = made(StudyOrder, {**choices, "folder": folder})
+        check_study(self.plan, order)
+        shown = can_redraw(sys.stderr) if progress is None else progress
+        for task in film_tasks(self.plan, order):
+            steps = film_steps(task.stimulus.job, task.request, task.order)
+            with followed(task.order.path.name, steps) if shown else nullcontext():
+                render_task(self.plan, order, task)
+        self.certificate = finish_study(self.plan, order).certificate
+        return Films(film_path(order.folder, self.plan, each) for each in self.plan.stimuli)
+
+
+def read_layers(film: Path | str, frame: int) -> FrameLayers:
+    """Return the layers of a film's frame.
+
+    Args:
+        film: The film, or its folder of layers.
+        frame: The frame's number, from 0.
+
+    Raises:
+        InputError: If they are missing, damaged or of another form.
+    """
+    from sumo3dviz_pt.pipeline.films.frames import film_name
+    from sumo3dviz_pt.pipeline.films.layers import beside
+    from sumo3dviz_pt.pipeline.films.stored_layers import read_frame
+
+    path = Path(film)
+    return read_frame(path if path.is_dir() else beside(film_name(path)), frame)

@@ -21,8 +21,8 @@ import platformdirs
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.kept import keep, read_whole
-from sumo3dviz_pt.library.vehicles.variant import varied
+from sumo3dviz_pt.files.atomic import keep, read_whole
+from sumo3dviz_pt.library.vehicles.recipe import varied
 
 _PACKAGE = Path(__file__).resolve().parent
 _DATA_ROOTS = (_PACKAGE / "_data", _PACKAGE.parent)

@@ -10,10 +10,10 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
-from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import (
     FrameState,
+    LampSet,
     Mover,
     Part,
     Prototype,

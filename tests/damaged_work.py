@@ -266,9 +266,8 @@ def _accounts(scene: Path, rng: Chance) -> list[str]:
 
 def _farm(scene: Path, rng: Chance) -> list[str]:
     """A damaged plan of a farm, or a damaged try of a task."""
-    from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
-    from sumo3dviz_pt.pipeline.farm.plan import PLAN, FarmFilm, FarmPlan, FarmTask, write_plan
-    from sumo3dviz_pt.pipeline.farm.tries import End, Outcome, finish, take
+    from sumo3dviz_pt.farm.plan import PLAN, EngineChoice, FarmFilm, FarmPlan, FarmTask, write_plan
+    from sumo3dviz_pt.farm.state import End, Outcome, finish, take
 
     tasks = (
         FarmTask(("render", "--frames", "0:4"), 0, (0, 4), (), 40.0),

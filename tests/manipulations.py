@@ -19,10 +19,10 @@ from typing import Any
 
 from builders import write_scenario
 
-from sumo3dviz_pt.experiments.tools.papers import read_digests, write_checksums
-from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
-from sumo3dviz_pt.pipeline.certificate.delivered import film_faults
-from sumo3dviz_pt.pipeline.films.proof import sealed
+from sumo3dviz_pt.pipeline.films.encoding import sealed
+from sumo3dviz_pt.pipeline.provenance import file_hash
+from sumo3dviz_pt.studies.certificate.delivered import film_faults
+from sumo3dviz_pt.studies.tools.datasets import read_digests, write_checksums
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 
 OUTSIDER = "outsider: "

@@ -10,10 +10,9 @@ import numpy as np
 from violations import Films
 
 from sumo3dviz_pt.model.geometry import Bools
-from sumo3dviz_pt.pipeline.certificate.acts import Acts
-from sumo3dviz_pt.pipeline.certificate.comparison import compare
-from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
-from sumo3dviz_pt.pipeline.certificate.light import light_faults, luminance
+from sumo3dviz_pt.studies.certificate.acts import Acts
+from sumo3dviz_pt.studies.certificate.comparison import compare
+from sumo3dviz_pt.studies.certificate.evidence import Evidence, light_faults, luminance
 
 RATES = "relit.md"
 """File of the table, beside that of violations."""

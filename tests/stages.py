@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.lens import Lens

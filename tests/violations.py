@@ -19,16 +19,15 @@ import numpy as np
 from manipulations import FILMS, FOLDERS, OUTSIDER, FilmChange, FolderChange, judge_film
 
 from sumo3dviz_pt.catalog import data_root
-from sumo3dviz_pt.pipeline.certificate.accounts import account_faults
-from sumo3dviz_pt.pipeline.certificate.acts import Acts
-from sumo3dviz_pt.pipeline.certificate.comparison import compare
-from sumo3dviz_pt.pipeline.certificate.evidence import Evidence, read_evidence
-from sumo3dviz_pt.pipeline.certificate.verdicts import pixel_verdict
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.foresight import rider_of, subject_of_pair
-from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
-from sumo3dviz_pt.pipeline.studies.plan import StudyPlan, plan_study
-from sumo3dviz_pt.pipeline.studies.records import film_path, read_film_account
+from sumo3dviz_pt.studies.certificate.accounts import account_faults
+from sumo3dviz_pt.studies.certificate.acts import Acts
+from sumo3dviz_pt.studies.certificate.comparison import compare, pixel_verdict
+from sumo3dviz_pt.studies.certificate.evidence import Evidence, read_evidence
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.foresight import rider_of, subject_of_pair
+from sumo3dviz_pt.studies.plan import StudyPlan, plan_study
+from sumo3dviz_pt.studies.records import film_path, read_film_account
+from sumo3dviz_pt.studies.stimuli import StimulusPair
 
 RIDDEN, AHEAD = "traffic_W_E.54", "traffic_W_E.52"
 

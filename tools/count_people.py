@@ -8,12 +8,12 @@ from __future__ import annotations
 import json
 import sys
 
-from sumo3dviz_pt.cast.people_counts import COUNTS, count_people
+from sumo3dviz_pt.cast.counts import PEOPLE_COUNTS, count_people
 
 
 def main() -> int:
     """Write the file anew."""
-    COUNTS.write_text(json.dumps(count_people(), indent=1) + "\n", encoding="utf-8")
+    PEOPLE_COUNTS.write_text(json.dumps(count_people(), indent=1) + "\n", encoding="utf-8")
     return 0
 
 

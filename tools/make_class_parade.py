@@ -20,15 +20,14 @@ import numpy as np
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import choose, looks_for, models_for
 from sumo3dviz_pt.cast.colours import paint_of
-from sumo3dviz_pt.library.materials.named import MATERIALS, principled
+from sumo3dviz_pt.library.materials import MATERIALS, principled
 from sumo3dviz_pt.library.mesh.solids import box
 from sumo3dviz_pt.model.geometry import Colour, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part, is_tinted
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.pipeline import sheets
+from sumo3dviz_pt.pipeline import catalogue
 from sumo3dviz_pt.shot.showroom import Exhibit
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
-from sumo3dviz_pt.sumo.types import read_vehicle_types
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS, read_vehicle_types
 
 LENGTH = 640.0
 """Of each edge [m]."""
@@ -228,9 +227,9 @@ def _user(row: Row) -> str:
 def draw(routes: Path, picture: Path) -> None:
     """Draw everyone whose type is in a routes file, as films show it."""
     drawn = picture.with_suffix(".png")
-    order = sheets.SheetOrder("classes", drawn, (240, 135), "preview", columns=6, counted=False)
+    order = catalogue.SheetOrder("classes", drawn, (240, 135), "preview", columns=6, counted=False)
     kinds = read_vehicle_types([routes])
-    sheets.draw_exhibits([_exhibit(kind) for kind in kinds.values()], order)
+    catalogue.draw_exhibits([_exhibit(kind) for kind in kinds.values()], order)
     if picture != drawn:
         _write_small(drawn, picture)
         drawn.unlink()

@@ -25,8 +25,8 @@ from sumo3dviz_pt.pipeline.production import ready_renderer
 from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 from sumo3dviz_pt.render.session import RenderSettings, Session
 from sumo3dviz_pt.shot.build import Shot
-from sumo3dviz_pt.shot.roaming import build_roam, camera_view
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+from sumo3dviz_pt.shot.picking import build_roam, camera_view
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 from sumo3dviz_pt.world.build import World
 
 EYES = ("driver", "passenger", "cyclist", "pedestrian")

@@ -9,12 +9,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from sumo3dviz_pt.pipeline.kerb.build import at_kerb, kerb_lines
-from sumo3dviz_pt.pipeline.kerb.proposal import as_study
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.offers import offer_lines, offers_of
-from sumo3dviz_pt.pipeline.studies.plan import plan_study
+from sumo3dviz_pt.proposals.kerb.proposal import as_study
+from sumo3dviz_pt.proposals.kerb.vehicles import at_kerb, kerb_lines
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.offers import offer_lines, offers_of
+from sumo3dviz_pt.studies.plan import plan_study
 
 ROOT = Path(__file__).resolve().parents[1]
 BENCH = ROOT / "docs" / "_bench"

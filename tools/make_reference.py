@@ -23,7 +23,7 @@ from pydantic_core import PydanticUndefined
 
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.job import settings, study
-from sumo3dviz_pt.job.meanings import bounds
+from sumo3dviz_pt.job.settings import bounds
 from sumo3dviz_pt.job.values import all_models, models_in
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"

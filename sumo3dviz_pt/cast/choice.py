@@ -1,21 +1,142 @@
-"""Which body a road user gets: seeded by its id, so that it keeps it for its whole life."""
+"""Which body and which colour a road user gets: by its id, its vType and what the scene file says.
+
+How many units of a kind make a train, a tram or a ship of a length. Which body a road user gets:
+seeded by its id, so that it keeps it for its whole life. Models and colours that a scene file
+gives to single road users, by id or pattern.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.coupling import Carriages, pitch_of, spare_units
-from sumo3dviz_pt.cast.seats import PLAIN_CLASSES
+from sumo3dviz_pt.cast.colours import reflectance
+from sumo3dviz_pt.cast.figures import PLAIN_CLASSES
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.values import OwnLook
+from sumo3dviz_pt.library.materials import colour_of
+from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.traffic import RAIL_CLASSES, VehicleType
+
+_PARAMETERS = ("locomotiveLength", "carriageLength", "carriageGap")
+_GAP = 1.0
+"""SUMO's default between carriages [m]."""
+
+CouplingRow = Mapping[str, Any]
+"""A unit as `asset.yaml` lists it: `model`, `at`, and `repeat` with `pitch`; where the vehicle
+bends, `pivots` and `bellows`, see `cast/fitting.py`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Carriages:
+    """What a vType says of its train (SUMO's parameters of the same names).
+
+    Attributes:
+        locomotive: Length of the first unit [m], > 0.
+        carriage: Length of the others [m], > 0.
+        gap: Between units [m].
+    """
+
+    locomotive: float
+    carriage: float
+    gap: float
+
+    @classmethod
+    def of(cls, params: Mapping[str, str]) -> Carriages | None:
+        """Read the parameters; None where they give no length."""
+        first, other, gap = (_length(params.get(name)) for name in _PARAMETERS)
+        known = first or other
+        if not known:
+            return None
+        return cls(first or known, other or known, _GAP if gap is None else gap)
+
+    def split(self, length: float) -> tuple[tuple[float, float], ...]:
+        """Return units of a train of a length [m], as SUMO's own drawing splits it.
+
+        Returns:
+            Distance of each unit's front behind the train's front, and its length [m].
+        """
+        pitch = self.carriage + self.gap
+        more = max(0, int((length - self.locomotive) / pitch + 0.5))
+        if more == 0:
+            return ((0.0, length),)
+        # Whole carriages share what is left, so that the train is as long as it says.
+        pitch = (length - self.locomotive) / more
+        own = max(pitch - self.gap, 0.5 * pitch)
+        rest = [(self.locomotive + (k + 1) * pitch - own, own) for k in range(more)]
+        return ((0.0, self.locomotive), *rest)
+
+
+def _length(text: str | None) -> float | None:
+    """A length [m], or None where there is none or it says nothing."""
+    try:
+        value = float(text) if text else -1.0
+    except ValueError:
+        return None
+    return value if 0.0 <= value < 1e4 else None
+
+
+def pitch_of(rows: Sequence[CouplingRow]) -> float:
+    """Return what one more of the repeated units adds [m]; 0 where none are repeated."""
+    return sum(float(row["pitch"]) for row in rows if row.get("repeat"))
+
+
+def spare_units(length: float, pitch: float, *, wanted: float) -> int:
+    """Return how many repeated units a vehicle has beyond those that the asset lists.
+
+    Args:
+        length: Of the asset as it is listed [m].
+        pitch: What one more adds [m]; 0 where none are repeated.
+        wanted: Length to fill [m].
+
+    Returns:
+        The number that takes the least stretching; -1 leaves out those that are listed.
+    """
+    if not pitch:
+        return 0
+    near = int((wanted - length) // pitch)
+    return min(
+        (max(-1, near), max(-1, near + 1)),
+        key=lambda more: max(wanted / (length + more * pitch), (length + more * pitch) / wanted),
+    )
+
+
+def coupled(rows: Sequence[CouplingRow], more: int) -> list[tuple[CouplingRow, float]]:
+    """Return units of a whole and where their fronts are, from front to rear.
+
+    Args:
+        rows: As the asset lists them; the repeated ones follow one another.
+        more: From `spare_units`.
+
+    Returns:
+        Each unit's row and x of its front in the whole's frame [m].
+    """
+    again = [row for row in rows if row.get("repeat")]
+    if not again:
+        return [(row, float(row["at"])) for row in rows]
+    pitch = pitch_of(rows)
+    first = rows.index(again[0])
+    tail = [row for row in rows[first:] if not row.get("repeat")]
+    copies = [(row, k * pitch) for k in range(more + 1) for row in again]
+    placed = [(row, 0.0) for row in rows[:first]] + copies + [(row, more * pitch) for row in tail]
+    return [(row, float(row["at"]) - back) for row, back in placed]
+
+
+def numbered(rows: Sequence[CouplingRow], count: int) -> list[CouplingRow]:
+    """Return the rows of a train of some units: its first, its last, and repeated ones between."""
+    again = [row for row in rows if row.get("repeat")] or list(rows[-1:])
+    tail = [row for row in rows[rows.index(again[0]) :] if not row.get("repeat")][: count - 1]
+    between = [again[k % len(again)] for k in range(count - 1 - len(tail))]
+    return [rows[0], *between, *tail]
+
 
 BodySize = tuple[float, float, float]
 """Length, width, height [m]."""
@@ -367,3 +488,80 @@ def _likelihood(model: Model, size: BodySize, vclass: str) -> float:
         aside = float(np.clip((model.size[1] / size[1] - 1.0) / _WIDTH_SPREAD, -2.0, 2.0))
         return float(np.exp(-(off**2) - aside**2)) + 1e-12
     return float(np.exp(-(off**2))) + 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class OwnLooks:
+    """What a scene file says about single road users.
+
+    Attributes:
+        by_id: Model and colour by id or pattern; the exact id wins, then the first that fits.
+    """
+
+    by_id: Mapping[str, OwnLook]
+
+    def of(self, name: str, type_id: str) -> OwnLook | None:
+        """Return what is said about a road user, by its id and that of its vType."""
+        if name in self.by_id:
+            return self.by_id[name]
+        for pattern, look in self.by_id.items():
+            if fnmatchcase(name, pattern) or fnmatchcase(type_id, pattern):
+                return look
+        return None
+
+    def choice(self, kind: VehicleType, *, name: str, walks: bool) -> Choice | None:
+        """Return the body that a road user is given; None leaves it to chance.
+
+        A vehicle is fitted to its vType where the model serves that class and can be
+        stretched to that length; else it keeps its own size. Vehicles stay vehicles and
+        people stay people, whatever a pattern fits.
+
+        Args:
+            kind: The vType.
+            name: SUMO's id of the road user.
+            walks: Whether it is a person.
+        """
+        look = self.of(name, kind.id)
+        if look is None or look.model is None:
+            return None
+        if look.model in catalog.names("people"):
+            return _own_looks_figure(look.model) if walks else None
+        return None if walks else _vehicle(look.model, kind)
+
+    def paint(self, name: str, type_id: str) -> Colour | None:
+        """Return the colour that a road user is given, or None."""
+        look = self.of(name, type_id)
+        if look is None or look.colour is None:
+            return None
+        return reflectance(colour_of(look.colour))
+
+
+def _model(name: str) -> Model:
+    """A vehicle of the catalogue."""
+    return Model.of(catalog.find("vehicles", name))
+
+
+def _own_looks_figure(name: str) -> FigureChoice:
+    """A person of the catalogue, in full height."""
+    return FigureChoice(name, float(catalog.find("people", name).meta["height"]))
+
+
+def _vehicle(name: str, kind: VehicleType) -> ModelChoice:
+    """A vehicle of the catalogue, fitted to a vType if it serves its class."""
+    model, vclass = _model(name), drawn_class(kind)
+    cars = Carriages.of(kind.params) if vclass in RAIL_CLASSES else None
+    fits = vclass in CAR_CLASSES or cars is not None or can_be(model, kind.length)
+    if fits and vclass in model.vclasses:
+        return ModelChoice(model, vclass, (kind.length, kind.width, kind.height), cars)
+    return ModelChoice(model, min(model.vclasses), model.size)
+
+
+def idle(by_id: Iterable[str], ids: Mapping[str, str]) -> list[str]:
+    """Return ids and patterns that fit no road user.
+
+    Args:
+        by_id: Of a scene file.
+        ids: vTypes' ids by road users' ids.
+    """
+    words = {*ids, *ids.values()}
+    return [each for each in by_id if not any(fnmatchcase(word, each) for word in words)]

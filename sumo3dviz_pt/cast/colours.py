@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.materials.by_key import colour_of
+from sumo3dviz_pt.library.materials import colour_of
 from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.traffic import VehicleType

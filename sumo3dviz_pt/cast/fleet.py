@@ -1,7 +1,11 @@
-"""Road users: which bodies and colours they show, and where they are at a time."""
+"""Road users: which bodies and colours they show, and where they are at a time.
+
+Finds road users by name.
+"""
 
 from __future__ import annotations
 
+import difflib
 import logging
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,11 +14,12 @@ from typing import Literal
 
 import numpy as np
 
-from sumo3dviz_pt.cast.articulation import rigid_frames
-from sumo3dviz_pt.cast.bodies import Body, build_body
+from sumo3dviz_pt.cast.axles import rigid_frames
+from sumo3dviz_pt.cast.bodies import Body, Cockpit, build_body, open_cockpit
 from sumo3dviz_pt.cast.choice import (
     Choice,
     Model,
+    OwnLooks,
     PersonLook,
     PlainChoice,
     choose,
@@ -22,19 +27,20 @@ from sumo3dviz_pt.cast.choice import (
     looks_for,
     models_for,
 )
-from sumo3dviz_pt.cast.cockpits import Cockpit, open_cockpit
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
-from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
-from sumo3dviz_pt.cast.finding import find_trajectory
-from sumo3dviz_pt.cast.full_detail import counted_bodies, full_bodies
-from sumo3dviz_pt.cast.gait import effort, stride_phase
-from sumo3dviz_pt.cast.grounded import Rise, grounded
-from sumo3dviz_pt.cast.lettering import letters_on
-from sumo3dviz_pt.cast.lights import VehicleLights
-from sumo3dviz_pt.cast.own_looks import OwnLooks
-from sumo3dviz_pt.cast.people_counts import counted_people
-from sumo3dviz_pt.cast.pose_sampler import PoseSampler
-from sumo3dviz_pt.cast.presence import Presence, Present
+from sumo3dviz_pt.cast.counts import counted_people
+from sumo3dviz_pt.cast.drawing import AT_REST, Drawn, counted_bodies, full_bodies, letters_on
+from sumo3dviz_pt.cast.lamps import VehicleLights
+from sumo3dviz_pt.cast.poses import (
+    PoseSampler,
+    Presence,
+    Present,
+    Rise,
+    effort,
+    grounded,
+    stride_phase,
+)
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
@@ -43,6 +49,31 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
+
+
+def find_trajectory(trajectories: Sequence[Trajectory], name: str) -> Trajectory:
+    """Return a trajectory by SUMO's id, or by its key.
+
+    Raises:
+        ConfigError: If there is none of that name; the message names some.
+    """
+    known = {trajectory.key: trajectory for trajectory in trajectories}
+    for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
+        if key in known:
+            return known[key]
+    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, trajectories)}")
+
+
+def _suggested(name: str, trajectories: Sequence[Trajectory]) -> str:
+    """End of a sentence that names near ids and some that exist."""
+    ids = list(dict.fromkeys(trajectory.id for trajectory in trajectories))
+    if not ids:
+        return "; there is nobody in this time window"
+    near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)
+    some = [each for each in ids if each not in near][:3]
+    meant = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
+    return f"{meant}; for example {', '.join(map(repr, some))} exist" if some else meant
+
 
 _LOG = logging.getLogger(__name__)
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import argparse
 
+
 __all__ = ["build_parser", "main"]
 
 

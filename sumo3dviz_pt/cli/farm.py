@@ -9,14 +9,14 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.cli.options import PROGRAM, overrides_of, request_of
-from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.cli.options import PROGRAM, overrides_of, progress, request_of
 from sumo3dviz_pt.errors import ConfigError
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.pipeline.farm.making import FarmOrder
-    from sumo3dviz_pt.pipeline.farm.plan import FarmPlan
-    from sumo3dviz_pt.pipeline.farm.state import FarmState
+    from sumo3dviz_pt.farm.making import FarmOrder
+    from sumo3dviz_pt.farm.plan import FarmPlan
+    from sumo3dviz_pt.farm.state import FarmState
+
 
 _OUT = "film.mp4, also with {shot} or {frame}, or a study's folder"
 
@@ -80,8 +80,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _begin(options: argparse.Namespace) -> int:
     """Plan a farm and run it."""
-    from sumo3dviz_pt.pipeline.farm.making import clear
-    from sumo3dviz_pt.pipeline.farm.plan import PLAN
+    from sumo3dviz_pt.farm.making import clear
+    from sumo3dviz_pt.farm.plan import PLAN
 
     if options.place is not None:
         raise ConfigError(f"{str(options.place)!r} is one file too many", key="scene")
@@ -108,7 +108,7 @@ def _planned(options: argparse.Namespace, farm: FarmOrder) -> FarmPlan:
     if _is_study(options.scene):
         return _planned_study(options, farm, words)
     from sumo3dviz_pt.cli.render import order_of
-    from sumo3dviz_pt.pipeline.farm.making import plan_films
+    from sumo3dviz_pt.farm.making import plan_films
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     options.frames, options.resume = None, False
@@ -120,11 +120,11 @@ def _planned(options: argparse.Namespace, farm: FarmOrder) -> FarmPlan:
 
 def _planned_study(options: argparse.Namespace, farm: FarmOrder, words: Sequence[str]) -> FarmPlan:
     """Return the plan of a study's films."""
-    from sumo3dviz_pt.pipeline.farm.making import plan_study_films
+    from sumo3dviz_pt.farm.making import plan_study_films
     from sumo3dviz_pt.pipeline.scene_file import override_values
-    from sumo3dviz_pt.pipeline.studies.file import load_study
-    from sumo3dviz_pt.pipeline.studies.plan import plan_study
-    from sumo3dviz_pt.pipeline.studies.run import StudyOrder
+    from sumo3dviz_pt.studies.file import load_study
+    from sumo3dviz_pt.studies.plan import plan_study
+    from sumo3dviz_pt.studies.run import StudyOrder
 
     # What only films of a scene have, `study` refuses by itself.
     options.parser.parse_args(["study", *words, "-o", str(options.output)])
@@ -140,7 +140,7 @@ def _planned_study(options: argparse.Namespace, farm: FarmOrder, words: Sequence
 
 def _is_study(path: Path) -> bool:
     """Return whether a file is a study's; what is wrong with it is said by whatever reads it."""
-    from sumo3dviz_pt.files.whole import read_plain
+    from sumo3dviz_pt.files.atomic import read_plain
     from sumo3dviz_pt.job.yaml12 import MOST_TEXT, parse_yaml
 
     try:
@@ -174,9 +174,9 @@ def plain_words(words: Sequence[str]) -> list[str]:
 
 def _farm_order(options: argparse.Namespace) -> FarmOrder:
     """Return how the farm is to be run."""
-    from sumo3dviz_pt.pipeline.farm.build import check_engine
-    from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
-    from sumo3dviz_pt.pipeline.farm.making import FarmOrder
+    from sumo3dviz_pt.farm.making import FarmOrder
+    from sumo3dviz_pt.farm.plan import EngineChoice
+    from sumo3dviz_pt.farm.run import check_engine
 
     engine = EngineChoice(
         options.engine or "local",
@@ -200,7 +200,7 @@ def _farm_order(options: argparse.Namespace) -> FarmOrder:
 
 def _in_words(plan: FarmPlan) -> str:
     """Return what a farm would do."""
-    from sumo3dviz_pt.pipeline.progress.costs import time_in_words
+    from sumo3dviz_pt.pipeline.costs import time_in_words
 
     lines = [
         f"{plan.folder}: {len(plan.tasks)} tasks,"
@@ -215,10 +215,10 @@ def _in_words(plan: FarmPlan) -> str:
 
 def _run(plan: FarmPlan, output: Path) -> int:
     """Run a farm and say what came out."""
-    from sumo3dviz_pt.pipeline.farm.build import farm_steps, run_farm
-    from sumo3dviz_pt.pipeline.farm.plan import write_plan
-    from sumo3dviz_pt.pipeline.farm.state import read_state
-    from sumo3dviz_pt.pipeline.films.stopping import stoppable
+    from sumo3dviz_pt.farm.plan import write_plan
+    from sumo3dviz_pt.farm.run import farm_steps, run_farm
+    from sumo3dviz_pt.farm.state import read_state
+    from sumo3dviz_pt.pipeline.films.rendering import stoppable
 
     write_plan(plan)
     told: list[str] = []
@@ -240,7 +240,7 @@ def _next(plan: FarmPlan) -> str:
 
 def _told(plan: FarmPlan, state: FarmState, output: Path) -> int:
     """Say how a farm ended; return the exit code."""
-    from sumo3dviz_pt.pipeline.farm.status import problems_of
+    from sumo3dviz_pt.farm.run import problems_of
 
     if state.complete:
         for film in plan.films:
@@ -263,15 +263,15 @@ def _told(plan: FarmPlan, state: FarmState, output: Path) -> int:
 
 def _plan_at(options: argparse.Namespace) -> FarmPlan:
     """Return the plan of the farm that makes an output."""
-    from sumo3dviz_pt.pipeline.farm.plan import farm_folder, read_plan
+    from sumo3dviz_pt.farm.plan import farm_folder, read_plan
 
     return read_plan(farm_folder(options.place))
 
 
 def _status(options: argparse.Namespace) -> int:
     """Say how far it is."""
-    from sumo3dviz_pt.pipeline.farm.state import read_state
-    from sumo3dviz_pt.pipeline.farm.status import status_of
+    from sumo3dviz_pt.farm.run import status_of
+    from sumo3dviz_pt.farm.state import read_state
 
     status = status_of(read_state(_plan_at(options)))
     print(json.dumps(status.as_dict(), indent=1) if options.json else status)
@@ -280,7 +280,7 @@ def _status(options: argparse.Namespace) -> int:
 
 def _stop(options: argparse.Namespace) -> int:
     """Let frames be finished, and begin nothing more."""
-    from sumo3dviz_pt.pipeline.farm.build import stop_farm
+    from sumo3dviz_pt.farm.run import stop_farm
 
     stop_farm(_plan_at(options))
     print(
@@ -294,7 +294,7 @@ def _resume(options: argparse.Namespace) -> int:
     """Go on, and try again what failed."""
     from dataclasses import replace
 
-    from sumo3dviz_pt.pipeline.farm.build import renew
+    from sumo3dviz_pt.farm.run import renew
 
     plan = _plan_at(options)
     if options.engine is not None:
@@ -305,8 +305,8 @@ def _resume(options: argparse.Namespace) -> int:
 
 def _work(options: argparse.Namespace) -> int:
     """Work at what is to be done until nothing is left; engines start this."""
-    from sumo3dviz_pt.pipeline.farm.state import TaskState
-    from sumo3dviz_pt.pipeline.farm.worker import listening, work
+    from sumo3dviz_pt.farm.state import TaskState
+    from sumo3dviz_pt.farm.worker import listening, work
 
     plan = _plan_at(options)
     if options.task is not None and not 0 <= options.task < len(plan.tasks):

@@ -1,22 +1,30 @@
-"""The parser, and the options that several commands share."""
+"""The parser, the options that several commands share, and how far work is.
+
+Shows how far work is, and prints errors.
+"""
 
 from __future__ import annotations
 
 import argparse
 import difflib
+import logging
 import re
 import shlex
 import shutil
+import sys
 import textwrap
 from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.meanings import meaning
-from sumo3dviz_pt.job.variants import VARIANT, VARIANTS
+from sumo3dviz_pt.job.settings import meaning
+from sumo3dviz_pt.job.values import VARIANT, VARIANTS
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Request
+    from sumo3dviz_pt.pipeline.steps import WorkStep
+
 
 PROGRAM = "sumo3dviz-pt"
 
@@ -124,7 +132,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 def _names(keys: Iterable[str]) -> str:
     """Return the names that can be chosen, key by key."""
-    from sumo3dviz_pt.pipeline.choices import names_for
+    from sumo3dviz_pt.pipeline.scene_file import names_for
 
     width = min(100, shutil.get_terminal_size().columns)
     lines = [
@@ -339,3 +347,29 @@ def _unseen(word: str) -> int | None:
     if len(name) > len("--o") and "--output".startswith(name):  # abbreviated
         return 0 if sign else 1
     return 0 if word.startswith("-o") else None
+
+
+def complain(error: object, code: int, hint: str = "") -> int:
+    """Print an error as one sentence; return the exit code.
+
+    Args:
+        error: What went wrong.
+        code: The exit code.
+        hint: What to do, added to the sentence.
+    """
+    print(f"{PROGRAM}: {error}{hint}", file=sys.stderr)
+    return code
+
+
+def progress(name: str, steps: Sequence[WorkStep]) -> AbstractContextManager[None]:
+    """Show how far the work within the `with` statement is, unless the command is quiet."""
+    from sumo3dviz_pt.pipeline.steps import followed
+
+    if not logging.getLogger("sumo3dviz_pt").isEnabledFor(logging.WARNING):
+        return nullcontext()
+    return followed(name, steps)
+
+
+def cpu_in_words(seconds: float) -> str:
+    """Return CPU-seconds in words."""
+    return f"{seconds:.1f} CPU-seconds"

@@ -1,15 +1,33 @@
-"""`init`, `import-sumo3dviz` and `schema`: write, translate and describe scene files."""
+"""`init`, `import-sumo3dviz`, `schema`, `record`, `view`: the commands that begin a scene.
+
+`init`, `import-sumo3dviz` and `schema`: write, translate and describe scene files. `record`: runs
+SUMO with the outputs that a film needs. `view`: serves a scene to walk through in the browser.
+"""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import logging
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.cli.options import PROGRAM
-from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.cli.options import (
+    PROGRAM,
+    add_overrides,
+    add_size,
+    add_variant,
+    add_window,
+    overrides_of,
+    progress,
+    sumo_time,
+)
+from sumo3dviz_pt.errors import ConfigError, InstallationError
 from sumo3dviz_pt.model.news import Doing
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.job.settings import Job
+
 
 SIMULATING = 30.0
 """What running a simulation usually takes [s]."""
@@ -72,9 +90,9 @@ def _add_target(sub: argparse.ArgumentParser) -> None:
 def _init(options: argparse.Namespace) -> int:
     """Write a scene file for a simulation."""
     from sumo3dviz_pt.job.settings import ScenarioSettings
-    from sumo3dviz_pt.pipeline.progress.build import WorkStep
-    from sumo3dviz_pt.pipeline.proposal import propose
-    from sumo3dviz_pt.pipeline.schema import FILE, write_schema
+    from sumo3dviz_pt.pipeline.scene_file import FILE, write_schema
+    from sumo3dviz_pt.pipeline.steps import WorkStep
+    from sumo3dviz_pt.proposals.proposal import propose
 
     _check_target(options)
     own = ScenarioSettings(
@@ -96,7 +114,7 @@ def _init(options: argparse.Namespace) -> int:
 
 def _recorded(options: argparse.Namespace) -> Path:
     """Run a simulation beside the scene file; return the recording's configuration."""
-    from sumo3dviz_pt.pipeline.recording.run import RecordOrder, record
+    from sumo3dviz_pt.recording.run import RecordOrder, record
 
     folder = options.output.with_suffix(".recorded")
     return record(options.scenario, RecordOrder(folder, overwrite=options.force))[0]
@@ -104,7 +122,7 @@ def _recorded(options: argparse.Namespace) -> Path:
 
 def _import(options: argparse.Namespace) -> int:
     """Write a scene file from a configuration of sumo3Dviz."""
-    from sumo3dviz_pt.pipeline.import_sumo3dviz import translate
+    from sumo3dviz_pt.proposals.sumo3dviz import translate
 
     _check_target(options)
     text, notes = translate(
@@ -118,9 +136,9 @@ def _import(options: argparse.Namespace) -> int:
 
 def _schema(options: argparse.Namespace) -> int:
     """Print or write the schema."""
-    from sumo3dviz_pt.pipeline import schema
-    from sumo3dviz_pt.pipeline.schema import LINE, write_schema
-    from sumo3dviz_pt.pipeline.studies import schema as study
+    from sumo3dviz_pt.pipeline import scene_file as schema
+    from sumo3dviz_pt.pipeline.scene_file import LINE, write_schema
+    from sumo3dviz_pt.studies import file as study
 
     text = study.study_schema_text() if options.study else schema.schema_text()
     if options.output is None:
@@ -134,7 +152,7 @@ def _schema(options: argparse.Namespace) -> int:
 
 def _check_target(options: argparse.Namespace) -> None:
     """Refuse to replace a scene file without `--force`."""
-    from sumo3dviz_pt.pipeline.stills.still import check_free
+    from sumo3dviz_pt.pipeline.still import check_free
 
     if not options.force:
         check_free(options.output, option="--force")
@@ -142,10 +160,116 @@ def _check_target(options: argparse.Namespace) -> None:
 
 def _written(path: Path, text: str, notes: Sequence[str]) -> int:
     """Write a scene file, and say what there is to know about it; the exit code."""
-    from sumo3dviz_pt.files.whole import write_whole
+    from sumo3dviz_pt.files.atomic import write_whole
 
     write_whole(path, text)
     for note in notes:
         print(note)
     print(f"wrote {path}; next: {PROGRAM} check {path}")
+    return 0
+
+
+def add_record(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("record", help="run SUMO and keep what a film needs")
+    sub.add_argument("configuration", type=Path, help=".sumocfg; seed and step stay its own")
+    sub.add_argument("-o", "--output", type=Path, required=True, metavar="FOLDER")
+    sub.add_argument(
+        "--from", dest="start", type=sumo_time, metavar="T", help="first time to keep [s]"
+    )
+    sub.add_argument("--to", dest="end", type=sumo_time, metavar="T", help="last time to keep [s]")
+    sub.add_argument("--around", metavar="X,Y,R", help="only within R of a place [m]")
+    sub.add_argument(
+        "--follow", metavar="ID", help="only around this vehicle, and as long as it is"
+    )
+    sub.add_argument(
+        "--radius", type=float, default=300.0, metavar="R", help="how far around it [300 m]"
+    )
+    sub.add_argument("--seed", type=int, help="SUMO's seed instead of the configuration's")
+    sub.add_argument("--overwrite", action="store_true", help="replace a recording that is there")
+    sub.set_defaults(run=run_record)
+
+
+def run_record(options: argparse.Namespace) -> int:
+    """Record a simulation."""
+    from sumo3dviz_pt.pipeline.steps import WorkStep
+    from sumo3dviz_pt.recording.run import RecordOrder, record
+
+    order = RecordOrder(
+        options.output,
+        options.start,
+        options.end,
+        None if options.around is None else _around(options.around),
+        options.follow,
+        options.radius,
+        options.seed,
+        options.overwrite,
+    )
+    with progress(options.output.name, (WorkStep(Doing.SIMULATE, SIMULATING),)):
+        files = record(options.configuration, order)
+    print(f"wrote {', '.join(str(path) for path in files)}")
+    print(f"next: {PROGRAM} init {files[0]} -o scene.yaml")
+    return 0
+
+
+def _around(text: str) -> tuple[float, float, float]:
+    """Return east, north and radius [m].
+
+    Raises:
+        ConfigError: If these are no three numbers.
+    """
+    try:
+        east, north, radius = (float(part) for part in text.split(","))
+    except ValueError:
+        raise ConfigError(
+            f"--around takes X,Y,R in metres, such as 250,-80,150, not {text!r}"
+        ) from None
+    return east, north, radius
+
+
+log = logging.getLogger(__name__)
+
+
+def add_view(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("view", help="walk through a scene in the browser")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--port", type=int, default=0, help="to listen on [a free one]")
+    add_size(sub, (480, 270))
+    add_window(sub)
+    sub.add_argument("--token", help="the secret in the address [a new one each time]")
+    add_variant(sub, ("llvm", "cuda"))
+    add_overrides(sub)
+    sub.set_defaults(run=run_view)
+
+
+def run_view(options: argparse.Namespace) -> int:
+    """Show a scene until Ctrl-C."""
+    from sumo3dviz_pt.pipeline.production import ready_renderer
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.viewer.render_thread import RenderThread
+    from sumo3dviz_pt.viewer.server import serve
+
+    chosen = overrides_of(options)
+    if ready_renderer(options.variant).note:
+        raise InstallationError("the viewer needs libLLVM or a graphics card")
+
+    def reload(choices: Mapping[str, str]) -> Job:
+        return load_job(options.scene, {**chosen, **choices})
+
+    log.warning("opening %s: it is read, built and compiled in about a minute", options.scene)
+    render_thread = RenderThread(
+        reload({}),
+        scene_file=options.scene,
+        size=options.size,
+        window=(options.start, options.end),
+        variant=options.variant,
+        reload=reload,
+    )
+    serve(
+        render_thread,
+        port=options.port,
+        token=options.token,
+        announce=lambda address: print(address, flush=True),
+    )
     return 0

@@ -15,14 +15,14 @@ from sumo3dviz_pt.cli.options import (
     command_in,
     frame_range,
     overrides_of,
+    progress,
 )
-from sumo3dviz_pt.cli.progress import progress
 from sumo3dviz_pt.errors import ConfigError
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.pipeline.certificate.build import Certificate
-    from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
-    from sumo3dviz_pt.pipeline.studies.run import FilmTask, StudyOrder
+    from sumo3dviz_pt.studies.certificate.certificate import Certificate
+    from sumo3dviz_pt.studies.plan import StudyPlan
+    from sumo3dviz_pt.studies.run import FilmTask, StudyOrder
 
 
 def add(commands: Any) -> None:
@@ -76,8 +76,8 @@ def add_verify(study: Any) -> None:
 def verify(options: argparse.Namespace) -> int:
     """Say what is wrong with a study's folder; 1 if anything is."""
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline.certificate.verify import VerifyOrder, verify_study
-    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+    from sumo3dviz_pt.pipeline.steps import WorkStep
+    from sumo3dviz_pt.studies.certificate.verify import VerifyOrder, verify_study
 
     if options.replay < 0:
         raise ConfigError("a number of frames is 0 or more", key="replay")
@@ -112,8 +112,8 @@ def add_packs(study: Any) -> None:
 
 def pack(options: argparse.Namespace) -> int:
     """Write a study's folder into one file."""
-    from sumo3dviz_pt.pipeline.progress.costs import space_in_words
-    from sumo3dviz_pt.pipeline.studies.pack import pack_study
+    from sumo3dviz_pt.pipeline.costs import space_in_words
+    from sumo3dviz_pt.studies.folder import pack_study
 
     made = pack_study(
         options.folder, options.output, frames=options.frames, overwrite=options.overwrite
@@ -129,8 +129,7 @@ def pack(options: argparse.Namespace) -> int:
 
 def unpack(options: argparse.Namespace) -> int:
     """Write a pack's files into a new folder."""
-    from sumo3dviz_pt.pipeline.studies.inputs import FOLDER, README
-    from sumo3dviz_pt.pipeline.studies.pack import unpack_study
+    from sumo3dviz_pt.studies.folder import FOLDER, README, unpack_study
 
     count = unpack_study(options.pack, options.output)
     print(f"wrote {options.output}: {count} files, as they were packed; see {FOLDER}/{README}")
@@ -169,8 +168,8 @@ def _add_gaze(study: Any) -> None:
 def gaze(options: argparse.Namespace) -> int:
     """Write which things people look at."""
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline.measured.gaze import GazeOrder, write_gaze
-    from sumo3dviz_pt.pipeline.progress.build import WorkStep
+    from sumo3dviz_pt.pipeline.steps import WorkStep
+    from sumo3dviz_pt.studies.measured.gaze import GazeOrder, write_gaze
 
     names = ("folder", "samples", "output", "start", "fixation", "radius", "overwrite")
     order = GazeOrder(**{name: getattr(options, name) for name in names})
@@ -202,8 +201,8 @@ def _add_presses(study: Any) -> None:
 
 def presses(options: argparse.Namespace) -> int:
     """Write presses with the next arrival, the margin and the gap."""
-    from sumo3dviz_pt.pipeline.measured.presses import write_presses
     from sumo3dviz_pt.pipeline.production import check_target
+    from sumo3dviz_pt.studies.measured.presses import write_presses
 
     output, again = options.output, options.overwrite
     check_target(output, suffixes=(".csv",), overwrite=again)
@@ -221,12 +220,11 @@ def presses(options: argparse.Namespace) -> int:
 
 def run(options: argparse.Namespace) -> int:
     """Make the films of a study, or say what would be done."""
-    from sumo3dviz_pt.pipeline.films.stopping import stoppable
+    from sumo3dviz_pt.pipeline.films.rendering import stoppable
     from sumo3dviz_pt.pipeline.scene_file import override_values
-    from sumo3dviz_pt.pipeline.studies.file import load_study
-    from sumo3dviz_pt.pipeline.studies.plan import plan_study
-    from sumo3dviz_pt.pipeline.studies.run import check_study
-    from sumo3dviz_pt.pipeline.studies.words import in_words
+    from sumo3dviz_pt.studies.file import load_study
+    from sumo3dviz_pt.studies.plan import plan_study
+    from sumo3dviz_pt.studies.run import check_study, in_words
 
     if options.frames is not None and options.film is None:
         raise ConfigError("say by --film NAME which film's frames", key="frames")
@@ -244,8 +242,8 @@ def run(options: argparse.Namespace) -> int:
 def _part(options: argparse.Namespace, plan: StudyPlan, order: StudyOrder) -> int:
     """Render one film, or some of its frames; what all films share is left to another call."""
     from sumo3dviz_pt.pipeline.production import ready_renderer
-    from sumo3dviz_pt.pipeline.progress.expectations import film_steps
-    from sumo3dviz_pt.pipeline.studies.run import check_study, film_part, render_part
+    from sumo3dviz_pt.pipeline.steps import film_steps
+    from sumo3dviz_pt.studies.run import check_study, film_part, render_part
 
     # Frames of this film that others render meanwhile are no reason to refuse; its own are, later.
     check_study(plan.only(options.film), replace(order, resume=True))
@@ -267,13 +265,8 @@ def _frames_of(task: FilmTask) -> str:
 def _whole(options: argparse.Namespace, plan: StudyPlan, order: StudyOrder) -> int:
     """Make all films that are not there, and what goes with them."""
     from sumo3dviz_pt.pipeline.production import ready_renderer
-    from sumo3dviz_pt.pipeline.progress.expectations import film_steps
-    from sumo3dviz_pt.pipeline.studies.run import (
-        check_study,
-        film_tasks,
-        finish_study,
-        render_task,
-    )
+    from sumo3dviz_pt.pipeline.steps import film_steps
+    from sumo3dviz_pt.studies.run import check_study, film_tasks, finish_study, render_task
 
     check_study(plan, order)
     tasks = film_tasks(plan, order)
@@ -306,7 +299,7 @@ def say(certificate: Certificate) -> int:
 
 def _order(options: argparse.Namespace) -> StudyOrder:
     """Return what is to be made."""
-    from sumo3dviz_pt.pipeline.studies.run import StudyOrder
+    from sumo3dviz_pt.studies.run import StudyOrder
 
     return StudyOrder(
         options.output,

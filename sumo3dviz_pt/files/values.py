@@ -15,7 +15,7 @@ from typing import Any, TypeAlias, get_args, get_type_hints
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.files.kept import Files
+from sumo3dviz_pt.files.atomic import Files
 
 Kinds: TypeAlias = Mapping[str, type]
 """Data classes by name."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.whole import read_plain
+from sumo3dviz_pt.files.atomic import read_plain
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 """How a PNG file begins."""

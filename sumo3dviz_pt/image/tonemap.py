@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
-from sumo3dviz_pt.image.bloom import bloom
+from sumo3dviz_pt.image.optics import bloom
 from sumo3dviz_pt.model.geometry import Image
 
 Curve = Callable[[Image], Image]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InstallationError
-from sumo3dviz_pt.installation.libllvm import OLDEST
+from sumo3dviz_pt.installation.dependencies import OLDEST
 
 ATOMIC = "libatomic"
 LLVM = "libLLVM"

@@ -1,27 +1,263 @@
-"""Settings of cameras: what they see with, where they stand and how they move."""
+"""Settings of cameras: what they see with, where they stand and how they move.
+
+Settings of what a camera sees with, as photographers say it: lens, shutter, exposure.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from sumo3dviz_pt.job.lens import ExposureSettings as ExposureSettings
-from sumo3dviz_pt.job.lens import LensSettings as LensSettings
-from sumo3dviz_pt.job.lens import Photographic as Photographic
-from sumo3dviz_pt.job.lens import ShutterSettings as ShutterSettings
-from sumo3dviz_pt.job.objects import ObjectSettings as ObjectSettings
-from sumo3dviz_pt.job.objects import ObjectsSettings as ObjectsSettings
-from sumo3dviz_pt.job.ranges import (
+from sumo3dviz_pt.job.surroundings import ObjectSettings as ObjectSettings
+from sumo3dviz_pt.job.surroundings import ObjectsSettings as ObjectsSettings
+from sumo3dviz_pt.job.values import (
     MOST_ENTRIES,
     Finite,
     Point,
     Positive,
+    Quantity,
     Seconds,
+    Settings,
     Turn,
+    Whole,
 )
-from sumo3dviz_pt.job.values import Settings as Settings
+from sumo3dviz_pt.model.numbers import Projection, Stereo
+
+FOV = 50.0
+"""Of a camera that says nothing of it [deg]."""
+
+_PART = re.compile(r"\s*1\s*/\s*([0-9.]+)\s*(?:s)?\s*")
+
+
+def _part_of_second(value: Any) -> Any:
+    """Return `1/50 s` as a number of seconds, and all else as it is."""
+    found = _PART.fullmatch(value) if isinstance(value, str) else None
+    return 1.0 / float(found[1]) if found and float(found[1]) > 0.0 else value
+
+
+FocalLength = Annotated[float, Quantity("m", 0.001, 2.0)]
+SensorWidth = Annotated[float, Quantity("m", 0.001, 0.5)]
+Away = Annotated[float, Quantity("m", 0.05, 1e6)]
+PlanWidth = Annotated[float, Quantity("m", 0.1, 1e5)]
+EyeDistance = Annotated[float, Quantity("m", 0.0, 10.0)]
+Time = Annotated[float, Quantity("s", 0.0, 60.0), BeforeValidator(_part_of_second)]
+
+
+class FocusOn(Settings):
+    """What a lens is focused on while it moves."""
+
+    vehicle: str = Field(description="id of a vehicle (or person) of the log that stays sharp")
+
+
+def _two(value: Any) -> Any:
+    """Let a single coefficient stand for a list of one, and a missing one be 0."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return (value, 0.0)
+    return (*value, 0.0) if isinstance(value, list | tuple) and len(value) == 1 else value
+
+
+Coefficient = Annotated[Finite, Field(ge=-1, le=1)]
+
+
+class LensSettings(Settings):
+    """What a camera sees with."""
+
+    projection: Projection = Field("perspective", description="kind of picture")
+    fov: Finite | None = Field(
+        None,
+        ge=2,
+        le=360,
+        description="horizontal opening angle [deg]; default 50, fisheye 180, equirectangular 360,"
+        " and the view's own for riding cameras",
+    )
+    focal_length: FocalLength | None = Field(None, description="instead of fov, as `35 mm`")
+    sensor: SensorWidth = Field(0.036, description="width of the sensor, as `36 mm`")
+    width: PlanWidth | None = Field(
+        None, description="of what an orthographic picture shows, as `120 m`"
+    )
+    f_number: Positive | None = Field(
+        None, ge=0.5, le=128, description="depth of field, as 2.8; default all is sharp"
+    )
+    focus: Away | FocusOn | None = Field(
+        None, description="what is sharp: a distance such as `12 m`, or `{vehicle: ID}`"
+    )
+    vignetting: Finite = Field(
+        0.0, ge=0, le=1, description="share of the natural fall of light towards the corners"
+    )
+    distortion: Annotated[tuple[Coefficient, Coefficient], BeforeValidator(_two)] = Field(
+        (0.0, 0.0), description="radial, k1 and k2 as OpenCV has them; negative is a barrel"
+    )
+    grain: Finite = Field(0.0, ge=0, le=1, description="of film; 1 is coarse")
+    stereo: Stereo = Field(
+        "none", description="both eyes in one picture: side_by_side or top_bottom (left on top)"
+    )
+    eye_distance: EyeDistance = Field(0.063, description="between both eyes, as `63 mm`")
+
+    @model_validator(mode="after")
+    def _fits_projection(self) -> LensSettings:
+        """Refuse what a projection does not have."""
+        name = self.projection
+        if self.fov is not None and self.focal_length is not None:
+            raise ValueError("give either fov or focal_length, not both")
+        if (name == "orthographic") != (self.width is not None):
+            raise ValueError(
+                "an orthographic lens needs its width, as `width: 120 m`"
+                if self.width is None
+                else f"width belongs to orthographic lenses, and this one is {name}"
+            )
+        if self.fov is not None and name == "perspective" and self.fov > 170:
+            raise ValueError(f"a perspective lens has a fov of at most 170, not {self.fov:g}")
+        if name == "equirectangular" and self.fov not in (None, 180.0, 360.0):
+            raise ValueError(f"an equirectangular lens has a fov of 180 or 360, not {self.fov:g}")
+        if name != "perspective" and self.focal_length is not None:
+            raise ValueError(f"focal_length belongs to perspective lenses; {name} ones have fov")
+        if name == "orthographic" and (self.fov or self.f_number or self.stereo != "none"):
+            raise ValueError("an orthographic lens has no fov, no f_number and no stereo")
+        self._check_rest()
+        return self
+
+    def _check_rest(self) -> None:
+        """Refuse what does not fit together."""
+        if self.focus is not None and self.f_number is None:
+            raise ValueError("focus does nothing without f_number; give one, such as 2.8")
+        if self.projection != "perspective":
+            if any(self.distortion):
+                raise ValueError("distortion belongs to perspective lenses")
+            if self.vignetting:
+                raise ValueError("vignetting belongs to perspective lenses")
+        elif any(self.distortion):
+            # Whoever only wants to know what the settings are need not have numpy.
+            from sumo3dviz_pt.model.lens import folds
+
+            if folds(math.tan(math.radians(self.degrees(FOV) / 2.0)), self.distortion):
+                raise ValueError("this distortion folds the picture back; take smaller numbers")
+
+    @property
+    def is_pinhole(self) -> bool:
+        """Whether it is a plain pinhole, whatever its angle."""
+        plain = self.projection == "perspective" and self.stereo == "none"
+        return plain and self.f_number is None and not any(self.distortion)
+
+    def check_size(self, size: tuple[int, int]) -> None:
+        """Refuse a picture's size [px] that would stretch what it shows.
+
+        Raises:
+            ValueError: Says which size fits.
+        """
+        width, height = size
+        along = {"side_by_side": width, "top_bottom": height}.get(self.stereo, 0)
+        if along % 2:
+            raise ValueError(f"a picture of both eyes has an even size, not {width}x{height}")
+        if self.projection != "equirectangular":
+            return
+        eyes = {"side_by_side": 2.0, "top_bottom": 0.5}.get(self.stereo, 1.0)
+        fitting = round(width / (self.degrees(FOV) / 180.0 * eyes))
+        if fitting != height:
+            raise ValueError(
+                f"such a picture of {width} px in width is {fitting} px high, not {height}:"
+                f" say `size: [{width}, {fitting}]`"
+            )
+
+    def degrees(self, default: float) -> float:
+        """Return the horizontal opening angle [deg].
+
+        Args:
+            default: Of a perspective lens that does not say it [deg].
+        """
+        if self.focal_length is not None:
+            return math.degrees(2.0 * math.atan(0.5 * self.sensor / self.focal_length))
+        if self.fov is not None:
+            return self.fov
+        return {"fisheye": 180.0, "equirectangular": 360.0}.get(self.projection, default)
+
+    def aperture(self, degrees: float) -> float:
+        """Return the radius of the hole through which light comes, for an angle [deg], [m].
+
+        The focal length over the f-number is its diameter.
+        """
+        if self.f_number is None:
+            return 0.0
+        half = math.radians(min(degrees, 120.0)) / 2.0
+        focal = self.focal_length or 0.5 * self.sensor / math.tan(half)
+        return 0.5 * focal / self.f_number
+
+    def in_words(self) -> str:
+        """Return how wide it sees, in a few words."""
+        if self.width is not None:
+            return f"a plan {self.width:g} m wide"
+        said = f"{self.degrees(FOV):g}° wide"
+        return said if self.projection == "perspective" else f"{said}, {self.projection}"
+
+
+class ShutterSettings(Settings):
+    """When a camera lets light in: what moves meanwhile is blurred."""
+
+    angle: Finite | None = Field(
+        None, gt=0, le=360, description="share of a frame's time in which it is open [deg]"
+    )
+    time: Time | None = Field(None, description="instead of the angle, as `20 ms` or `1/50 s`")
+    rolling: Time = Field(
+        0.0, description="how much later the lowest row is seen than the highest, as `15 ms`"
+    )
+    moments: Whole = Field(
+        8, ge=1, le=64, description="moments of an exposure at which everything is seen"
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> ShutterSettings:
+        """Ask for one way of saying how long it is open."""
+        if self.angle is not None and self.time is not None:
+            raise ValueError("give either angle or time, not both")
+        return self
+
+    def span(self, step: float) -> float:
+        """Return how long it is open, of a frame's time [s]: by default half of it.
+
+        Args:
+            step: From a frame to the next [s].
+        """
+        if self.time is not None:
+            return self.time
+        return step * (180.0 if self.angle is None else self.angle) / 360.0
+
+
+class ExposureSettings(Settings):
+    """How bright a camera's pictures are."""
+
+    mode: Literal["sky", "auto", "manual", "fixed"] = Field(
+        "sky",
+        description="sky: what looks right under an open sky; auto: metered once per shot, then"
+        " locked; manual: by f_number, shutter and ISO; fixed: ev alone, as accounts tell it",
+    )
+    ev: Finite = Field(0.0, ge=-30, le=30, description="brighter than that by so much [EV]")
+    iso: Positive = Field(100.0, le=1e7, description="sensitivity, where the mode is manual")
+
+
+def _mode(value: Any) -> Any:
+    """Let a word stand for an exposure, `auto`, and a number for one above the sky's own."""
+    if isinstance(value, str):
+        return {"mode": value}
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return {"ev": value}
+    return value
+
+
+Exposure = Annotated[ExposureSettings, BeforeValidator(_mode)]
+"""An exposure, or a word, or a number of EV above the sky's own."""
+
+
+class Photographic(Settings):
+    """What all cameras have beside their lens."""
+
+    shutter: ShutterSettings | None = Field(
+        None, description="default: every frame is a single moment, and nothing blurs"
+    )
+    exposure: Exposure | None = Field(None, description="default: the sky's own")
+
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""

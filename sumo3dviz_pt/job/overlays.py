@@ -10,8 +10,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Finite, OneOrMoreNames, Positive
-from sumo3dviz_pt.job.values import HexColour, Settings
+from sumo3dviz_pt.job.values import (
+    MOST_ENTRIES,
+    Finite,
+    HexColour,
+    OneOrMoreNames,
+    Positive,
+    Settings,
+)
 
 Place = Literal["top_left", "top", "top_right", "middle", "bottom_left", "bottom", "bottom_right"]
 """Where on the picture something stands."""

@@ -2,14 +2,20 @@
 
 The command line's help, the check of scene files, the JSON schema and the manual's
 table are made from these models. Angles are degrees here and radians inside.
+
+What settings say about themselves, for `--help` and the manual. A setting's meaning, unit, range
+and default stand once, in its `Field`; here they are read.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, Field, model_validator
+from pydantic.fields import FieldInfo
 
 from sumo3dviz_pt.job.cameras import CameraSettings as CameraSettings
 from sumo3dviz_pt.job.cameras import CinematicCamera as CinematicCamera
@@ -17,34 +23,39 @@ from sumo3dviz_pt.job.cameras import EulerianCamera as EulerianCamera
 from sumo3dviz_pt.job.cameras import KeyFrame as KeyFrame
 from sumo3dviz_pt.job.cameras import LagrangianCamera as LagrangianCamera
 from sumo3dviz_pt.job.cameras import LensSettings as LensSettings
-from sumo3dviz_pt.job.objects import ObjectSettings as ObjectSettings
-from sumo3dviz_pt.job.objects import ObjectsSettings as ObjectsSettings
 from sumo3dviz_pt.job.overlays import OverlaySettings as OverlaySettings
-from sumo3dviz_pt.job.ranges import (
+from sumo3dviz_pt.job.surroundings import ObjectSettings as ObjectSettings
+from sumo3dviz_pt.job.surroundings import ObjectsSettings as ObjectsSettings
+from sumo3dviz_pt.job.surroundings import SoundSettings as SoundSettings
+from sumo3dviz_pt.job.surroundings import TrafficSettings as TrafficSettings
+from sumo3dviz_pt.job.surroundings import WeatherSettings as WeatherSettings
+from sumo3dviz_pt.job.values import (
     MOST_ENTRIES,
     Colours,
     Date,
     File,
     FilePart,
     Finite,
+    HexColour,
     Latitude,
     Longitude,
     Names,
     OneOrMoreFiles,
+    OwnLook,
     Positive,
+    Rate,
     Seconds,
     Seed,
     Size,
+    Speed,
     Surface,
     TimeOfDay,
     Turn,
     Whole,
+    Zone,
+    models_in,
 )
-from sumo3dviz_pt.job.sound import SoundSettings as SoundSettings
-from sumo3dviz_pt.job.traffic import TrafficSettings as TrafficSettings
-from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone
 from sumo3dviz_pt.job.values import Settings as Settings
-from sumo3dviz_pt.job.weather import WeatherSettings as WeatherSettings
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -365,3 +376,91 @@ class Job(Settings):
     )
     quality: str = Field("standard", description="quality preset, from `scene_templates/quality`")
     textured: bool = Field(True, description="false paints everything in matt colours")
+
+
+_KINDS = ("gt", "ge", "lt", "le")
+
+_VAST = 1e6
+"""Ranges that reach this far only keep out nonsense; `--help` leaves them out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """One end of a range.
+
+    Attributes:
+        kind: `gt`, `ge`, `lt` or `le`, as pydantic calls them.
+        value: The end itself.
+    """
+
+    kind: str
+    value: float
+
+
+def meaning(key: str) -> str:
+    """Return a setting's meaning and range, such as `samples per pixel; 1 to 65536`.
+
+    Args:
+        key: Dotted, as `output.fps`; `quality.spp` is a key of quality presets.
+    """
+    field = _field_of(key)
+    ends = {bound.kind: bound.value for bound in bounds(field.annotation, field.metadata)}
+    text = field.description or ""
+    if {"ge", "le"} <= ends.keys() and ends["le"] < _VAST:
+        text += f"; {ends['ge']:g} to {ends['le']:g}"
+    return text
+
+
+def default(key: str) -> Any:
+    """Return a setting's default, by its dotted key."""
+    return _field_of(key).get_default(call_default_factory=True)
+
+
+def bounds(annotation: Any, metadata: Sequence[Any]) -> list[Bound]:
+    """Return the ends of a field's range, each once; of lists and unions those of all parts.
+
+    Args:
+        annotation: The field's type.
+        metadata: What stands beside the type, as in `FieldInfo.metadata`.
+    """
+    return list(dict.fromkeys(_bounds(annotation, metadata)))
+
+
+def _field_of(key: str) -> FieldInfo:
+    """Find a field by its dotted key."""
+    *parents, last = key.split(".")
+    model: type[BaseModel] = Job
+    for parent in parents:
+        # A scene file only names its preset; the preset's own keys stand in a file of its own.
+        inner = (
+            [Quality] if parent == "quality" else models_in(model.model_fields[parent].annotation)
+        )
+        model = inner[0]
+    return model.model_fields[last]
+
+
+def _bounds(annotation: Any, metadata: Sequence[Any]) -> Iterator[Bound]:
+    """Find all ends of a range."""
+    for kind in _KINDS:
+        for limit in metadata:
+            if isinstance(value := getattr(limit, kind, None), int | float):
+                yield Bound(kind, _short(value))
+    yield from _of_ratios(metadata)
+    for part in get_args(annotation):
+        around = getattr(part, "__metadata__", ())
+        inner = [item for info in around for item in getattr(info, "metadata", [info])]
+        yield from _bounds(part, inner)
+
+
+def _of_ratios(metadata: Sequence[Any]) -> Iterator[Bound]:
+    """Find the range of a ratio: a function checks it, and its JSON schema tells it."""
+    schemas = [getattr(extra, "json_schema", None) or {} for extra in metadata]
+    for part in [part for schema in schemas for part in schema.get("anyOf", ())]:
+        for kind, word in (("ge", "minimum"), ("le", "maximum")):
+            if word in part:
+                yield Bound(kind, _short(part[word]))
+
+
+def _short(value: float) -> float:
+    """Return a number without needless decimals: 240, not 240.0."""
+    return int(value) if value == int(value) else value

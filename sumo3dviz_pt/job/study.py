@@ -12,18 +12,25 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sumo3dviz_pt.job.ranges import MOST_ENTRIES, Finite, Positive, Seed, Whole
-from sumo3dviz_pt.job.report import ReportSettings
 from sumo3dviz_pt.job.sessions import (
     PAGE_COLUMNS,
     DuringSettings,
     EndpointSettings,
     Language,
     NamedFile,
+    ReportSettings,
     SessionSettings,
 )
 from sumo3dviz_pt.job.settings import ShotSettings
-from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
+from sumo3dviz_pt.job.values import (
+    MOST_ENTRIES,
+    ONE_OR_MORE,
+    Finite,
+    Positive,
+    Seed,
+    Settings,
+    Whole,
+)
 
 MOST_FACTORS = 40
 MOST_LEVELS = 100

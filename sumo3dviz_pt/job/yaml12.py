@@ -1,9 +1,13 @@
-"""Reads YAML as people expect it: 1.2 core types, no duplicate keys, places for messages.
+"""Reads YAML as people expect it, and turns Python's values into what a scene file can hold.
 
-PyYAML speaks YAML 1.1, in which `12:30` is 750, `on` is true and a repeated key
-silently wins. This module resolves scalars by the YAML 1.2 core schema instead; keys are
-always text, so that the edge `-12` is one. What a document can grow to is bounded: nine
-lists of nine aliases each are 430 bytes, and 4.5 GB when they are written out.
+Says what is wrong with a document that is no YAML, and what to do. Turns Python's values into what
+a scene file can hold: text, numbers, lists and mappings.
+
+Reads YAML as people expect it: 1.2 core types, no duplicate keys, places for messages. PyYAML
+speaks YAML 1.1, in which `12:30` is 750, `on` is true and a repeated key silently wins. This
+module resolves scalars by the YAML 1.2 core schema instead; keys are always text, so that the edge
+`-12` is one. What a document can grow to is bounded: nine lists of nine aliases each are 430
+bytes, and 4.5 GB when they are written out.
 
 References:
     YAML 1.2.2, chapter 10.3 (core schema), https://yaml.org/spec/1.2.2/
@@ -11,14 +15,109 @@ References:
 
 from __future__ import annotations
 
+import datetime as dt
+import os
 import re
+from collections.abc import Mapping, Sequence
+from decimal import Decimal
+from fractions import Fraction
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, NoReturn
 
 import yaml
+from pydantic import BaseModel
 
 from sumo3dviz_pt.errors import ConfigError, cut
-from sumo3dviz_pt.job.yaml_words import explained
+
+_QUOTE = "put the text in quotes"
+
+_WORDS: tuple[tuple[str, str], ...] = (
+    (
+        "mapping values are not allowed",
+        "a ':' may not stand here; indent the line as those above, end every key with ': ',"
+        " and put text that holds ': ' in quotes",
+    ),
+    (
+        "could not find expected ':'",
+        "no ': ' follows this key; add it with a value, or indent the line like those above",
+    ),
+    ("character '\\\\t' that cannot start", "a tab stands here; indent with spaces"),
+    ("tab character", "a tab stands here; indent with spaces"),
+    (
+        "character '(.+)' that cannot start",
+        f"no text begins with {{0}} without quotes; {_QUOTE}",
+    ),
+    ("expected <block end>", "this line does not fit those above; indent it as they are"),
+    ("expected ',' or '(.)'", "a bracket is not closed by {0}, or a comma is missing"),
+    (
+        "while scanning a quoted scalar.*end of",
+        "a quote is opened here and closed nowhere; close it",
+    ),
+    ("undefined alias '(.*)'", "*{0} stands for what is marked by &{0}, and nothing is; mark it"),
+    ("duplicate anchor '(.*)'", "&{0} marks two things; rename one"),
+    (
+        "scanning an (?:alias|anchor)",
+        f"a * or & has a meaning of its own in YAML; {_QUOTE} if it is none",
+    ),
+    ("for merging", "<< lays a mapping into this one; give it a mapping"),
+    (
+        "escape",
+        "after a backslash in double quotes stands no letter that YAML knows;"
+        " use single quotes, or / in paths",
+    ),
+    ("sequence entries are not allowed", "a list's '-' may not stand here; begin a new line"),
+    ("expected the node content", "a value is missing here; add one"),
+    ("single document|<document start>", "a second document begins here; keep one"),
+    ("scanning a block scalar", f"after | or > stands no text in the same line; {_QUOTE}"),
+    ("directive|incompatible YAML", "a line that begins with % is a directive; remove it"),
+    ("tag", f"a ! begins a tag; remove it, or {_QUOTE}"),
+)
+"""Patterns of PyYAML's messages and what they mean; the first that fits counts."""
+
+_OTHERWISE = "look at the indentation, quotes and brackets here"
+
+_AT_BEGIN = re.compile("simple key|quoted scalar|flow sequence|flow mapping|alias|anchor|tag")
+"""Things whose fault lies where they begin, not where PyYAML noticed it."""
+
+
+def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> ConfigError:
+    """Return PyYAML's error as one of ours, with its place.
+
+    Args:
+        error: PyYAML's.
+        text: The document.
+        file: Where it stands, for messages.
+    """
+    if isinstance(error, yaml.reader.ReaderError):
+        return _unreadable(error, text, file)
+    assert isinstance(error, yaml.MarkedYAMLError)
+    said = " ".join(filter(None, (error.context, error.problem)))
+    found = ((re.search(pattern, said, re.S), words) for pattern, words in _WORDS)
+    fits = next(((match, words) for match, words in found if match), None)
+    words = _OTHERWISE if fits is None else fits[1].format(*map(cut, fits[0].groups()))
+    mark = error.problem_mark
+    if error.context_mark is not None and _AT_BEGIN.search(error.context or ""):
+        mark = error.context_mark
+    return ConfigError(
+        f"this is not valid YAML: {words}",
+        file=file,
+        line=mark.line + 1 if mark else None,
+        column=mark.column + 1 if mark else None,
+    )
+
+
+def _unreadable(error: yaml.reader.ReaderError, text: str, file: str | Path | None) -> ConfigError:
+    """Return a character that no text holds."""
+    before = text[: error.position]
+    return ConfigError(
+        f"this is not valid YAML: the character {text[error.position]!a} stands here;"
+        " remove it, or save the file as plain text",
+        file=file,
+        line=before.count("\n") + 1,
+        column=len(before) - before.rfind("\n"),
+    )
+
 
 KeyPath = tuple[str | int, ...]
 Places = dict[KeyPath, tuple[int, int]]
@@ -228,3 +327,86 @@ def _apart(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _apart(item) for key, item in value.items()}
     return [_apart(item) for item in value] if isinstance(value, list) else value
+
+
+def plain(value: Any, *, key: str | None = None) -> Any:
+    """Return a value that may hold tuples, paths, dates, numbers of NumPy and settings.
+
+    Args:
+        value: Of any depth.
+        key: Where it stands, for messages.
+
+    Raises:
+        ConfigError: If it holds what no scene file can hold, or holds itself.
+    """
+    return _Copy().of(value, () if key is None else (key,))
+
+
+def as_path(value: Any, *, key: str) -> Path:
+    """Return a file's name.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    if isinstance(value, str | os.PathLike):
+        text = os.fspath(value)
+        if isinstance(text, str) and text and "\0" not in text:
+            return Path(text)
+    raise ConfigError(f"this should be a file's name, not {cut(repr(value))}", key=key)
+
+
+class _Copy:
+    """Copies a value, and counts what it holds."""
+
+    def __init__(self) -> None:
+        self._count = 0
+
+    def of(self, value: Any, path: tuple[str, ...]) -> Any:
+        """Return a copy of a value that stands at a path of keys."""
+        self._count += 1
+        if self._count > MOST_VALUES or len(path) > MOST_DEPTH:
+            raise ConfigError("this holds too much, or itself", key=".".join(path[:3]))
+        if isinstance(value, BaseModel):
+            value = value.model_dump(by_alias=True, exclude_unset=True)
+        if isinstance(value, Mapping):
+            return {self._key(k, path): self.of(v, (*path, str(k))) for k, v in value.items()}
+        if hasattr(value, "dtype") and hasattr(value, "tolist"):
+            value = value.tolist()
+        if isinstance(value, Sequence) and not isinstance(value, str | bytes | bytearray):
+            return [self.of(item, (*path, str(n))) for n, item in enumerate(value)]
+        return self._single(value, path)
+
+    def _key(self, key: Any, path: tuple[str, ...]) -> str:
+        """Return a key, which is text; numbers are taken for it."""
+        if isinstance(key, int) and not isinstance(key, bool):
+            return str(int(key))
+        if not isinstance(key, str):
+            raise ConfigError(f"a key should be text, not {cut(repr(key))}", key=".".join(path))
+        return self._text(key, path)
+
+    def _single(self, value: Any, path: tuple[str, ...]) -> Any:
+        """Return a single value."""
+        if value is None or isinstance(value, bool | dt.date | dt.time):
+            return value
+        if isinstance(value, str | os.PathLike):
+            return self._text(os.fspath(value), path)
+        if isinstance(value, Integral):
+            return int(value)
+        if isinstance(value, Fraction):
+            return value
+        if isinstance(value, Real | Decimal):
+            return float(value)
+        raise self._odd(value, path)
+
+    def _text(self, text: Any, path: tuple[str, ...]) -> str:
+        """Return text without halves of characters, which nothing can print or open."""
+        if not isinstance(text, str) or any("\ud800" <= char <= "\udfff" for char in text):
+            raise self._odd(text, path)
+        return str(text)
+
+    def _odd(self, value: Any, path: tuple[str, ...]) -> ConfigError:
+        """Return what no scene file can hold."""
+        return ConfigError(
+            f"no setting can be {cut(ascii(value))} ({type(value).__name__})",
+            key=".".join(path) or None,
+        )

@@ -1,16 +1,20 @@
-"""Meshes and rigid placements, the shared words of all stages.
+"""Meshes, rigid placements, vectors and lines, the shared words of all stages.
 
-The world is right-handed: x east, y north, z up, in metres, float64. A body's
-own frame has +x forward, +y left, +z up. Yaw is counter-clockwise from east.
+Unit vectors, lengths along lines and areas of triangles. Points along many polylines, found for
+all of them at once.
+
+The world is right-handed: x east, y north, z up, in metres, float64. A body's own frame has +x
+forward, +y left, +z up. Yaw is counter-clockwise from east.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
@@ -242,3 +246,102 @@ class Transform:
             normals = turned(normals, _cofactors(self.matrix[:3, :3]))
             normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         return replace(mesh, vertices=self.points(mesh.vertices), normals=normals)
+
+
+def unit(vectors: Floats) -> Floats:
+    """Scale vectors, (..., n), to length 1; those without a length stay 0."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, 1e-12))
+
+
+def arc_length(points: Floats) -> Floats:
+    """Return the distance of each vertex along a polyline from its first one.
+
+    Args:
+        points: Vertices, (n, 2) or (n, 3) [m], n >= 1; give (n, 2) to measure from above.
+
+    Returns:
+        Non-decreasing distances, (n,) [m]; the first is 0.
+    """
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def area_vectors(vertices: Floats, faces: Ints) -> Floats:
+    """Return the cross product of two sides of each triangle, (..., m, 3) [m2].
+
+    It points along the triangle's normal and is as long as twice its area.
+
+    Args:
+        vertices: Positions, (..., n, 3) [m].
+        faces: Counter-clockwise vertex indices, (m, 3).
+    """
+    a, b, c = (vertices[..., faces[:, k], :] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def areas(vertices: Floats, faces: Ints) -> Floats:
+    """Return the areas of triangles, (m,) [m2]; arguments as of `area_vectors`."""
+    return np.asarray(0.5 * np.linalg.norm(area_vectors(vertices, faces), axis=-1))
+
+
+class AlongLines(NamedTuple):
+    """Points along polylines, line by line.
+
+    Attributes:
+        points: (n, 3) [m].
+        sides: The side of its line that each point lies on, from vertex to vertex, (n, 3) [m].
+    """
+
+    points: Floats
+    sides: Floats
+
+
+def evenly_along(lines: Sequence[Floats], count: Callable[[Floats], Ints]) -> AlongLines:
+    """Return points that divide each polyline evenly, from its first vertex to its last.
+
+    Args:
+        lines: Vertices of each, (k, 3) [m], k >= 2.
+        count: Gives how many points lines of some lengths from above, (m,) [m], get, (m,) >= 2.
+    """
+    sizes = np.array([len(line) for line in lines])
+    numbers, pieces = [np.zeros(0, np.int64)], [np.zeros((0, 6))]
+    # Lines with as many vertices make one array.
+    for size in np.unique(sizes):
+        chosen = np.flatnonzero(sizes == size)
+        found, line = _divided(np.stack([lines[k] for k in chosen.tolist()]), count)
+        numbers.append(chosen[line])
+        pieces.append(found)
+    order = np.argsort(np.concatenate(numbers), kind="stable")
+    both = np.concatenate(pieces)[order]
+    return AlongLines(both[:, :3], both[:, 3:])
+
+
+def _divided(lines: Floats, count: Callable[[Floats], Ints]) -> tuple[Floats, Ints]:
+    """Points along lines of one size, (m, k, 3), and their sides, (n, 6); and lines, (n,)."""
+    sides = np.diff(lines, axis=1)
+    lengths = np.linalg.norm(sides[..., :2], axis=2)
+    known = np.concatenate([np.zeros((len(lines), 1)), np.cumsum(lengths, axis=1)], axis=1)
+    many = np.asarray(count(known[:, -1]), dtype=np.int64)
+    line = np.repeat(np.arange(len(lines)), many)
+    step = np.arange(len(line)) - np.repeat(np.cumsum(many) - many, many)
+    last = step == many[line] - 1
+    at = np.where(last, known[line, -1], step * (known[:, -1] / (many - 1))[line])
+    # Interpolate between the two vertices around each.
+    vertex = (known[line] <= at[:, None]).sum(axis=1) - 1
+    side = np.minimum(vertex, sides.shape[1] - 1)
+    start, low = lines[line, side], known[line, side]
+    span = known[line, side + 1] - low
+    slope = sides[line, side] / np.where(span > 0.0, span, 1.0)[:, None]
+    points = np.where((at == low)[:, None], start, slope * (at - low)[:, None] + start)
+    points[last] = lines[line[last], -1]
+    return np.concatenate([points, sides[line, side]], axis=1), line
+
+
+def from_above(lines: Sequence[Floats]) -> NDArray[shapely.Geometry]:
+    """Return polylines, (k, 2 or 3) [m] each, as geometries in the plan, (n,)."""
+    if not len(lines):
+        return np.zeros(0, dtype=object)
+    owner = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
+    flat = np.concatenate([line[:, :2] for line in lines])
+    return np.asarray(shapely.linestrings(flat, indices=owner))

@@ -22,8 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, frozen
-from sumo3dviz_pt.model.vectors import unit
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, frozen, unit
 from sumo3dviz_pt.model.weather import Wind
 
 STRONGEST = 20.0

@@ -1,4 +1,7 @@
-"""What moved in the simulation, as logged, and the signals."""
+"""What moved in the simulation, as logged, and the simulation as read from its files.
+
+The road users of a vehicle log, one value each, without the samples.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,101 @@ import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
-from sumo3dviz_pt.model.roster import RoadUser
+from sumo3dviz_pt.model.network import Network
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A place and a radius around it.
+
+    Attributes:
+        x: [m].
+        y: [m].
+        radius: [m].
+    """
+
+    x: float
+    y: float
+    radius: float
+
+
+@dataclass(frozen=True, slots=True)
+class UserPlace:
+    """Where a road user is at one time.
+
+    Attributes:
+        x: [m].
+        y: [m].
+        lane: Lane or edge, empty where the log has none.
+    """
+
+    x: float
+    y: float
+    lane: str
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """How a road user passes a point.
+
+    Attributes:
+        begin: First time within the given radius [s].
+        end: Last time within it [s].
+        time: When it comes closest [s].
+        distance: Its front's smallest distance, seen from above [m].
+    """
+
+    begin: float
+    end: float
+    time: float
+    distance: float
+
+
+@dataclass(frozen=True, slots=True)
+class RoadUser:
+    """What a log says about one road user.
+
+    Attributes:
+        id: SUMO's id.
+        kind: `vehicle`, `person` or `container`.
+        type_id: Its vType.
+        vclass: SUMO's vClass of that.
+        begin: First time in the log [s].
+        end: Last time in the log [s].
+        length: Distance that it drives, without gaps and teleports [m].
+        mean_speed: Mean speed over that distance, waiting included [m/s].
+        max_speed: Largest logged speed, or largest speed between samples if none is logged [m/s].
+        lanes: Number of lanes that it uses, without those on junctions.
+        edges: Edges that it uses, in order, without those on junctions.
+        place: Where it is at the given time.
+        passage: How it passes the given point.
+    """
+
+    id: str
+    kind: str
+    type_id: str
+    vclass: str
+    begin: float
+    end: float
+    length: float
+    mean_speed: float
+    max_speed: float
+    lanes: int
+    edges: tuple[str, ...]
+    place: UserPlace | None = None
+    passage: Passage | None = None
+
+    @property
+    def duration(self) -> float:
+        """From first to last time [s]."""
+        return self.end - self.begin
+
 
 GAP_FACTOR = 1.5
 """Rows are missing where two samples are more than this many steps of the log apart."""
@@ -273,3 +365,81 @@ class ParkingArea:
     lane: str
     bays: tuple[Bay, ...]
     roadside: int
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioFiles:
+    """Where a scenario's files lie.
+
+    Attributes:
+        network: The .net.xml(.gz).
+        trajectories: FCD files, in order (SUMO can write persons apart).
+        signals: Logs of SaveTLSStates, SaveTLSSwitchStates or SaveTLSSwitchTimes.
+        additional: POIs, polygons, vTypes.
+        vehicle_types: Route or additional files that hold vTypes.
+        missing: Files that a .sumocfg names but that do not exist.
+    """
+
+    network: Path
+    trajectories: tuple[Path, ...]
+    signals: tuple[Path, ...] = ()
+    additional: tuple[Path, ...] = ()
+    vehicle_types: tuple[Path, ...] = ()
+    missing: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LogChoices:
+    """How a log is to be understood where its files leave that open.
+
+    Attributes:
+        allow_misfit: Whether what makes a log seem wrong, or of another network, is only noted.
+        classes: vClasses by type id or pattern, for types that no file defines.
+    """
+
+    allow_misfit: bool = False
+    classes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class TypeGuess:
+    """The vClass of a vehicle type that no file defines.
+
+    Attributes:
+        type_id: SUMO's id; empty for vehicles without a type.
+        count: Number of its vehicles.
+        vclass: What they are drawn as; empty where nothing tells.
+        why: What tells it, as a clause.
+    """
+
+    type_id: str
+    count: int
+    vclass: str = ""
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scenario:
+    """Everything that a simulation's files say about a time window.
+
+    Attributes:
+        network: The roads.
+        traffic: What moved.
+        vehicle_types: By id.
+        signals: By tls id; empty when there is no log.
+        pois: Of all additional files.
+        polygons: Of all additional files.
+        stops: Of buses, trains and containers, and charging stations, of all additional files.
+        guesses: Types that no file defines, of vehicles in the window.
+        parking: Parking areas of all additional files.
+    """
+
+    network: Network
+    traffic: TrafficLog
+    vehicle_types: Mapping[str, VehicleType] = field(default_factory=dict)
+    signals: Mapping[str, SignalPhases] = field(default_factory=dict)
+    pois: tuple[Poi, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
+    stops: tuple[Stop, ...] = ()
+    guesses: tuple[TypeGuess, ...] = ()
+    parking: tuple[ParkingArea, ...] = ()

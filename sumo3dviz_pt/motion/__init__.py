@@ -20,12 +20,11 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog, VehicleType, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion.body import make_piece
-from sumo3dviz_pt.motion.headings import Heading
-from sumo3dviz_pt.motion.lanes.graph import LaneGraph
-from sumo3dviz_pt.motion.lanes.track import Tracks
+from sumo3dviz_pt.motion.driven import Heading
+from sumo3dviz_pt.motion.lanes import LaneGraph, Tracks
+from sumo3dviz_pt.motion.samples import breaks, split
 from sumo3dviz_pt.motion.setting import LogSettings, is_euler
 from sumo3dviz_pt.motion.smoothers.registry import SMOOTHERS, Smoother
-from sumo3dviz_pt.motion.splitting import breaks, split
 
 __all__ = [
     "MARGIN",

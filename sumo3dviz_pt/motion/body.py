@@ -11,25 +11,23 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Remark
-from sumo3dviz_pt.motion.curves import Hermite
-from sumo3dviz_pt.motion.driven import Driven
-from sumo3dviz_pt.motion.headings import (
+from sumo3dviz_pt.motion.driven import (
     STEEPEST,
+    Driven,
     Heading,
+    UnitPath,
     chord,
     chords,
     logged,
     slopes_of,
     tractrix,
 )
-from sumo3dviz_pt.motion.manoeuvres import ManoeuvreStretch, stretches
-from sumo3dviz_pt.motion.resting import settled
+from sumo3dviz_pt.motion.front import Front, Hermite
+from sumo3dviz_pt.motion.manoeuvres import ManoeuvreStretch, settled, stretches
 from sumo3dviz_pt.motion.samples import LoggedSamples, wrapped
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.smoothers.front import Front
 from sumo3dviz_pt.motion.smoothers.hermite import CurveFront
 from sumo3dviz_pt.motion.smoothers.registry import Smoother
-from sumo3dviz_pt.motion.unit_path import UnitPath
 
 
 @dataclass(frozen=True, slots=True, eq=False)

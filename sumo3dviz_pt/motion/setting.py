@@ -15,8 +15,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import RAIL_CLASSES, UNKNOWN_TYPES, Trace, VehicleType
-from sumo3dviz_pt.motion.lanes.graph import LaneGraph
-from sumo3dviz_pt.motion.lanes.track import Tracks
+from sumo3dviz_pt.motion.lanes import LaneGraph, Tracks
 
 _CHANGING = 0.2
 """The two meanings of speeds can be told apart only where speeds change by more than this [m/s]."""

@@ -1,4 +1,7 @@
-"""Validates a whole scene and says what it holds, what it leaves out and what it costs."""
+"""Validates a whole scene and says what it holds, what it leaves out and what it costs.
+
+Finds which shots of a scene can share what is built of its place when they are reported on.
+"""
 
 from __future__ import annotations
 
@@ -9,34 +12,97 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.model.camera import CameraPath
+from sumo3dviz_pt.model.falling import reflection_samples
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.panes import reflection_samples
-from sumo3dviz_pt.model.ratios import in_short
+from sumo3dviz_pt.model.numbers import in_short
 from sumo3dviz_pt.model.scene import LeftOut, SceneData
-from sumo3dviz_pt.pipeline.outlooks import Outing, outlooks
+from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
+from sumo3dviz_pt.motion import LogMotion
+from sumo3dviz_pt.pipeline.accounts import weather_report
+from sumo3dviz_pt.pipeline.conditions import conditions_factor, film_cost, sun_report
+from sumo3dviz_pt.pipeline.costs import space_in_words, time_in_words, update_cost
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
     check_choices,
+    check_window,
     frame_times,
     life_of,
     prepare,
 )
-from sumo3dviz_pt.pipeline.progress.conditions import conditions_factor, film_cost
-from sumo3dviz_pt.pipeline.progress.costs import (
-    space_in_words,
-    time_in_words,
-    update_cost,
-)
-from sumo3dviz_pt.pipeline.reading import motion_of, read_files
+from sumo3dviz_pt.pipeline.reading import check_rider, motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
-from sumo3dviz_pt.pipeline.smoothing import Survey
-from sumo3dviz_pt.pipeline.sun_report import sun_report
-from sumo3dviz_pt.pipeline.weather_report import weather_report
-from sumo3dviz_pt.world.shared import Outlook
+from sumo3dviz_pt.pipeline.traffic import Survey
+from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.world.outlook import Outlook
+
+_TOGETHER = 150.0
+"""Shots whose cameras come closer than this share a place [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outing:
+    """A shot, for which a place is to be built.
+
+    Attributes:
+        camera: The camera's name.
+        times: Of its frames, (n,) [s].
+    """
+
+    camera: str
+    times: Floats
+
+
+def outlooks(
+    job: Job, files: ScenarioFiles, scenario: Scenario, motion: LogMotion, outings: Sequence[Outing]
+) -> list[Outlook | None]:
+    """Return all cameras that share a shot's place, shot by shot; None for one that is alone.
+
+    Args:
+        job: The scene file.
+        files: The simulation's files.
+        scenario: As read, the whole log.
+        motion: Of everyone in it.
+        outings: The shots.
+
+    Raises:
+        ConfigError: If a shot lies outside of the log, or whom its camera rides with is not there.
+    """
+    if len(outings) < 2:
+        return [None] * len(outings)
+    ways = [_way(job, files, scenario, motion, outing) for outing in outings]
+    plans = [shapely.MultiPoint(way.positions[:, :2]).convex_hull for way in ways]
+    groups: list[set[int]] = []
+    for number, plan in enumerate(plans):
+        near = [g for g in groups if any(shapely.dwithin(plan, plans[k], _TOGETHER) for k in g)]
+        groups = [g for g in groups if g not in near] + [{number}.union(*near)]
+    found: list[Outlook | None] = [None] * len(outings)
+    for group in groups:
+        if len(group) > 1:
+            joined = Outlook(CameraPath.joined([ways[k] for k in sorted(group)]))
+            for k in group:
+                found[k] = joined
+    return found
+
+
+def _way(
+    job: Job, files: ScenarioFiles, scenario: Scenario, motion: LogMotion, outing: Outing
+) -> CameraPath:
+    """Return where a shot's camera is and looks."""
+    from sumo3dviz_pt.shot.road_users import way_of
+
+    camera, times = job.cameras[outing.camera], outing.times
+    check_window(scenario, times)
+    riders = motion.smooth(motion.named(getattr(camera, "vehicle", "")))
+    logs = files.trajectories
+    check_rider(camera, name=outing.camera, times=times, trajectories=riders, logs=logs)
+    return way_of(world_of(scenario, job, files), riders, camera=camera, times=times)
+
 
 TRIANGLE_BUDGET = 1_500_000
 """Unique triangles per shot that keep the update of a frame below half a CPU-second."""
@@ -76,7 +142,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         ConfigError: If a setting is wrong.
         InputError: If a file is wrong.
     """
-    from sumo3dviz_pt.cast.own_looks import idle
+    from sumo3dviz_pt.cast.choice import idle
     from sumo3dviz_pt.pipeline.motion.lawful import lawfulness
 
     check_choices(job, Request())
@@ -198,8 +264,8 @@ def _not_compiled(production: Production, triangles: int) -> list[dict[str, Any]
         production: The shot.
         triangles: Of it.
     """
-    from sumo3dviz_pt.render.kernel.features import OPERATIONS, features_of
-    from sumo3dviz_pt.shot.exposing import shutter_of
+    from sumo3dviz_pt.render.kernel.rows import OPERATIONS, features_of
+    from sumo3dviz_pt.shot.road_users import shutter_of
 
     there = features_of(production.shot.data)
     absent: list[dict[str, Any]] = [

@@ -20,14 +20,15 @@ from importlib import import_module
 from pathlib import Path
 
 from sumo3dviz_pt.errors import Sumo3dvizError
-from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.installation import dependencies
 from sumo3dviz_pt.installation.dependencies import (
     DEPENDENCIES,
+    Driver,
     explained,
+    find_driver,
     missing_library,
     version_of,
 )
-from sumo3dviz_pt.installation.nvidia import Driver, find_driver
 from sumo3dviz_pt.installation.packages import LIBRARIES, LLVM
 
 _TRY = """
@@ -79,7 +80,7 @@ class Trial:
 def examine() -> Diagnosis:
     """Look at the installation."""
     trial = _tried_in_another_process()
-    llvm = libllvm.find_llvm()
+    llvm = dependencies.find_llvm()
     encodes, about_ffmpeg = _ffmpeg()
     packages = ("sumo3dviz_pt", *(known.package for known in DEPENDENCIES))
     about = {
@@ -102,7 +103,7 @@ def examine() -> Diagnosis:
     )
 
 
-def _about_llvm(llvm: libllvm.Library, trial: Trial) -> str:
+def _about_llvm(llvm: dependencies.Library, trial: Trial) -> str:
     """Return version and file, or why there is none; a note on the renderer says that already."""
     if llvm.version:
         return f"{llvm.version} ({llvm.path})"
@@ -122,10 +123,10 @@ def _remarks(trial: Trial) -> list[tuple[str, str]]:
     return [*wrong, ("note", trial.note)] if trial.note else wrong
 
 
-def _lacks(trial: Trial, llvm: libllvm.Library) -> Iterator[str]:
+def _lacks(trial: Trial, llvm: dependencies.Library) -> Iterator[str]:
     """Yield libraries that a package manager may bring; none that the user's own choice hides."""
     yield from (LIBRARIES[name] for name in trial.missing if name in LIBRARIES)
-    if llvm.problem and not os.environ.get(libllvm.VARIABLE):
+    if llvm.problem and not os.environ.get(dependencies.VARIABLE):
         yield LLVM
 
 

@@ -25,14 +25,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.lens import ExposureSettings, LensSettings
+from sumo3dviz_pt.job.cameras import ExposureSettings, LensSettings
 from sumo3dviz_pt.job.settings import CameraSettings
-from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
+from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Production
+
 
 log = logging.getLogger(__name__)
 

@@ -1,5 +1,7 @@
 """From a job to pictures: the place that knows every stage.
 
+Refuses choices that do not exist, before anything is read, built or loaded.
+
 files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
 """
 
@@ -20,30 +22,27 @@ from pydantic import Field
 from sumo3dviz_pt.catalog import data_root, did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.installation.dependencies import load
-from sumo3dviz_pt.job.asked import settle
-from sumo3dviz_pt.job.ranges import Finite, Positive, Seed, Size, Whole
+from sumo3dviz_pt.job.cameras import LensSettings
+from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
-from sumo3dviz_pt.model.bounds import MOST_FRAMES
+from sumo3dviz_pt.job.values import Finite, Positive, Seed, Size, Whole, check_variant
+from sumo3dviz_pt.model.camera import frame_step
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.model.ratios import Ratio, ratio_of
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
-from sumo3dviz_pt.model.shutter import frame_step
+from sumo3dviz_pt.model.numbers import MOST_FRAMES, Ratio, ratio_of
+from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
-from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
+from sumo3dviz_pt.pipeline.accounts import account_of, key_of
 from sumo3dviz_pt.pipeline.metering import exposure_of, manual_exposure
-from sumo3dviz_pt.pipeline.preflight import can_help
-from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
-from sumo3dviz_pt.pipeline.reading import motion_of, read_files
+from sumo3dviz_pt.pipeline.provenance import Inputs, inputs_of
+from sumo3dviz_pt.pipeline.reading import check_rider, motion_of, read_files
 from sumo3dviz_pt.pipeline.reading import object_files as object_files
 from sumo3dviz_pt.pipeline.reading import read as read
 from sumo3dviz_pt.pipeline.reading import scenario_files as scenario_files
-from sumo3dviz_pt.pipeline.riders import check_rider
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
-from sumo3dviz_pt.pipeline.smoothing import Survey
-from sumo3dviz_pt.pipeline.stills.still import Still as Still
-from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
+from sumo3dviz_pt.pipeline.still import Still as Still
+from sumo3dviz_pt.pipeline.still import check_target as check_target
+from sumo3dviz_pt.pipeline.traffic import Survey
 from sumo3dviz_pt.pipeline.worlds import without_collecting, world_of
 
 if TYPE_CHECKING:
@@ -53,6 +52,108 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
     from sumo3dviz_pt.shot.build import Shot
+
+
+def check_choices(job: Job, request: Request) -> None:
+    """Look at all names and files of a job that need no simulation.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+
+    Raises:
+        ConfigError: If variant, quality, camera, smoother, a model, a surface or a file of the
+            user's does not exist, or settings contradict each other.
+    """
+    from sumo3dviz_pt.motion import check_smoother
+    from sumo3dviz_pt.shot.crowd import check_scene_choices
+
+    check_variant(request.variant)
+    job = request.applied(job)
+    quality = quality_preset(job.quality, spp=request.spp)
+    _check_weather(job, quality, request.variant)
+    if job.cameras or request.camera is not None:
+        name, camera = camera_settings(job, request.camera)
+        check_camera(job, camera, name=name, variant=request.variant)
+    check_smoother(job.motion.smoother)
+    check_scene_choices(job)
+
+
+def _check_weather(job: Job, quality: Quality, variant: str) -> None:
+    """Refuse weather where our own kernel does not trace.
+
+    Raises:
+        ConfigError: If Mitsuba's path tracer would, which knows neither fog nor water.
+    """
+    from sumo3dviz_pt.world.weather import weather_course
+
+    course = weather_course(job.weather)
+    if course is None or not course.is_seen:
+        return
+    if quality.tracer != "kernel" or variant == "scalar":
+        what = f"the variant {variant}" if variant == "scalar" else f"the quality {job.quality!r}"
+        raise ConfigError(
+            f"{what} cannot show weather, which only our own kernel traces;"
+            " take another one, or leave weather out",
+            key="weather",
+        )
+
+
+def can_help(camera: CameraSettings) -> bool:
+    """Return whether frames of a camera can help each other: sharp in time, and of one eye."""
+    lens = camera.lens
+    one_eye = lens is None or (lens.stereo == "none" and lens.projection != "orthographic")
+    return camera.shutter is None and one_eye
+
+
+def check_camera(job: Job, camera: CameraSettings, *, name: str, variant: str) -> None:
+    """Refuse a lens, shutter or exposure with which nothing can be rendered.
+
+    Args:
+        job: The scene file.
+        camera: Settings of the camera.
+        name: Of the camera.
+        variant: The renderer's.
+
+    Raises:
+        ConfigError: Names the key, and what fits.
+    """
+    lens = camera.lens or LensSettings()
+    try:
+        lens.check_size(job.output.size)
+    except ValueError as error:
+        raise ConfigError(str(error), key="output.size") from error
+    if lens.stereo != "none":
+        _check_one_eye(job)
+    if camera.exposure is not None and camera.exposure.mode == "manual":
+        manual_exposure(camera, step=1.0, name=name)
+    ours = variant != "scalar" and quality_preset(job.quality).tracer == "kernel"
+    if not ours and (camera.shutter is not None or not lens.is_pinhole):
+        raise ConfigError(
+            "only our own kernel has shutters, and lenses other than pinholes: take the variant"
+            " llvm or cuda, and a quality with `tracer: kernel`",
+            key=f"cameras.{name}",
+        )
+
+
+def _check_one_eye(job: Job) -> None:
+    """Refuse what a picture of both eyes cannot have.
+
+    Raises:
+        ConfigError: Names the key.
+    """
+    if job.overlays is not None:
+        raise ConfigError(
+            "a picture of both eyes has no overlays; leave them out, or stereo", key="overlays"
+        )
+    boxed = [layer for layer in ("boxes2d", "boxes3d") if layer in job.output.layers]
+    if boxed:
+        raise ConfigError(
+            f"a picture of both eyes has no layer {boxed[0]}: each thing is in it twice; leave it"
+            " out, or stereo",
+            key="output.layers",
+        )
+
 
 log = logging.getLogger(__name__)
 
@@ -244,8 +345,7 @@ def prepare(
 
     from sumo3dviz_pt.pipeline.motion.lawful import note_breaches
     from sumo3dviz_pt.shot.build import build_shot
-    from sumo3dviz_pt.shot.exposing import focus_target, shutter_of
-    from sumo3dviz_pt.shot.in_view import users_in_view
+    from sumo3dviz_pt.shot.road_users import focus_target, shutter_of, users_in_view
 
     started = time.process_time()
     check_choices(job, request)
@@ -390,7 +490,7 @@ def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tup
     Raises:
         ConfigError: If nobody moves, or whom the camera rides with is unknown.
     """
-    from sumo3dviz_pt.cast.finding import find_trajectory
+    from sumo3dviz_pt.cast.fleet import find_trajectory
 
     if isinstance(camera, LagrangianCamera):
         trajectories = (find_trajectory(trajectories, camera.vehicle),)

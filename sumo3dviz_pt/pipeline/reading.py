@@ -1,27 +1,114 @@
-"""Reads a simulation's files and makes its motion continuous."""
+"""Reads a simulation's files, and refuses what they do not have.
+
+Says what vehicles are drawn as whose type no file defines, in one sentence. Reads a simulation's
+files and makes its motion continuous. Refuses cameras that ride with a road user that is not
+there, and says when the log has it.
+"""
 
 from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError, cut
-from sumo3dviz_pt.files.outputs import can_replace, check_spared
-from sumo3dviz_pt.job.settings import Job, ObjectSettings
+from sumo3dviz_pt.files.atomic import can_replace, check_spared
+from sumo3dviz_pt.job.settings import (
+    CameraSettings,
+    Job,
+    LagrangianCamera,
+    ObjectSettings,
+    ShotSettings,
+)
+from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
-from sumo3dviz_pt.model.traffic import unique_ids
+from sumo3dviz_pt.model.traffic import LogChoices, Scenario, ScenarioFiles, TypeGuess, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
-from sumo3dviz_pt.pipeline.guessed_types import note_guesses
-from sumo3dviz_pt.pipeline.smoothing import motion_of as motion_of
+from sumo3dviz_pt.pipeline.motion.changed import changed, recorded_window
+from sumo3dviz_pt.pipeline.traffic import motion_of as motion_of
 from sumo3dviz_pt.sumo.values import parse_time as parse_time
 
+if TYPE_CHECKING:
+    from sumo3dviz_pt.sumo import Whereabouts
+
+
 logger = logging.getLogger(__name__)
+
+_NAMED = 3
+"""Largest number of types that a note names for each vClass."""
+
+_UNTOLD = "cars because nothing tells what they are"
+
+
+def note_guesses(guesses: Sequence[TypeGuess], *, log: Path) -> None:
+    """Say once a run what vehicles are drawn as whose type no file defines.
+
+    Args:
+        guesses: The types, and what is known of them.
+        log: The vehicle log; each log has its own note.
+    """
+    if guesses:
+        remedy = "Name their files in scenario.vehicle_types, or their classes in vehicles.types"
+        text = guesses_in_words(guesses, remedy=remedy)
+        logger.warning("%s: %s", log, text, extra={"once": f"types of {log}"})
+
+
+def guesses_in_words(guesses: Sequence[TypeGuess], *, remedy: str) -> str:
+    """Return one sentence on types that no file defines; empty where there are none.
+
+    Args:
+        guesses: The types, and what is known of them.
+        remedy: What to do, as a clause that begins with a verb.
+    """
+    if not guesses:
+        return ""
+    # Types that nothing tells come first, as their pictures are likeliest to be wrong.
+    groups: dict[tuple[bool, str, str], list[TypeGuess]] = {}
+    for each in sorted(guesses, key=lambda each: (bool(each.vclass), -each.count)):
+        groups.setdefault((bool(each.type_id), each.vclass, each.why), []).append(each)
+    parts = [_in_words(group) for group in groups.values()]
+    return f"no file defines the types of these vehicles: {'; '.join(parts)}. {remedy}"
+
+
+def guess_notes(guesses: Sequence[TypeGuess]) -> list[str]:
+    """Return the note of a proposal on types that no file defines, if there are some."""
+    remedy = "Name files that define them by --additional, or correct vehicles.types"
+    text = guesses_in_words(guesses, remedy=remedy)
+    return [text] if text else []
+
+
+def type_lines(guesses: Sequence[TypeGuess]) -> list[str]:
+    """Return the lines of a scene file's section `vehicles` that keep what was guessed."""
+    told = [each for each in guesses if each.vclass and each.type_id]
+    if not told:
+        return []
+    lines = [f"    {_quoted(each.type_id)}: {each.vclass}  # {each.why}" for each in told]
+    return ["vehicles:", "  types:  # no file defines these; correct what is wrong", *lines]
+
+
+def _in_words(group: Sequence[TypeGuess]) -> str:
+    """Return what the vehicles of types of one class are drawn as."""
+    first = group[0]
+    count = sum(each.count for each in group)
+    told = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
+    if not first.type_id:
+        return f"{count} without a type drawn as {told}"
+    names = ", ".join(repr(each.type_id) for each in group[:_NAMED])
+    more = f" and {len(group) - _NAMED} more" if len(group) > _NAMED else ""
+    return f"{names}{more} ({count} of them) drawn as {told}"
+
+
+def _quoted(text: str) -> str:
+    """Return a key as YAML."""
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
 
 _LARGEST = 1_500_000_000
 """Text of logs beyond which only the window is read [bytes]: ten million rows."""
@@ -86,7 +173,7 @@ def spare_inputs(job: Job, *outputs: Path) -> None:
     Raises:
         ConfigError: If one would.
     """
-    from sumo3dviz_pt.pipeline.accounts.provenance import files_of
+    from sumo3dviz_pt.pipeline.provenance import files_of
 
     replacing = [path for path in outputs if can_replace(path)]
     if replacing:
@@ -266,3 +353,125 @@ def stamps_of(paths: Iterable[Path]) -> tuple[tuple[str, int, int], ...]:
             stat = path.stat()
             found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
     return tuple(found)
+
+
+_SLACK = 1e-6
+"""Tolerance of times, because those of frames are sums of fractions [s]."""
+
+_MOST_SPANS = 4
+
+
+def check_rider(
+    camera: CameraSettings,
+    *,
+    name: str,
+    times: Floats,
+    trajectories: Sequence[Trajectory],
+    logs: Sequence[Path],
+) -> None:
+    """Refuse a camera whose road user is not there all the time; only then the logs are searched.
+
+    Args:
+        camera: Of any kind.
+        name: Of the camera.
+        times: Of all frames, (n,) [s].
+        trajectories: What was read around these times.
+        logs: Where they come from, whole.
+
+    Raises:
+        ConfigError: Says when the log has the road user, or which one may be meant.
+    """
+    if not isinstance(camera, LagrangianCamera):
+        return
+    missing = _missing(camera.vehicle, times, trajectories)
+    if missing is not None:
+        from sumo3dviz_pt.sumo import whereabouts
+
+        raise _absent(camera.vehicle, whereabouts(logs, camera.vehicle), missing, name=name)
+
+
+def check_companions(
+    job: Job, films: Iterable[tuple[ShotSettings, Floats]], logs: Sequence[Path]
+) -> None:
+    """Refuse shots whose road user is not there all the time, before anything is built.
+
+    Args:
+        job: The scene file.
+        films: Shots and the times of their frames, (n,) [s]; what comes after the log's end is
+            no part of a film.
+        logs: Of the simulation, whole.
+
+    Raises:
+        ConfigError: As `check_rider` does.
+    """
+    from sumo3dviz_pt.sumo import whereabouts
+
+    for shot, times in films:
+        camera = job.cameras[shot.camera]
+        if not isinstance(camera, LagrangianCamera):
+            continue
+        found = whereabouts(logs, camera.vehicle)
+        absent = _outside(times, found.spans) & (times <= found.end + _SLACK)
+        if absent.any() or not found.spans:
+            missing = float(times[np.argmax(absent)])
+            raise _absent(camera.vehicle, found, missing, name=shot.camera)
+
+
+def check_known(name: str, logs: Sequence[Path]) -> None:
+    """Refuse a road user that no log ever has.
+
+    Args:
+        name: SUMO's id, or the key such as `person:walker_1`.
+        logs: Of the simulation, whole.
+
+    Raises:
+        ConfigError: Says which one may be meant.
+    """
+    from sumo3dviz_pt.sumo import whereabouts
+
+    found = whereabouts(logs, name)
+    if not found.spans:
+        hint = _hint(name, found.ids)
+        raise ConfigError(f"no vehicle or person is called {cut(name)!r}{hint}")
+
+
+def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
+    """Return an error that says why a camera cannot ride with a road user at a time [s]."""
+    shown = repr(cut(vehicle))
+    key = f"cameras.{name}.vehicle"
+    if not found.spans:
+        hint = _hint(vehicle, found.ids)
+        return ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
+    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in found.spans[:_MOST_SPANS])
+    lives += " and later" if len(found.spans) > _MOST_SPANS else ""
+    inside = any(begin <= missing <= end for begin, end in found.spans)
+    why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""
+    why = why or "is not there at {:g} s"
+    return ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)
+
+
+def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> float | None:
+    """Return the first time at which a road user is not there [s]; None if it always is."""
+    known = {trajectory.key: trajectory for trajectory in trajectories}
+    keys = (f"vehicle:{name}", f"person:{name}", f"container:{name}", name)
+    rider = next((known[key] for key in keys if key in known), None)
+    pieces = () if rider is None else rider.pieces
+    absent = _outside(times, [(piece.begin, piece.end) for piece in pieces])
+    return float(times[np.argmax(absent)]) if absent.any() else None
+
+
+def _outside(times: Floats, spans: Iterable[tuple[float, float]]) -> Bools:
+    """Return which times lie in none of some spans, (n,)."""
+    there = np.zeros(len(times), dtype=np.bool_)
+    for begin, end in spans:
+        there |= (times >= begin - _SLACK) & (times <= end + _SLACK)
+    return ~there
+
+
+def _hint(name: str, ids: frozenset[str]) -> str:
+    """End of a sentence that names near ids and some that exist."""
+    if not ids:
+        return "; the log has nobody"
+    near = did_you_mean(name, ids)
+    some = ", ".join(repr(cut(each)) for each in sorted(ids)[:3])
+    return (near if near.startswith("; did") else "") + f"; for example {some} exist"

@@ -1,4 +1,7 @@
-"""Lists the road users of a scene's log, chosen by type, time and place, and sorted."""
+"""Lists the road users of a scene's log, chosen by type, time and place, and its cameras.
+
+A scene's cameras, as a mapping that shows itself in words.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +15,34 @@ from typing import Any, overload
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.asked import asked, settle
-from sumo3dviz_pt.job.ranges import Finite, Metres, Seconds
-from sumo3dviz_pt.job.settings import EulerianCamera, Job
+from sumo3dviz_pt.job.errors import asked, settle
+from sumo3dviz_pt.job.settings import CameraSettings, EulerianCamera, Job
+from sumo3dviz_pt.job.values import Finite, Metres, Seconds
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.model.roster import Point, RoadUser
+from sumo3dviz_pt.model.traffic import Point, RoadUser
 from sumo3dviz_pt.pipeline.production import scenario_files
+
+
+class Cameras(Mapping[str, CameraSettings]):
+    """Cameras by name."""
+
+    def __init__(self, cameras: Mapping[str, CameraSettings]) -> None:
+        self._cameras = dict(cameras)
+
+    def __getitem__(self, name: str) -> CameraSettings:
+        return self._cameras[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._cameras)
+
+    def __len__(self) -> int:
+        return len(self._cameras)
+
+    def __repr__(self) -> str:
+        width = max(map(len, self._cameras), default=0)
+        lines = [f"{name:<{width}}  {self[name].in_words()}" for name in self]
+        return "\n".join(lines) or "no cameras"
+
 
 RADIUS = 30.0
 """Distance that counts as near where none is given [m]."""
@@ -105,7 +130,7 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         InputError: If a file is missing or damaged.
     """
     from sumo3dviz_pt.sumo import read_location, read_roster, read_vehicle_types
-    from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
+    from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 
     wanted = wanted or RosterQuery()
     order = _order(wanted)

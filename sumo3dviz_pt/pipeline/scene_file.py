@@ -1,23 +1,173 @@
-"""Reads scene files: YAML, template, overrides -> a validated `Job`."""
+"""Reads scene files, knows the names that their keys take, and describes both to editors.
+
+Lists the names that keys of the scene file take, for help, completion and editors. Finds names in
+a scene file that nothing has: presets, surfaces, codecs, tone curves, cameras. Reads scene files:
+YAML, template, overrides -> a validated `Job`. Writes the JSON schema of scene files for editors:
+keys, meanings, ranges and names.
+"""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+import json
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
-from sumo3dviz_pt.files.whole import open_plain
+from sumo3dviz_pt.files.atomic import open_plain, write_whole
 from sumo3dviz_pt.job.errors import Source, explained, located, reason
-from sumo3dviz_pt.job.plain import as_path, plain
-from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
-from sumo3dviz_pt.job.yaml12 import MOST_TEXT, parse_yaml
-from sumo3dviz_pt.pipeline.names import unknown_names
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.job.values import ONE_OR_MORE, all_models
+from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, as_path, parse_yaml, plain
+
+
+def _codecs() -> Sequence[str]:
+    from sumo3dviz_pt.video.codecs import AUTO, CODECS
+
+    return (AUTO, *CODECS)
+
+
+def _tones() -> Sequence[str]:
+    from sumo3dviz_pt.image.tonemap import tone_names
+
+    return tone_names()
+
+
+def _smoothers() -> Sequence[str]:
+    from sumo3dviz_pt.motion import smoother_names
+
+    return smoother_names()
+
+
+def _vehicles(vclass: str = "") -> Sequence[str]:
+    """Return the vehicles that can be drawn, of one vClass if given; no parts of vehicles."""
+    found = []
+    for name in catalog.names("vehicles"):
+        classes = catalog.find("vehicles", name).meta.get("vclass", "passenger")
+        classes = [classes] if isinstance(classes, str) else classes
+        if vclass in classes or (classes and not vclass):
+            found.append(name)
+    return found
+
+
+def _models() -> Sequence[str]:
+    return (*_vehicles(), *catalog.names("people"))
+
+
+def _vclasses() -> Sequence[str]:
+    from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
+
+    return tuple(CLASS_DEFAULTS)
+
+
+NAMES: Mapping[str, Callable[[], Sequence[str]]] = MappingProxyType(
+    {
+        "quality": partial(catalog.template_names, "quality"),
+        "template": partial(catalog.template_names, "scene"),
+        "sky.preset": partial(catalog.template_names, "sky"),
+        "weather.preset": partial(catalog.template_names, "weather"),
+        "cameras.NAME.view": partial(catalog.template_names, "camera"),
+        "output.codec": _codecs,
+        "output.tone": _tones,
+        "motion.smoother": _smoothers,
+        "ground.texture": partial(catalog.names, "surfaces"),
+        "vehicles.types.NAME": _vclasses,
+        "vehicles.passenger": partial(_vehicles, "passenger"),
+        "vehicles.by_id.NAME.model": _models,
+    }
+)
+"""Names by the key of the scene file that takes them."""
+
+
+def names_for(key: str) -> tuple[str, ...]:
+    """Return what a key of the scene file can be set to; nothing where that is no list of names."""
+    return tuple(NAMES[key]()) if key in NAMES else ()
+
+
+Unknown = tuple[KeyPath, str]
+"""Where a name stands, and what is wrong with it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Named:
+    """A name that a setting refers to.
+
+    Attributes:
+        path: Where it stands.
+        name: The name itself.
+        what: What it should be the name of.
+        known: All names of such things.
+    """
+
+    path: KeyPath
+    name: str
+    what: str
+    known: Collection[str]
+
+
+def unknown_names(job: Job) -> Iterator[Unknown]:
+    """Yield every name of a job that nothing has; nothing heavy is loaded for it."""
+    for named in _named(job):
+        if named.name not in named.known:
+            hint = catalog.did_you_mean(named.name, named.known)
+            yield named.path, f"no {named.what} is called {named.name!r}{hint}"
+    yield from _unknown_looks(job)
+
+
+def _named(job: Job) -> Iterator[_Named]:
+    """Yield all names but those of vehicles and people."""
+    yield _Named(("quality",), job.quality, "quality preset", names_for("quality"))
+    yield _Named(("output", "codec"), job.output.codec, "codec", names_for("output.codec"))
+    yield _Named(("output", "tone"), job.output.tone, "tone curve", names_for("output.tone"))
+    yield from _presets(job)
+    classes = names_for("vehicles.types.NAME") if job.vehicles.types else ()
+    for type_id, vclass in job.vehicles.types.items():
+        yield _Named(("vehicles", "types", type_id), vclass, "vClass of SUMO", classes)
+    for name, camera in job.cameras.items():
+        if isinstance(camera, LagrangianCamera):
+            views = names_for("cameras.NAME.view")
+            yield _Named(("cameras", name, "view"), camera.view, "camera preset", views)
+    for index, shot in enumerate(job.shots):
+        yield _Named(("shots", index, "camera"), shot.camera, "camera", tuple(job.cameras))
+    for path, surface in _surfaces(job):
+        if not (surface.startswith("#") or Path(surface).suffix):
+            yield _Named(path, surface, "surface", names_for("ground.texture"))
+
+
+def _presets(job: Job) -> Iterator[_Named]:
+    """Yield the names of presets of sky and weather."""
+    for what, settings in (("sky", job.sky), ("weather", job.weather)):
+        if settings is not None and settings.preset is not None:
+            known = names_for(f"{what}.preset")
+            yield _Named((what, "preset"), settings.preset, f"{what} preset", known)
+
+
+def _unknown_looks(job: Job) -> Iterator[Unknown]:
+    """Yield the models that are given to single road users and do not exist."""
+    vehicles, people = catalog.names("vehicles"), catalog.names("people")
+    for pattern, look in job.vehicles.by_id.items():
+        place, name = ("vehicles", "by_id", pattern, "model"), look.model
+        if name is not None and name not in (*vehicles, *people):
+            hint = catalog.did_you_mean(name, (*vehicles, *people))
+            yield place, f"no model of a vehicle or person is called {name!r}{hint}"
+        if name in vehicles and not catalog.find("vehicles", name).meta.get("vclass", True):
+            yield place, f"{name!r} is only a part of other vehicles"
+
+
+def _surfaces(job: Job) -> Iterator[tuple[KeyPath, str]]:
+    """Yield where surfaces are named, and which."""
+    yield ("ground", "texture"), job.ground.texture
+    yield ("roads", "surface"), job.roads.surface
+    for pattern, style in job.roads.per_edge.items():
+        if style.surface is not None:
+            yield ("roads", "per_edge", pattern, "surface"), style.surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,3 +459,107 @@ def _position(word: str, items: list[Any], key: str) -> int:
     if not (word.isdecimal() and len(word) < 6 and int(word) < len(items)):
         raise ConfigError(f"{word!r} is no place in a list of {len(items)}", key=key)
     return int(word)
+
+
+TITLE = "Scene file of sumo3dviz_pt"
+FILE = "scene.schema.json"
+"""What the schema is called beside a scene file."""
+
+LINE = f"# yaml-language-server: $schema={FILE}"
+"""A line of a scene file by which editors find the schema."""
+
+_OPEN = ("ground.texture",)
+"""Keys that take files beside names."""
+
+Node = dict[str, Any]
+
+
+def scene_schema() -> Node:
+    """Return the JSON schema of scene files, with the names that this installation knows."""
+    schema = Job.model_json_schema()
+    for key in NAMES:
+        for place in _places(schema, schema, key.split(".")):
+            _name(place, list(names_for(key)), closed=key not in _OPEN)
+    _loosen(schema)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "title": TITLE,
+        "required": ["scenario"],
+    }
+
+
+def schema_text() -> str:
+    """Return the schema as text."""
+    return json.dumps(scene_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def write_schema(path: Path, *, title: str = TITLE, text: str | None = None) -> None:
+    """Write a schema; an older one is replaced, anything else is not.
+
+    Args:
+        path: Where to.
+        title: The schema's.
+        text: The schema; None is that of scene files.
+
+    Raises:
+        ConfigError: If something else lies there, or it cannot be written.
+    """
+    if path.exists() and not _is_ours(path, title):
+        raise ConfigError(f"{path} is something else; move it away", key="output")
+    try:
+        write_whole(path, schema_text() if text is None else text)
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error}", key="output") from error
+
+
+def _is_ours(path: Path, title: str) -> bool:
+    """Return whether a file is a schema of a title."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and content.get("title") == title
+
+
+def _places(schema: Node, node: Node, words: list[str]) -> Iterator[Node]:
+    """Yield where a key stands; `NAME` stands for any, and a key may have several meanings."""
+    if "$ref" in node:
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]]
+    for branch in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+        yield from _places(schema, branch, words)
+    if not words:
+        if "anyOf" not in node:
+            yield node
+        return
+    if words[0] == "NAME" and isinstance(node.get("additionalProperties"), dict):
+        yield from _places(schema, node["additionalProperties"], words[1:])
+    inner = node.get("properties", {}).get(words[0])
+    if inner is not None:
+        yield from _places(schema, inner, words[1:])
+
+
+def _name(place: Node, names: list[str], *, closed: bool) -> None:
+    """Let a key take names, and nothing else if it is closed."""
+    if place.get("type") == "array":
+        place = place["items"]
+    if place.get("type") != "string":
+        return
+    if closed:
+        place["enum"] = names
+    else:
+        del place["type"]
+        place["anyOf"] = [{"enum": names}, {"type": "string"}]
+
+
+def _loosen(schema: Node) -> None:
+    """Accept what the scene file's notation allows beside what its models hold."""
+    for model in {each.__name__: each for each in all_models(Job)}.values():
+        for key, field in model.model_fields.items():
+            if ONE_OR_MORE in field.metadata:
+                place = schema["$defs"][model.__name__]["properties"][key]
+                several = {word: place.pop(word) for word in ("type", "items")}
+                place["anyOf"] = [several["items"], several]
+    for place in schema["$defs"]["SunSettings"]["properties"]["time"]["anyOf"]:
+        # Clock times have no seconds and no zone, as JSON's would.
+        place.pop("format", None)

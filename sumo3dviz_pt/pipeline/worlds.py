@@ -1,4 +1,7 @@
-"""Keeps what was built of a world for its next shot, and says what its places depend on."""
+"""Keeps what was built of a world for its next shot, and says what its places depend on.
+
+Where all vehicles of a log were, whatever part of it is shown: for what lies in snow.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,76 @@ from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
-from sumo3dviz_pt.pipeline.accounts.provenance import (
-    contents,
-    package_hashes,
-    versions,
-    with_files,
-)
-from sumo3dviz_pt.pipeline.driven import driven_ways
+from sumo3dviz_pt.model.network import Location
+from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.trajectory import DrivenWay, DrivenWays
+from sumo3dviz_pt.pipeline.motion.changed import shows
+from sumo3dviz_pt.pipeline.provenance import contents, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.reading import stamps_of
 from sumo3dviz_pt.world.memory import Memory
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
+
+
+def driven_ways(job: Job, files: ScenarioFiles, *, location: Location) -> DrivenWays:
+    """Return where all vehicles of the whole log were, but for those that the scene leaves out.
+
+    A ride that the scene file delays or paces drives where it was recorded, only at other times,
+    so its way is the recorded one. Of large logs, what is read is kept in the user's cache.
+
+    Args:
+        job: The scene file.
+        files: The simulation's files.
+        location: Of the network.
+
+    Raises:
+        InputError: If a log is damaged.
+    """
+    read_from = (*files.trajectories, *files.vehicle_types)
+    classes = tuple(job.vehicles.types.items())
+    truncated = job.scenario.allow_truncated
+    found = _whole(files, stamps_of(read_from), classes, location, truncated)
+    if job.traffic is None:
+        return found
+    shown = shows(job)
+    ways = tuple(way for way in found.ways if shown(*way.key.split(":", 1)))
+    return replace(found, ways=ways)
+
+
+@lru_cache(maxsize=1)
+def _whole(
+    files: ScenarioFiles,
+    stamps: tuple[tuple[str, int, int], ...],
+    classes: tuple[tuple[str, str], ...],
+    location: Location,
+    truncated: bool,
+) -> DrivenWays:
+    """Return where all vehicles were; the last log's is kept, as all shots of a scene share it.
+
+    Args:
+        files: The simulation's files.
+        stamps: Which versions of them; see `stamps_of`.
+        classes: vClasses by type id or pattern.
+        location: Of the network.
+        truncated: Whether the complete steps of a log that breaks off are used.
+    """
+    from sumo3dviz_pt.sumo.fcd import read_trajectories
+    from sumo3dviz_pt.sumo.guesses import TypesOfUsers
+    from sumo3dviz_pt.sumo.types import read_vehicle_types
+
+    del stamps
+    log = read_trajectories(files.trajectories, allow_truncated=truncated, location=location)
+    known = TypesOfUsers(read_vehicle_types(files.vehicle_types), dict(classes))
+    ways = []
+    for trace in log.traces:
+        if trace.kind == "vehicle":
+            kind = known.of(trace.kind, trace.id, trace.type_id)
+            places = trace.positions[:, :2]
+            way = (trace.times, places, trace.yaws, trace.speeds)
+            ways.append(DrivenWay(trace.key, kind.vclass, kind.width, *way))
+    return DrivenWays(log.step, tuple(ways))
+
 
 _APART = {
     *("cameras", "shots", "output", "overlays", "quality", "scenario", "motion", "vehicles"),
@@ -70,8 +130,8 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
         ConfigError: If the sky's settings contradict each other, or a camera looks at the
             point where it stands.
     """
-    from sumo3dviz_pt.shot.cameras.clearances import clearance_of, clearing
-    from sumo3dviz_pt.world.areas.waterways import with_waterways
+    from sumo3dviz_pt.shot.cameras.aiming import clearance_of, clearing
+    from sumo3dviz_pt.world.areas.covers import with_waterways
     from sumo3dviz_pt.world.build import World
 
     settings = [job.model_dump(mode="json", exclude=_APART), _shaping(job)]

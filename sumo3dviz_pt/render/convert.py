@@ -1,8 +1,12 @@
-"""Turns scene values into Mitsuba objects; only here both have their names."""
+"""Turns scene values and cameras into Mitsuba objects; only here both have their names.
+
+What cameras become in Mitsuba: sensors, and what is set in them for each view.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -13,10 +17,8 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.materials.lattice import PERIOD
-from sumo3dviz_pt.render.materials.paint import paint_texture
-from sumo3dviz_pt.render.materials.stained import stained_texture
-from sumo3dviz_pt.render.materials.untiled import UNTILED, untiled_texture
+from sumo3dviz_pt.render.paint import paint_texture, stained_texture
+from sumo3dviz_pt.render.textures import PERIOD, UNTILED, untiled_texture
 
 TINT_ATTRIBUTE = "face_tint"
 RADIANCE_ATTRIBUTE = "face_radiance"
@@ -213,3 +215,90 @@ def relative(world_from_body: Transform, origin: Floats) -> Floats:
 def sensor_matrix(view: View, origin: Floats) -> Floats:
     """Return Mitsuba's `to_world` of a view, (4, 4)."""
     return np.asarray(relative(view.world_from_camera, origin) @ _CAMERA_FROM_MITSUBA)
+
+
+@dataclass(frozen=True, slots=True)
+class PicturePart:
+    """A part of a picture that is cut into as many rows as columns.
+
+    Attributes:
+        row: From the top, from 0.
+        column: From the left, from 0.
+        of: Rows, and columns.
+    """
+
+    row: int = 0
+    column: int = 0
+    of: int = 1
+
+
+WHOLE = PicturePart()
+
+_OTHERS = 1.0
+"""Opening angle that Mitsuba's camera has where it is not what rays come from [rad]."""
+
+NEAR_CLIP = 0.001
+"""How far before the eye rays begin, along the axis [m]."""
+
+
+def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) -> dict[str, Any]:
+    """Return a pinhole camera; place and opening angle come with each frame.
+
+    Args:
+        size: Width, height [px].
+        pixels: `rgb` or `rgba`.
+        sampler: Mitsuba's name of it.
+        spp: Samples per pass.
+    """
+    width, height = size
+    return {
+        "type": "perspective",
+        "fov": 50.0,
+        "near_clip": NEAR_CLIP,
+        "far_clip": 1e7,
+        "film": {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "component_format": "float32",
+            "pixel_format": pixels,
+            # OIDN needs uncorrelated pixels; every filter but the box splats.
+            "rfilter": {"type": "box"},
+        },
+        "sampler": {"type": sampler, "sample_count": spp},
+    }
+
+
+def view_parameters(view: View, origin: Floats) -> dict[str, Any]:
+    """Return a sensor's parameters for a view, by name.
+
+    Args:
+        view: What it sees.
+        origin: The loaded scene's, (3,) [m].
+    """
+    # Rays of other lenses are our own; a sensor is only their film then.
+    opening = view.lens.opening if view.lens.is_pinhole else _OTHERS
+    return {
+        "to_world": transform(sensor_matrix(view, origin)),
+        "x_fov": float(np.degrees(opening)),
+    }
+
+
+def part_parameters(view: View, origin: Floats, part: PicturePart) -> dict[str, Any]:
+    """Return a sensor's parameters for a part of a view's picture, by name.
+
+    Args:
+        view: Of the whole picture.
+        origin: The loaded scene's, (3,) [m].
+        part: What the sensor sees of it.
+    """
+    if not view.lens.is_pinhole:
+        return view_parameters(view, origin)
+    narrowed = replace(view, lens=view.lens.middle_part(part.of))
+    # From the picture's middle to the part's, in widths and heights of the part.
+    middle = (part.of - 1) / 2.0
+    return {
+        **view_parameters(narrowed, origin),
+        "principal_point_offset_x": part.column - middle,
+        "principal_point_offset_y": part.row - middle,
+    }

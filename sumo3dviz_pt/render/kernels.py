@@ -1,5 +1,7 @@
 """Keeps kernels as they are, so that each is compiled once: in a film, and on a machine.
 
+An integrator, and the layers that it finds.
+
 Dr.Jit keeps compiled kernels on disk and finds them by their code. That code depends on more
 than the scene: on the order in which objects were numbered, on where arrays begin in memory,
 on which numbers are constants, and on what the sensors hold from the picture before. This
@@ -9,6 +11,7 @@ module makes all four the same every time.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -16,8 +19,21 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.render.integrator import Integrator
+from sumo3dviz_pt.model.layers import Channels, Layers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Integrator:
+    """What traces a picture.
+
+    Attributes:
+        plugin: Mitsuba's object.
+        channels: Where the layers lie in the pictures that it traces.
+    """
+
+    plugin: Any
+    channels: Channels
+
 
 _REGISTER = 64  # bytes of the widest vector register
 

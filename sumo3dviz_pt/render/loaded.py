@@ -12,19 +12,26 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.backend import traces_by_optix
+from sumo3dviz_pt.render.compound import COMPOUND, MergedMesh, merged_meshes
+from sumo3dviz_pt.render.convert import view_parameters
 from sumo3dviz_pt.render.kernels import load, settle
-from sumo3dviz_pt.render.lights.picks import Glow
+from sumo3dviz_pt.render.lights.emitter import Glow
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
-from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_meshes
-from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
-from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
-from sumo3dviz_pt.render.movers.crowd import Crowd
-from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
-from sumo3dviz_pt.render.movers.windswept import WindsweptMesh, windswept
-from sumo3dviz_pt.render.optix import traces_by_optix
-from sumo3dviz_pt.render.sensors import view_parameters
-from sumo3dviz_pt.render.sky.weather import Veil
+from sumo3dviz_pt.render.movers import (
+    Crowd,
+    InstancePool,
+    Materials,
+    Numbers,
+    ScalarMovers,
+    WindsweptMesh,
+    lowest,
+    numbered,
+    windswept,
+)
+from sumo3dviz_pt.render.sky.weathered import Veil
+from sumo3dviz_pt.render.textures import is_worn, wear_attributes
 
 _LEAVES = "principledthin"  # what lets rain through
 

@@ -15,20 +15,20 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InstallationError
 from sumo3dviz_pt.files.quiet import silenced
-from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.installation import dependencies
 from sumo3dviz_pt.installation.dependencies import explained
 
 _NONE = "no libLLVM can be used"
 """The name that Dr.Jit is given where no libLLVM works, so that it does not search itself."""
 
 
-def _loaded() -> libllvm.Library:
+def _loaded() -> dependencies.Library:
     """Load both; return the libLLVM that they use.
 
     Raises:
         InstallationError: If one cannot be loaded.
     """
-    library = libllvm.find_llvm()
+    library = dependencies.find_llvm()
     try:
         if "drjit" not in sys.modules:
             _atomics_of_conda()
@@ -49,18 +49,18 @@ def _atomics_of_conda() -> None:
 
 
 @contextmanager
-def _named(library: libllvm.Library) -> Iterator[None]:
+def _named(library: dependencies.Library) -> Iterator[None]:
     """Name a libLLVM to Dr.Jit; programs that we start inherit the name if it works."""
-    before = os.environ.get(libllvm.VARIABLE)
-    os.environ[libllvm.VARIABLE] = _NONE if library.problem else library.path
+    before = os.environ.get(dependencies.VARIABLE)
+    os.environ[dependencies.VARIABLE] = _NONE if library.problem else library.path
     try:
         with silenced() if library.problem else nullcontext():
             yield
     finally:
         if library.problem:
-            os.environ.pop(libllvm.VARIABLE)
+            os.environ.pop(dependencies.VARIABLE)
             if before is not None:
-                os.environ[libllvm.VARIABLE] = before
+                os.environ[dependencies.VARIABLE] = before
 
 
 LIBRARY = _loaded()

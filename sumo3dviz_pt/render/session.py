@@ -1,9 +1,13 @@
-"""A scene held by Mitsuba and rendered frame by frame: the package's only mutable object."""
+"""A scene held by Mitsuba and rendered frame by frame, and what each pixel's centre shows.
+
+What each pixel's centre shows, without light: depth, surface, and whose it is. A scene held by
+Mitsuba and rendered frame by frame: the package's only mutable object.
+"""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,34 +17,144 @@ import numpy as np
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.job.settings import Quality
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import Layers, MovingPart
-from sumo3dviz_pt.model.scene import FrameState, Haze, SceneData, View
+from sumo3dviz_pt.model.scene import FrameState, Haze, Mover, SceneData, View
 from sumo3dviz_pt.model.weather import Weather
-from sumo3dviz_pt.render.backend import Backend
-from sumo3dviz_pt.render.clock import Clock
-from sumo3dviz_pt.render.facts import Facts, facts_of
+from sumo3dviz_pt.render.backend import Backend, check_movers, traces_by_optix, watched
+from sumo3dviz_pt.render.convert import sensor_entry
 from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
-from sumo3dviz_pt.render.kernel.centres import CENTRE
-from sumo3dviz_pt.render.kernel.owners import Owners
+from sumo3dviz_pt.render.kernel.integrator import CENTRE, Kernel
+from sumo3dviz_pt.render.kernel.tables import Owners
 from sumo3dviz_pt.render.lights.emitter import register_lamps
 from sumo3dviz_pt.render.loaded import LoadedScene
-from sumo3dviz_pt.render.materials.paint import register_paint
-from sumo3dviz_pt.render.materials.stained import register_stained
-from sumo3dviz_pt.render.materials.untiled import register_untiled
-from sumo3dviz_pt.render.optix import check_movers, traces_by_optix, watched
-from sumo3dviz_pt.render.passes import guides
-from sumo3dviz_pt.render.passes.build import Tally, frame_seed, report
-from sumo3dviz_pt.render.passes.by_path import ByPath
-from sumo3dviz_pt.render.passes.capped import register_capped
+from sumo3dviz_pt.render.paint import register_paint, register_stained
+from sumo3dviz_pt.render.passes import by_path
+from sumo3dviz_pt.render.passes.by_path import ByPath, register_capped
 from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
-from sumo3dviz_pt.render.sensors import sensor_entry
-from sumo3dviz_pt.render.settings import AfterPass, Traced, Tracer
+from sumo3dviz_pt.render.passes.samples import Tally, frame_seed, report
+from sumo3dviz_pt.render.settings import AfterPass, Clock, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
-from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry, update_sky
-from sumo3dviz_pt.render.sky.kept import kept_sky
-from sumo3dviz_pt.render.sky.map import SkyMap, sky_light
-from sumo3dviz_pt.render.sky.weather import WeatheredSky
+from sumo3dviz_pt.render.sky.baked import SkyMap, kept_sky, sky_light
+from sumo3dviz_pt.render.sky.weathered import (
+    WeatheredSky,
+    sky_entry,
+    sky_weight,
+    sun_entry,
+    update_sky,
+)
+from sumo3dviz_pt.render.textures import register_untiled
+
+OWNERS = ("depth", "face", "instance")
+"""What must be asked for to know whose a pixel is."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Facts:
+    """What one place of each pixel shows.
+
+    Attributes:
+        found: What was asked for, by the names of `render.kernel.centres`, as arrays (h, w) or
+            (h, w, c).
+        owner: Number at each pixel of the thing that stands, or the part of what moves, (h, w);
+            0 where there is none. None where nobody asked for `OWNERS`.
+        owners: Names of all numbers.
+    """
+
+    found: Mapping[str, Any]
+    owner: Ints | None = None
+    owners: Owners | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """By number; of parts such as `vehicle:flow_0.3/wheel2`. The first is empty."""
+        return ("",) if self.owners is None else self.owners.names
+
+
+def facts_of(
+    kernel: Kernel,
+    loaded: LoadedScene,
+    wanted: Collection[str],
+    *,
+    at: tuple[float, float] = CENTRE,
+    owners: Owners | None = None,
+) -> Facts:
+    """Find what each pixel of the frame that is shown shows.
+
+    Args:
+        kernel: Of the scene, at that frame.
+        loaded: The scene.
+        wanted: Names of `render.kernel.centres`.
+        at: Where in the pixels, in widths and heights of one.
+        owners: Of that frame, where they are known already.
+    """
+    sensor, frame = loaded.scene.sensors()[0], loaded.frame
+    assert frame is not None, "show a frame first"
+    found = kernel.met_through(sensor, frame.view, wanted, at)
+    if not {*OWNERS} <= {*wanted}:
+        return Facts(found)
+    owners = owners or kernel.owners(loaded)
+    owner = owners.of(found["depth"], found["face"], found["instance"])
+    return Facts(found, owner, owners)
+
+
+def points_of(facts: Facts, frame: FrameState, size: tuple[int, int]) -> Floats:
+    """Return what each pixel shows in the network's coordinates, (h, w, 3) [m].
+
+    The sky is the eye itself, as its depth is 0.
+
+    Args:
+        facts: With `depth`.
+        frame: That was shown.
+        size: Width, height [px].
+    """
+    return np.asarray(frame.view.points(facts.found["depth"], size))
+
+
+def carried(
+    facts: Facts, loaded: LoadedScene, frames: tuple[FrameState, FrameState], points: Floats
+) -> tuple[Floats, Bools]:
+    """Return where all that pixels show is in another frame, (h, w, 3) [m], and if that is known.
+
+    What stands stays. Bodies that keep their shape move rigidly, and their wheels turn. Of those
+    that take poses, as walking people, and of plants in wind the very place on the body's face is
+    followed. Unknown is what is not drawn in the other frame.
+
+    Args:
+        facts: With `OWNERS` and `corners`.
+        loaded: The scene, at the first frame.
+        frames: The frame that was shown, and the other.
+        points: From `points_of`.
+    """
+    before, after = (_by_name(frame) for frame in frames)
+    assert facts.owner is not None and facts.owners is not None, "ask for `OWNERS`"
+    moved, known = points.copy(), np.ones(points.shape[:2], dtype=np.bool_)
+    for number in np.unique(facts.owner).tolist():
+        name = facts.names[number]
+        if name not in before:
+            continue
+        here = facts.owner == number
+        then = after.get(name)
+        if then is None:
+            known[here] = False
+        elif loaded.takes_poses(before[name]):
+            face = facts.found["face"][here]
+            own = facts.owners.own_faces(face)
+            moved[here] = loaded.place_on(then, own, facts.found["corners"][here])
+        else:
+            step = then.world_from_body.matrix @ np.linalg.inv(before[name].world_from_body.matrix)
+            moved[here] = points[here] @ step[:3, :3].T + step[:3, 3]
+    for name, (first, faces) in facts.owners.windswept.items():
+        plants, face = loaded.plants(name), facts.found["face"].astype(np.int64) - first
+        here = (face >= 0) & (face < faces) & (facts.found["depth"] > 0.0)
+        if plants is not None and here.any():
+            moved[here] = plants.place_on(frames[1], face[here], facts.found["corners"][here])
+    return moved, known
+
+
+def _by_name(frame: FrameState) -> dict[str, Mover]:
+    """Return everything that moves in a frame, by its name."""
+    return {mover.name: mover for mover in (*frame.everyone, *frame.fixtures)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +206,7 @@ class Samples:
         """The layers; light of lamps that are seen directly is `excess`, where there may be any."""
         if self.layers.keys().isdisjoint({"glow", "lamp"}):
             return self.layers
-        excess = guides.excess(self.layers)
+        excess = by_path.excess(self.layers)
         return self.layers | {"radiance": self.layers["radiance"] - excess, "excess": excess}
 
 
@@ -341,7 +455,7 @@ class Session:
             self.loaded.drop()
         self.loaded.apart = apart
         self._tracer = self._by_path() if ours is None else ours
-        found = guides.PICTURE | set(self._tracer.finds)
+        found = by_path.PICTURE | set(self._tracer.finds)
         for name in self.settings.layers:
             if name not in found:
                 raise ConfigError(
@@ -373,7 +487,7 @@ class Session:
     def show(self, frame: FrameState) -> None:
         """Bring the scene to a frame's state."""
         size, quality = self.settings.size, self.settings.quality
-        spp = guides.guide_spp(quality)
+        spp = by_path.guide_spp(quality)
         sensors = {
             "sensor": sensor_entry(
                 size, pixels="rgb", sampler=quality.sampler, spp=self.settings.pass_spp

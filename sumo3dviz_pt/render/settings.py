@@ -1,17 +1,38 @@
-"""How a session renders, and what its tracers find."""
+"""How a session renders, and what its tracers find.
+
+What a frame costs, by phase.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.layers import Layers, MovingPart
-from sumo3dviz_pt.render.materials.untiled import PIXEL
-from sumo3dviz_pt.render.passes.build import Accumulator
+from sumo3dviz_pt.render.passes.samples import Accumulator
+from sumo3dviz_pt.render.textures import PIXEL
+
+
+@dataclass(slots=True)
+class Clock:
+    """Adds up CPU-seconds by phase."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Charge a block of work to a phase."""
+        start = time.process_time()
+        yield
+        spent = time.process_time() - start
+        self.seconds[name] = self.seconds.get(name, 0.0) + spent
+
 
 AfterPass = Callable[[int, int], None]
 """Called with passes done and passes in all."""

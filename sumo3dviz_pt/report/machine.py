@@ -1,14 +1,37 @@
-"""Says what a measurement was made with: machine, versions, memory."""
+"""What a measurement needs beyond the package itself, and what it was made with.
+
+Says before any work what reports need beyond the package itself. Says what a measurement was made
+with: machine, versions, memory.
+"""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.errors import MissingExtraError
 from sumo3dviz_pt.pipeline.doctor import processor_name
+from sumo3dviz_pt.pipeline.provenance import versions
+
+_NEEDED = {"flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
+
+
+def check_extra(*modules: str) -> None:
+    """Refuse to start work whose results could not be measured or drawn.
+
+    Args:
+        modules: Those that the work needs; none means all of the extra.
+
+    Raises:
+        MissingExtraError: If a package of the extra `report` is missing.
+    """
+    needed = {module: _NEEDED[module] for module in modules or _NEEDED}
+    missing = [package for module, package in needed.items() if find_spec(module) is None]
+    if missing:
+        raise MissingExtraError(f"reports need {' and '.join(missing)}", extra="report")
 
 
 def machine() -> dict[str, str | int]:

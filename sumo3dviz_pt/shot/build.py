@@ -10,52 +10,46 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet, Level
-from sumo3dviz_pt.cast.lights import in_fog, running_lights
-from sumo3dviz_pt.cast.presence import Present
+from sumo3dviz_pt.cast.lamps import in_fog, running_lights
+from sumo3dviz_pt.cast.poses import Present
 from sumo3dviz_pt.job.settings import CameraSettings, Lights, SkySettings
 from sumo3dviz_pt.library.vehicles.plates import LETTER
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath, frame_step
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import (
-    FrameState,
-    Haze,
-    Moment,
-    Mover,
-    SceneData,
-    Slots,
-    View,
-)
-from sumo3dviz_pt.model.shutter import frame_step
+from sumo3dviz_pt.model.scene import FrameState, Haze, Moment, Mover, SceneData, Slots, View
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.afloat import on_what_is_drawn
-from sumo3dviz_pt.shot.cameras.build import Camera
+from sumo3dviz_pt.shot import crowd as visibility
+from sumo3dviz_pt.shot.cameras.aiming import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
     CrowdFrames,
     CrowdPlan,
+    absent_users,
     can_be_full,
     fitting,
     plan_crowd,
+    shown_bodies,
+    used_materials,
 )
-from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
-from sumo3dviz_pt.shot.falling.build import Flying
+from sumo3dviz_pt.shot.falling import Flying
 from sumo3dviz_pt.shot.in_wind import in_wind
-from sumo3dviz_pt.shot.listed import absent_users, used_materials
-from sumo3dviz_pt.shot.road_users import countable, everyone, with_seat
-from sumo3dviz_pt.shot.ruts import ruts
-from sumo3dviz_pt.shot.stand_ins import shown_bodies
-from sumo3dviz_pt.shot.tracks import on_tracks
-from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
+from sumo3dviz_pt.shot.road_users import (
+    camera_path_of,
+    countable,
+    everyone,
+    exposed_camera,
+    moments_of,
+    with_seat,
+)
+from sumo3dviz_pt.shot.tracks import on_tracks, on_what_is_drawn, ruts, wheel_tracks
 from sumo3dviz_pt.world.build import World
 from sumo3dviz_pt.world.kept import place_around
-from sumo3dviz_pt.world.rails.build import Railway
-from sumo3dviz_pt.world.roads.owners import RoadOwners
-from sumo3dviz_pt.world.signals.build import Signals
-from sumo3dviz_pt.world.sky.build import build_sky
-from sumo3dviz_pt.world.sky.darkness import is_dark
-from sumo3dviz_pt.world.sky.weathered import in_weather
+from sumo3dviz_pt.world.rails.crossings import Railway
+from sumo3dviz_pt.world.roads.layout import RoadOwners
+from sumo3dviz_pt.world.signals.signals import Signals
+from sumo3dviz_pt.world.sky import build_sky, is_dark
+from sumo3dviz_pt.world.weather import in_weather
 
 
 @dataclass(slots=True, eq=False)

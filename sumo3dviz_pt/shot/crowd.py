@@ -1,23 +1,212 @@
-"""Plans room for a shot's road users: how many bodies of each kind it shows at once.
+"""What a shot draws: road users, how, the room for the most at once, what a scene file chooses.
 
-The renderer's slots are fixed before the first frame, so that nothing compiles later
-and no frame can run out of them.
+Checks what a scene file chooses for its look, before anything is built. Which bodies a shot shows,
+and how coarse their stand-ins are. What of a scene a shot uses, and what is absent.
+
+Decides which road users a shot draws, and how: what a camera sees, or casts light into it.
+Everything here is a pure function of the whole shot, never of what was rendered before, so that
+any part of a film can be rendered alone.
+
+Plans room for a shot's road users: how many bodies of each kind it shows at once. The renderer's
+slots are fixed before the first frame, so that nothing compiles later and no frame can run out of
+them.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from sumo3dviz_pt.cast.choice import looks_for, models_for
+from sumo3dviz_pt.cast.colours import own_palette
 from sumo3dviz_pt.cast.drawing import Drawn
-from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.shot.visibility import MOST_NEAR, Choice, choose
+from sumo3dviz_pt.cast.fleet import Fleet
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.library.materials import check_surface
+from sumo3dviz_pt.library.mesh.shading import clustered_body
+from sumo3dviz_pt.library.pictures import check_radiance_file
+from sumo3dviz_pt.library.vehicles.user_mesh import check_user_file
+from sumo3dviz_pt.model.camera import CameraPath, in_picture, in_view
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Prototype, Slots
+from sumo3dviz_pt.model.traffic import Scenario
+from sumo3dviz_pt.world.build import BuiltPlace
+from sumo3dviz_pt.world.objects.kinds import KINDS, check_settings
+from sumo3dviz_pt.world.sky import check_sky
+
+
+def check_scene_choices(job: Job) -> None:
+    """Refuse models, colours, surfaces and files that are not there.
+
+    Raises:
+        ConfigError: Names the key; suggests a name.
+        InputError: If a radiance map is missing or of an unknown kind.
+    """
+    _check_sky(job)
+    for key, surface in _surfaces(job):
+        try:
+            check_surface(surface)
+        except ConfigError as error:
+            raise ConfigError(str(error), key=key) from error
+    wanted = dict(job.vehicles.models)
+    looks_for(wanted.pop("pedestrian", ()))
+    models_for({**wanted, "passenger": job.vehicles.passenger})
+    if not isinstance(job.vehicles.colours, str):
+        own_palette(job.vehicles.colours)
+    for path in job.vehicles.user_models.values():
+        check_user_file(path)
+    for kind in KINDS:
+        settings = getattr(job.objects, kind.name)
+        if settings is not None:
+            check_settings(kind, settings)
+
+
+def _check_sky(job: Job) -> None:
+    """Refuse a sky that contradicts itself or whose map is not there."""
+    check_sky(job.sky)
+    if job.sky.file is not None:
+        check_radiance_file(job.sky.file)
+
+
+def _surfaces(job: Job) -> list[tuple[str, str]]:
+    """Keys and names of all surfaces that are chosen."""
+    chosen = [("ground.texture", job.ground.texture), ("roads.surface", job.roads.surface)]
+    for pattern, style in job.roads.per_edge.items():
+        if style.surface is not None:
+            chosen.append((f"roads.per_edge.{pattern}.surface", style.surface))
+    return [(key, name) for key, name in chosen if Path(name).suffix or name.startswith("#")]
+
+
+FAR_END = 3000.0
+"""Road users farther than this are smaller than a pixel in haze [m]."""
+
+NEAR_END = 250.0
+"""Farther road users are drawn by their stand-ins, through a lens of 50 degrees or wider [m]."""
+
+FULL_END = 32.0
+"""Nearer road users are drawn in full detail through a lens of 50 degrees [m]."""
+
+_LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
+_LONGEST = 14.0  # reach of most bodies from their front bumper [m]
+_SHADOW = 40.0  # reach of most bodies and, at most hours, their shadows [m]
+_CAST = 25.0  # reach of shadows beyond the rear of longer bodies [m]
+
+MOST_NEAR = 120
+"""Road users in detail in one frame, at most."""
+
+MOST_FULL = 16
+"""Road users in full detail in one frame, at most: wheels are parts of their own."""
+
+MOST_LETTERED = 24
+"""Road users whose number plates can be read in one frame, at most."""
+
+_LEGIBLE = 1.5
+"""Plates can be read up to this many times as far as there is full detail: farther letters are
+lower than three pixels of a picture 1920 wide."""
+
+_CHUNK = 200
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """How road users are drawn, (k, n) each; each in one way at most.
+
+    Attributes:
+        near: In detail.
+        far: By their stand-ins.
+        full: In full detail.
+        lettered: With number plates that can be read, near or in full detail.
+    """
+
+    near: Bools
+    far: Bools
+    full: Bools
+    lettered: Bools
+
+
+def choose(
+    camera_path: CameraPath,
+    alive: Bools,
+    positions: Floats,
+    *,
+    limit: int,
+    can_be_full: Bools | None = None,
+    lengths: Floats | None = None,
+) -> Choice:
+    """Choose the nearest visible road users for detail and the others for stand-ins.
+
+    Args:
+        camera_path: n times.
+        alive: (k, n).
+        positions: (k, n, 3) [m]; anything where not alive.
+        limit: How many are drawn in detail at once, at most.
+        can_be_full: Which road users can be drawn in full detail, (k,); None is none.
+        lengths: Of their bodies, (k,) [m]: a train is seen long after its front; None is 0.
+    """
+    long = np.zeros(len(alive)) if lengths is None else lengths
+    places = np.where(alive[..., None], positions, 1e9)
+    # Measure distances; a long road user may be near although its front is not.
+    beyond = np.maximum(long - _LONGEST, 0.0)[:, None]
+    distance = settled(np.maximum(camera_path.away(places) - beyond, 0.0))
+    reach = np.maximum(_SHADOW, long + _CAST)[:, None]
+    # Choose levels from the coarsest to the finest.
+    shown = alive & (distance < FAR_END) & in_view(camera_path, places, radius=reach)
+    near = _nearest(distance, among=shown & (distance < near_end(camera_path)), limit=limit)
+    full_end = _full_end(camera_path)
+    close = near & (distance < _LEGIBLE * full_end)
+    close &= in_picture(camera_path, places, radius=np.maximum(_LONGEST, long)[:, None])
+    able = close & (distance < full_end)
+    able &= False if can_be_full is None else can_be_full[:, None]
+    full = _nearest(distance, among=able, limit=MOST_FULL)
+    lettered = _nearest(distance, among=close, limit=MOST_LETTERED)
+    return Choice(near & ~full, shown & ~near, full, lettered)
+
+
+def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:
+    """The nearest few of those that qualify, at each time, (k, n)."""
+    ranked = np.where(among, distance, np.inf)
+    order = np.argsort(ranked, axis=0, kind="stable")
+    rank = np.empty_like(order)
+    np.put_along_axis(rank, order, np.arange(len(order))[:, None], axis=0)
+    return np.asarray(among & (rank < limit))
+
+
+def _full_end(camera_path: CameraPath) -> Floats:
+    """Where full detail ends, (n,) [m]: a telephoto lens shows it from farther away."""
+    return np.clip(FULL_END * _LENS / _slopes(camera_path), 12.0, 120.0)
+
+
+def reach(length: float) -> float:
+    """Return the radius around a front that holds a body of a length [m] and its shadow [m]."""
+    return max(_SHADOW, length + _CAST)
+
+
+def near_end(camera_path: CameraPath) -> Floats:
+    """Return where the middle level ends, (n,) [m]: a telephoto lens shows it from farther away."""
+    return np.clip(NEAR_END * _LENS / _slopes(camera_path), NEAR_END, 6.0 * NEAR_END)
+
+
+def _slopes(camera_path: CameraPath) -> Floats:
+    """Half the diagonal of what cameras show one metre ahead, (n,) [m]; infinite all around."""
+    narrow = camera_path.half_angles < np.pi / 2.0
+    slopes = np.where(narrow, np.tan(np.where(narrow, camera_path.half_angles, 0.0)), np.inf)
+    if camera_path.parallel is None:
+        return slopes
+    # How large things look through such a lens is measured by `CameraPath.away` already.
+    return np.where(camera_path.parallel > 0.0, _LENS, slopes)
+
+
+def chunks(count: int) -> Iterator[slice]:
+    """Yield stretches of a shot of so many frames that fit into memory."""
+    for first in range(0, count, _CHUNK):
+        yield slice(first, min(first + _CHUNK, count))
+
 
 MOST_SLOTS = 240
 """Instances in one scene; the cost of recording them grows faster than their number."""
@@ -230,3 +419,78 @@ class _Members:
 def _sorted(counts: Mapping[str, int]) -> dict[str, int]:
     """By name, so that the order of frames does not matter."""
     return {name: counts[name] for name in sorted(counts)}
+
+
+_CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
+"""Cells in which vertices of stand-ins are merged, until there are few enough [m]."""
+
+
+def shown_bodies(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
+    """Return the bodies that have slots, with stand-ins coarse enough for their budget."""
+    names = sorted({*slots.near, *slots.far, *slots.deforming})
+    return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
+
+
+def _coarse_enough(
+    prototypes: Mapping[str, Prototype], slots: Mapping[str, int]
+) -> dict[str, Prototype]:
+    """The same bodies with stand-ins so coarse that all of them keep their budget."""
+    found = dict(prototypes)
+    for cell in _CELLS:
+        total = sum(count * _far_triangles(found[name]) for name, count in slots.items())
+        if total <= FAR_TRIANGLES:
+            break
+        for name in slots:
+            whole = prototypes[name]
+            # Those that take poses keep their points.
+            if whole.far_poses is None:
+                meshes = clustered_body([part.mesh for part in whole.far], cell)
+                parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
+                far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
+                found[name] = replace(whole, far=far or whole.far)
+    return found
+
+
+def _far_triangles(prototype: Prototype) -> int:
+    """Of its stand-in."""
+    return sum(len(part.mesh.faces) for part in prototype.far)
+
+
+def used_materials(
+    place: BuiltPlace, prototypes: Collection[Prototype], own: Mapping[str, Bsdf]
+) -> dict[str, Bsdf]:
+    """Return the materials in use.
+
+    Args:
+        place: What stands.
+        prototypes: Bodies that are shown.
+        own: Materials of users' models.
+    """
+    used = {part.part.material for part in place.static}
+    for prototype in prototypes:
+        used |= {part.material for part in (*prototype.parts, *prototype.far)}
+    if place.lamps or any(prototype.lamps for prototype in prototypes):
+        used.add("signal_lens")
+    known = {**place.materials, **own}
+    return {name: known[name] for name in sorted(used)}
+
+
+def absent_users(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut, ...]:
+    """Return which road users the log or the view does not have.
+
+    Args:
+        scenario: As read.
+        fleet: Everyone on the road.
+        crowd: How the shot draws them.
+    """
+    out = []
+    kinds = {trace.kind for trace in scenario.traffic.traces}
+    if "person" not in kinds:
+        out.append(LeftOut("persons", "the log has none in this time"))
+    slots = crowd.slots
+    unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.deforming})
+    if unused:
+        spared = sum(fleet.prototypes[name].triangles for name in unused)
+        why = "no road user in view of the shot has them"
+        out.append(LeftOut(f"{len(unused)} bodies", why, triangles=spared))
+    return tuple(out)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.model.camera_path import CameraPath, in_picture
+from sumo3dviz_pt.model.camera import CameraPath, in_picture
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes, settled
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart

@@ -1,23 +1,46 @@
-"""Finds the road user at a point of a picture: the one whose box the ray meets first.
+"""A shot for cameras that go anywhere, and which thing a point of its picture shows.
 
-Boxes are as long, wide and high as what is drawn; vehicles that bend have one for each of
-their units. A box that holds the surface seen there comes first, then any box in front of
-that, and last a box that the point misses by little: people far away are a few pixels wide.
+Names for all faces of what stands, where somebody asks what pixels show.
+
+Finds the road user at a point of a picture: the one whose box the ray meets first. Boxes are as
+long, wide and high as what is drawn; vehicles that bend have one for each of their units. A box
+that holds the surface seen there comes first, then any box in front of that, and last a box that
+the point misses by little: people far away are a few pixels wide.
+
+A shot for cameras that go anywhere, such as a client's in the viewer. It is not known where the
+camera will be and look. So everything around some places is built, in all directions, and there is
+room for everyone on the road, at least as a stand-in.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt.cast.articulation import rigid_frames, unit_frames
+from sumo3dviz_pt.cast.axles import rigid_frames, unit_frames
 from sumo3dviz_pt.cast.fleet import Fleet
-from sumo3dviz_pt.cast.pose_sampler import links_of
-from sumo3dviz_pt.cast.presence import Present
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.cast.poses import Present, links_of
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.model.camera import CameraPath
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
+from sumo3dviz_pt.model.layers import Thing, thing_named
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.scene import LampSet, Slots, StaticPart, View
+from sumo3dviz_pt.model.traffic import Scenario
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.shot import crowd
+from sumo3dviz_pt.shot.build import Shot, ShotBuilder
+from sumo3dviz_pt.shot.cameras.aiming import Camera, build_camera
+from sumo3dviz_pt.shot.cameras.free import StandingCamera
+from sumo3dviz_pt.shot.crowd import CrowdFrames, CrowdPlan, plan_crowd
+from sumo3dviz_pt.shot.road_users import everyone, with_seat
+from sumo3dviz_pt.world.build import World
+from sumo3dviz_pt.world.placement.surroundings import thing_at
+from sumo3dviz_pt.world.roads.layout import RoadOwners
 
 _LEAST = 1.0
 """Boxes can be clicked as if their sides were at least this long [m]."""
@@ -172,3 +195,173 @@ def _crossed(ray: _Ray, boxes: _Boxes, margins: Floats) -> tuple[Floats, Floats]
     enter = np.minimum(first, second).max(axis=1)
     leave = np.maximum(first, second).min(axis=1)
     return enter, leave
+
+
+_ROADS = ("road/", "markings/", "rails/")
+
+
+def with_things(shot: Shot) -> Shot:
+    """Return the same shot; every face of what stands belongs to a thing.
+
+    Objects have names from the beginning. Faces of roads get those of their edges and junctions
+    here, and whatever still has none that of its part.
+    """
+    data, owners = shot.data, shot.road_owners
+    assert owners is not None, "was not made by `ShotBuilder`"
+    static = tuple(_named(part, owners) for part in data.static)
+    lamps = tuple(_named_lamps(some) for some in data.lamps)
+    return replace(shot, data=replace(data, static=static, lamps=lamps))
+
+
+def thing_of(name: str, fleet: Fleet, *, ego: str | None = None) -> Thing:
+    """Return the thing of a name, with its class.
+
+    Args:
+        name: Of a road user, or of what stands.
+        fleet: Everyone on the road.
+        ego: Name of the road user that the camera rides in.
+    """
+    vclass = fleet.body(name).vclass if name in fleet.places else ""
+    return thing_named(name, vclass=vclass, ego=name == ego)
+
+
+def _named(static: StaticPart, owners: RoadOwners) -> StaticPart:
+    """Return a part whose faces all have names."""
+    mesh, things = static.part.mesh, static.part.mesh.things
+    if not things and static.id.startswith(_ROADS):
+        things = owners.things(static.id, mesh)
+    named = _filled(replace(mesh, things=things), _name_of(static))
+    return replace(static, part=replace(static.part, mesh=named))
+
+
+def _name_of(static: StaticPart) -> str:
+    """Return the name of a part's faces that have none: its id, without a number at its end."""
+    if "/court/" in static.id:  # courts are numbered as a camera sees them
+        return thing_at("court", static.part.mesh.bounds.mean(axis=0)[:2])
+    head, _, last = static.id.rpartition("/")
+    return head if last.isdecimal() else static.id
+
+
+def _named_lamps(lamps: LampSet) -> LampSet:
+    """Return a lamp set whose faces all have names."""
+    return replace(lamps, mesh=_filled(lamps.mesh, lamps.id))
+
+
+def _filled(mesh: Mesh, name: str) -> Mesh:
+    """Return a mesh with a name where it has none."""
+    runs = mesh.things or (("", len(mesh.faces)),)
+    return replace(mesh, things=tuple((thing or name, count) for thing, count in runs))
+
+
+_STEP = 1.0
+"""Between the times at which room is made [s]."""
+
+_MOST_NEAR = 48
+"""Road users in detail at once: recording a scene of 240 takes three times as long as of 60."""
+
+_ABOVE = 25.0
+"""Height of the first view where the scene file has no camera [m]."""
+
+
+def build_roam(
+    world: World,
+    trajectories: Sequence[Trajectory],
+    *,
+    times: tuple[float, float],
+    frames: Floats | None = None,
+    eyes: Floats | None = None,
+    riding: Sequence[LagrangianCamera] = (),
+) -> Shot:
+    """Build everything around some places, and room for everyone.
+
+    Args:
+        world: What exists; the cabins that its scene file's cameras sit in can be opened.
+        trajectories: The smoothed motion of everyone on the road.
+        times: First and last that can be shown [s].
+        frames: Times that are shown one after the other, increasing, (n,) [s]: motion is
+            worked out for many of them at once. Others take longer.
+        eyes: Places around which there is detail, (n, 3) [m]; default: where the scene's
+            cameras are.
+        riding: Further cameras that sit in a vehicle.
+
+    Returns:
+        A shot whose own camera stands where the scene's first one is at the first time.
+
+    Raises:
+        ConfigError: If a name in the scene file is unknown.
+    """
+    # Everyone on the road; the cabins that cameras sit in can be opened.
+    scenario, job, left_hand = world.scenario, world.job, world.left_hand
+    fleet = replace(everyone(world, trajectories), times=frames)
+    for camera in (*job.cameras.values(), *riding):
+        fleet = with_seat(fleet, camera, world=world)
+    # Places around which there is detail.
+    views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
+    places = np.stack([view.position for view in views]) if eyes is None else eyes
+    moments = np.arange(times[0], times[1] + _STEP, _STEP)
+    # Build the shot.
+    builder = ShotBuilder(world, job.output.size[1] / job.output.size[0])
+    home, room = StandingCamera(views[0]), partial(_room, eyes=places, times=moments)
+    camera_path = CameraPath.all_round(places)
+    shot = builder.shot(fleet, camera_path, camera=lambda **_: home, plan=room)
+    return replace(shot, places=places)
+
+
+def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:
+    """Return the view of a camera.
+
+    Args:
+        shot: Has the road users that it may ride with.
+        camera: Its settings.
+        time: SUMO's [s].
+        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+
+    Raises:
+        ConfigError: If it rides with a road user that does not exist then.
+    """
+    return build_camera(camera, fleet=shot.fleet, left_hand=left_hand).view_at(time)
+
+
+def _views(
+    job: Job, fleet: Fleet, times: tuple[float, float], *, left_hand: bool
+) -> Iterator[View]:
+    """Yield the views that stand for the ways of the scene's cameras."""
+    for settings in job.cameras.values():
+        camera = build_camera(settings, fleet=fleet, left_hand=left_hand)
+        yield from (camera.view_at(time) for time in camera.moments(times))
+
+
+def _overview(scenario: Scenario) -> View:
+    """From above the middle of all roads, to the north."""
+    lanes = [lane.shape for lane in scenario.network.lanes.values()]
+    middle = np.median(np.concatenate(lanes), axis=0) if lanes else np.zeros(3)
+    middle = middle + np.array([0.0, -2.0 * _ABOVE, _ABOVE])
+    placed = Transform.from_pose(tuple(middle), yaw=np.pi / 2.0, pitch=-np.arctan(0.5))
+    return View(placed, Lens.of_degrees(60.0))
+
+
+def _room(*, fleet: Fleet, camera: Camera, eyes: Floats, times: Floats, budget: int) -> CrowdPlan:
+    """Room for those near any of the places in detail, and for everyone as a stand-in.
+
+    None are drawn in full detail, which takes instances and triangles and would be seen in
+    stills only. Each opened cabin has a slot of its own, as the vehicle may also be seen closed.
+    Where the shot's own camera stands does not matter.
+    """
+    del camera
+    bodies = [replace(fleet.drawn(k), full=()) for k in range(len(fleet.keys))]
+    frames, most = [], Counter[str]()
+    for part in crowd.chunks(len(times)):
+        alive, positions = fleet.positions(times[part])
+        for eye in eyes:
+            camera_path = CameraPath.all_round(np.tile(eye, (alive.shape[1], 1)))
+            frames.append(CrowdFrames(camera_path, alive, positions))
+        for column in alive.T:
+            there = Counter(name for k in np.flatnonzero(column) for name in bodies[k].far)
+            most |= there
+    triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
+    plan = plan_crowd(bodies, frames, triangles=triangles, budget=budget, limit=_MOST_NEAR)
+    near = dict(plan.slots.near)
+    for cockpit in fleet.cockpits.values():
+        near |= Counter(cockpit.names)
+    slots = Slots(dict(sorted(near.items())), dict(sorted(most.items())), plan.slots.deforming)
+    return replace(plan, slots=slots)

@@ -1,4 +1,7 @@
-"""The catalogue as exhibits: every asset by itself, ready to be looked at."""
+"""A car, a house and a tree beside a road: what skies are shown with.
+
+The catalogue as exhibits: every asset by itself, ready to be looked at.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +14,19 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import Body, build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN
-from sumo3dviz_pt.cast.drawing import Unit
-from sumo3dviz_pt.cast.fitted_models import Prototypes
-from sumo3dviz_pt.cast.full_detail import full_bodies
+from sumo3dviz_pt.cast.drawing import Unit, full_bodies
+from sumo3dviz_pt.cast.fitting import Prototypes
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.materials.by_key import metres_per_tile, surface_material
-from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.people.build import figure
-from sumo3dviz_pt.library.street import lamp, signs, traffic_light
+from sumo3dviz_pt.library.materials import MATERIALS, metres_per_tile, principled, surface_material
+from sumo3dviz_pt.library.people.people import figure
+from sumo3dviz_pt.library.street import furniture, signs, traffic_light
 from sumo3dviz_pt.library.street.furniture import FURNITURE
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, is_tinted
-from sumo3dviz_pt.world.objects.build import material_of
 from sumo3dviz_pt.world.objects.houses import STYLES, Chance, house_parts
 from sumo3dviz_pt.world.objects.kinds import KINDS, PLANTS, Plant, body_of
+from sumo3dviz_pt.world.objects.objects import material_of
 
 LEVELS = ("full", "middle", "far")
 """Of vehicles."""
@@ -202,7 +203,7 @@ def _facing_traffic() -> Iterator[Exhibit]:
     for name, face in faces.items():
         yield Exhibit(name, tuple(signs.on_post(face)), MATERIALS)
     yield Exhibit("exit board", tuple(signs.exit_board(("NORD",))), MATERIALS)
-    metal = [Part(lamp.pole(8.0), "galvanised"), Part(lamp.head(8.0), "galvanised")]
+    metal = [Part(furniture.pole(8.0), "galvanised"), Part(furniture.head(8.0), "galvanised")]
     yield Exhibit("street lamp", tuple(metal), MATERIALS)
     for lamps in (2, 3):
         up = Transform.from_pose((0.0, 0.0, 2.4))
@@ -233,3 +234,59 @@ FAMILIES: Mapping[str, Callable[[], Iterator[Exhibit]]] = {
     "surfaces": _surfaces,
 }
 """Contact sheets by name."""
+
+
+_FAR = 3000.0
+_ROAD = (-8.6, -1.6)  # its edges, left of an eye that looks along it [m]
+_LINE = "line"
+
+_THINGS = (
+    # family, title, place before the eye: ahead, left [m], yaw [rad]
+    ("vehicles", "hatchback", (12.0, -3.3), np.pi),
+    ("buildings", "homes: plaster", (31.0, 10.0), np.radians(-125.0)),
+    ("trees", "lime", (36.0, -19.0), 0.4),
+)
+
+
+def still_life(yaw: float) -> Exhibit:
+    """Return everything before an eye at the origin.
+
+    Args:
+        yaw: Where the eye looks to, counter-clockwise from east [rad].
+    """
+    turned = Transform.from_pose((0.0, 0.0, 0.0), yaw=yaw)
+    parts: list[Part] = []
+    materials: dict[str, Bsdf] = {_LINE: principled((0.62, 0.62, 0.60), roughness=0.45)}
+    for name, mesh in _land():
+        parts.append(Part(turned.mesh(mesh), name))
+        if name != _LINE:
+            materials[name] = surface_material(name, textured=True)
+    for family, title, (ahead, left), faces in _THINGS:
+        shown = next(thing for thing in exhibits(family) if thing.title == title)
+        place = turned @ Transform.from_pose((ahead, left, 0.0), yaw=faces)
+        parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in shown.parts]
+        materials |= dict(shown.materials)
+    return Exhibit("still life", tuple(parts), materials)
+
+
+def _land() -> Iterator[tuple[str, Mesh]]:
+    """Meadow, road and lines by their materials."""
+    right, left = _ROAD
+    yield "ground_grass", _quad("ground_grass", (-_FAR, _FAR), (-_FAR, _FAR), -0.06)
+    yield "asphalt", _quad("asphalt", (-60.0, _FAR), (right, left), 0.0)
+    edges = [((-20.0, _FAR), (y - 0.06, y + 0.06)) for y in (right + 0.3, left - 0.3)]
+    middle = 0.5 * (right + left)
+    dashes = [((x, x + 4.0), (middle - 0.06, middle + 0.06)) for x in np.arange(-6.0, 300.0, 12.0)]
+    for ahead, across in (*edges, *dashes):
+        yield _LINE, _quad(None, ahead, across, 0.004)
+
+
+def _quad(
+    surface: str | None, ahead: tuple[float, float], across: tuple[float, float], height: float
+) -> Mesh:
+    """A level rectangle [m], with the texture coordinates of a surface."""
+    x, y = np.array([0, 1, 1, 0]), np.array([0, 0, 1, 1])
+    places: Floats = np.column_stack([np.array(ahead)[x], np.array(across)[y]])
+    uvs = None if surface is None else places / metres_per_tile(surface)
+    corners = np.column_stack([places, np.full(4, height)])
+    return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), None, uvs)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from sumo3dviz_pt.sumo.additional import read_additional
-from sumo3dviz_pt.sumo.fcd import read_trajectories
+from sumo3dviz_pt.sumo.additional import read_additional, read_stops
+from sumo3dviz_pt.sumo.fcd import Whereabouts, read_roster, read_trajectories, whereabouts
 from sumo3dviz_pt.sumo.find import find_scenario
-from sumo3dviz_pt.sumo.guesses.use import with_use
+from sumo3dviz_pt.sumo.guesses import with_use
 from sumo3dviz_pt.sumo.network import read_location, read_network
-from sumo3dviz_pt.sumo.roster import read_roster
 from sumo3dviz_pt.sumo.scenario import read_scenario
 from sumo3dviz_pt.sumo.signals import read_signals
-from sumo3dviz_pt.sumo.stops import read_stops
 from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
-from sumo3dviz_pt.sumo.whereabouts import Whereabouts, whereabouts
 
 __all__ = [
     "Whereabouts",

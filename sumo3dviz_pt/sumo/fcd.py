@@ -1,29 +1,55 @@
-"""Read the vehicle log, SUMO's floating car data (FCD), in any of the formats in `formats`.
+"""Reads the vehicle log, SUMO's floating car data (FCD), and lists who is in it.
 
-The log is streamed. Steps before the asked window are left out, and the reading stops at
-the first step past it. Rows are packed into one buffer of doubles per road user.
+Find when a road user is in a vehicle log by a quick search of the whole log, for messages.
+
+The log is streamed. Steps before the asked window are left out, and the reading stops at the first
+step past it. Rows are packed into one buffer of doubles per road user.
+
+List the road users of a vehicle log in one pass. A log that was read before is taken from the
+user's cache. Any other is streamed, and memory grows with road users, not with time.
 """
 
 from __future__ import annotations
 
+import html
 import logging
+from array import array
 from collections.abc import Iterable, Sequence
-from math import inf
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from math import inf, nan
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.model.traffic import TrafficLog
-from sumo3dviz_pt.sumo.logs.kept import KeptLog, keep_log, kept_log, place_of
-from sumo3dviz_pt.sumo.logs.reader import Drain, LogReader
-from sumo3dviz_pt.sumo.places.coordinates import coordinates_of, put_in_net
-from sumo3dviz_pt.sumo.repairs.changes import changed_types
-from sumo3dviz_pt.sumo.repairs.order import backward_steps, row_twice
-from sumo3dviz_pt.sumo.traces import RowsOfUsers, build_traces
+from sumo3dviz_pt.model.traffic import (
+    FASTEST,
+    GAP_FACTOR,
+    Passage,
+    Point,
+    RoadUser,
+    TrafficLog,
+    UserPlace,
+    unique_ids,
+)
+from sumo3dviz_pt.sumo.belonging import coordinates_of, put_in_net
+from sumo3dviz_pt.sumo.formats import format_of
+from sumo3dviz_pt.sumo.guesses import TypesOfUsers
+from sumo3dviz_pt.sumo.plausibility.log import TypeChanges, backward_steps, changed_types, row_twice
+from sumo3dviz_pt.sumo.reader import Drain, KeptLog, LogReader, keep_log, kept_log, place_of
+from sumo3dviz_pt.sumo.rows import (
+    Key,
+    RowsOfUsers,
+    build_traces,
+    in_order,
+    riding_rows,
+    rows_of,
+    table_of,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -227,3 +253,320 @@ def _span(asked: tuple[float, float]) -> str:
     if asked[1] == inf:
         return f"from {asked[0]:g} s on"
     return f"up to {asked[1]:g} s" if asked[0] == -inf else f"from {asked[0]:g} s to {asked[1]:g} s"
+
+
+_LEAP = 15.0
+"""A step that exceeds 1.5 x speed x time by more than this is a leap [m]."""
+
+
+def read_roster(
+    paths: Iterable[Path],
+    *,
+    types: TypesOfUsers,
+    near: Point | None = None,
+    at: float | None = None,
+    allow_truncated: bool = False,
+    location: Location | None = None,
+) -> tuple[RoadUser, ...]:
+    """Read who is in vehicle logs.
+
+    The distance that a road user drives is the sum of the straight lines between its samples.
+    Steps in which rows are missing, and steps too long for any vehicle, add neither distance
+    nor time.
+
+    Args:
+        paths: Logs that belong together, such as one of vehicles and one of persons.
+        types: vTypes that files define, and how to guess others.
+        near: A point; the result says who passes it, and when.
+        at: A time [s]; the result says where everyone is then.
+        allow_truncated: Whether to use the complete steps of a log that breaks off.
+        location: Of the network, so that all positions become net coordinates.
+
+    Returns:
+        Everyone in order of first appearance, under the ids that cameras use. People who ride
+        in a vehicle count only while they walk.
+
+    Raises:
+        InputError: If a log is damaged, breaks off or holds no step.
+    """
+    census = _RowCensus(near, nan if at is None else at)
+    files = list(map(Path, paths))
+    known = whole_log(files, location)
+    if known is None:
+        lanes = stream_rows(files, census.count, allow_truncated=allow_truncated, location=location)
+    else:
+        lanes = known.lane_names
+        census.count(rows_of(known.traces), [0.0, known.step] if known.step else [0.0])
+    found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
+    found.sort(key=lambda user: user.begin)
+    return tuple(replace(user, id=own) for user, own in zip(found, unique_ids(found), strict=True))
+
+
+@dataclass(slots=True)
+class _UserTally:
+    """What the rows that were read until now say about one road user.
+
+    Attributes:
+        begin: Time of its first sample [s].
+        last: Its last sample as a row of the log, (10,).
+        travelled: Distance that it drove [m].
+        seconds: Time in which it drove that distance [s].
+        fastest: Its largest speed [m/s].
+        lanes: Indices of its lanes in order, none twice in a row.
+        passage: When and how near it passes the given point.
+        place: Where it is at the given time.
+    """
+
+    begin: float
+    last: Floats
+    travelled: float = 0.0
+    seconds: float = 0.0
+    fastest: float = 0.0
+    lanes: array[int] = field(default_factory=lambda: array("i"))
+    passage: Passage | None = None
+    place: _RowPlace | None = None
+
+
+class _RowPlace(NamedTuple):
+    """A position [m] and the index of a lane, -1 for none."""
+
+    x: float
+    y: float
+    lane: int
+
+
+class _RowCensus:
+    """Counts the rows of a log, block by block."""
+
+    def __init__(self, near: Point | None, at: float) -> None:
+        self.tallies: dict[Key, _UserTally] = {}
+        self._near, self._at, self._changes = near, at, TypeChanges()
+
+    def count(self, rows: RowsOfUsers, steps: Sequence[float]) -> None:
+        """Add the rows of a block; `steps` are the times of all steps until now [s]."""
+        step = float(np.median(np.diff(np.sort(steps)))) if len(steps) > 1 else np.inf
+        self._changes.join(rows, step=step)
+        riding = riding_rows(rows)
+        for key, buffer in rows.items():
+            table = table_of(buffer)
+            table = in_order(table[~riding[key]] if key in riding else table)
+            tally = self.tallies.get(key)
+            # Rows that are older than the last one counted come too late.
+            table = table if tally is None else table[table[:, 0] > tally.last[0]]
+            if not len(table):
+                continue
+            if tally is None:
+                tally = self.tallies[key] = _UserTally(float(table[0, 0]), table[0].copy())
+            self._add(tally, np.vstack([tally.last, table]), step)
+
+    def _add(self, tally: _UserTally, table: Floats, step: float) -> None:
+        """Add samples of one road user; the first row was counted before.
+
+        Args:
+            tally: What is known of the road user; it changes.
+            table: Rows of the log, (n, 10).
+            step: Median step of the log [s].
+        """
+        # Distance, time and speed.
+        spans = np.diff(table[:, 0])
+        lengths = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1)
+        speeds = np.abs(table[:, 5])
+        driven = (spans <= GAP_FACTOR * step) & ~_leaps(speeds, spans, lengths)
+        tally.travelled += float(lengths[driven].sum())
+        tally.seconds += float(spans[driven].sum())
+        moving = driven & (spans > 0.0)
+        shown = lengths[moving] / spans[moving]
+        known = speeds[np.isfinite(speeds)]
+        tally.fastest = max(tally.fastest, *(known if len(known) else shown).tolist(), 0.0)
+        tally.last = table[-1].copy()
+        _note_lanes(tally.lanes, table[:, 7])
+        # Lanes, and where it is; a step over a gap counts as standing at its end.
+        starts = np.where(driven[:, None], table[:-1], table[1:])
+        if self._near is not None:
+            tally.passage = _joined(tally.passage, _passage(starts, table[1:], self._near))
+        tally.place = _place_at(starts, table[1:], self._at) or tally.place
+
+
+def _leaps(speeds: Floats, spans: Floats, lengths: Floats) -> Bools:
+    """Return which steps are too long for any vehicle, (n - 1,).
+
+    Args:
+        speeds: Logged speeds, (n,) [m/s].
+        spans: Durations of the steps, (n - 1,) [s].
+        lengths: Lengths of the steps, (n - 1,) [m].
+    """
+    fastest = np.fmax(speeds[:-1], speeds[1:])
+    fastest = np.where(np.isfinite(fastest), fastest, FASTEST)
+    return np.asarray(lengths > 1.5 * fastest * spans + _LEAP)
+
+
+def _note_lanes(lanes: array[int], column: Floats) -> None:
+    """Add the lanes of samples, but none that repeats the lane before it."""
+    known = column[column >= 0].astype(np.int64)
+    if not len(known):
+        return
+    before = lanes[-1] if lanes else -1
+    changed = np.diff(known, prepend=before) != 0
+    lanes.extend(known[changed].tolist())
+
+
+def _passage(starts: Floats, ends: Floats, near: Point) -> Passage | None:
+    """Return how straight lines pass a point; None if all stay outside its radius.
+
+    Args:
+        starts: Rows of the log at which the lines start, (n, 10).
+        ends: Rows at which they end, (n, 10).
+        near: The point and its radius.
+    """
+    # Distance of each line from the point.
+    here = np.array([near.x, near.y])
+    from_point, step = starts[:, 1:3] - here, ends[:, 1:3] - starts[:, 1:3]
+    times, spans = starts[:, 0], ends[:, 0] - starts[:, 0]
+    square = np.maximum((step**2).sum(axis=1), 1e-12)
+    along = (from_point * step).sum(axis=1)
+    nearest = np.clip(-along / square, 0.0, 1.0)
+    distances = np.linalg.norm(from_point + nearest[:, None] * step, axis=1)
+    inside = np.flatnonzero(distances <= near.radius)
+    if not len(inside):
+        return None
+    # Shares of each line at which it enters and leaves the circle.
+    rest = (from_point**2).sum(axis=1) - near.radius**2
+    root = np.sqrt(np.maximum(along**2 - square * rest, 0.0))
+    enters, leaves = (np.clip((-along + sign * root) / square, 0.0, 1.0) for sign in (-1, 1))
+    first, last, best = inside[0], inside[-1], int(np.argmin(distances))
+    return Passage(
+        begin=float(times[first] + enters[first] * spans[first]),
+        end=float(times[last] + leaves[last] * spans[last]),
+        time=float(times[best] + nearest[best] * spans[best]),
+        distance=float(distances[best]),
+    )
+
+
+def _joined(before: Passage | None, after: Passage | None) -> Passage | None:
+    """Join two parts of one passage."""
+    if before is None or after is None:
+        return before or after
+    best = min(before, after, key=lambda each: each.distance)
+    return replace(best, begin=before.begin, end=after.end)
+
+
+def _place_at(starts: Floats, ends: Floats, at: float) -> _RowPlace | None:
+    """Return the place at a time [s] along straight lines; None before, after and in gaps."""
+    found = np.flatnonzero((starts[:, 0] <= at) & (at <= ends[:, 0]))
+    if not len(found):
+        return None
+    start, end = starts[found[0]], ends[found[0]]
+    share = (at - start[0]) / max(end[0] - start[0], 1e-9)
+    x, y = start[1:3] + share * (end[1:3] - start[1:3])
+    return _RowPlace(float(x), float(y), int((end if share > 0.5 else start)[7]))
+
+
+def _user(key: Key, tally: _UserTally, *, lanes: Sequence[str], types: TypesOfUsers) -> RoadUser:
+    """Return what a tally says as a value."""
+    kind, name = key[0], key[1]
+    known = types.of(kind, name, key[2])
+    used = [lanes[index] for index in tally.lanes if not lanes[index].startswith(":")]
+    edges = [_edge_of(lane, kind) for lane in used]
+    standing = abs(float(np.nan_to_num(tally.last[5])))
+    place = tally.place
+    return RoadUser(
+        id=name,
+        kind=kind,
+        type_id=known.id,
+        vclass=known.vclass,
+        begin=tally.begin,
+        end=float(tally.last[0]),
+        length=tally.travelled,
+        mean_speed=tally.travelled / tally.seconds if tally.seconds else standing,
+        max_speed=tally.fastest,
+        lanes=len(set(used)),
+        edges=tuple(edge for n, edge in enumerate(edges) if not n or edge != edges[n - 1]),
+        place=None
+        if place is None
+        else UserPlace(place.x, place.y, lanes[place.lane] if place.lane >= 0 else ""),
+        passage=tally.passage,
+    )
+
+
+def _edge_of(lane: str, kind: str) -> str:
+    """Return the edge of a lane; a person is logged with the edge itself."""
+    edge, _, number = lane.rpartition("_")
+    return edge if edge and number.isdigit() and kind == "vehicle" else lane
+
+
+@dataclass(frozen=True, slots=True)
+class Whereabouts:
+    """When a road user is in a log, and who else is in it.
+
+    Attributes:
+        spans: First and last time of each stay without a gap [s].
+        ids: Ids of all road users in the log.
+        end: Last time of the log [s]; minus infinity if it is empty.
+    """
+
+    spans: tuple[tuple[float, float], ...]
+    ids: frozenset[str]
+    end: float
+
+
+@dataclass(slots=True)
+class _Sightings:
+    """What was found in the part of the log that was searched.
+
+    Attributes:
+        steps: Times of all steps [s].
+        there: Times at which the road user is there [s].
+        ids: Ids of everyone, as they are written in the file.
+    """
+
+    steps: set[float] = field(default_factory=set)
+    there: set[float] = field(default_factory=set)
+    ids: set[bytes] = field(default_factory=set)
+
+
+def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
+    """Look for a road user in vehicle logs.
+
+    A log that breaks off or is damaged is read as far as it goes.
+
+    Args:
+        paths: Logs that belong together.
+        name: SUMO's id, with or without its kind, such as `person:walker_1`. An ending such as
+            `#2`, by which our ids tell road users of one id apart, is ignored.
+    """
+    kind, _, own = name.partition(":")
+    plain, _, number = name.rpartition("#")
+    wanted = {_written(name), *([_written(plain)] if number.isdecimal() else [])}
+    keyed = (_written(kind), _written(own))
+    look = _Sightings()
+    for path in paths:
+        time = np.nan
+        # The reader of the log reports what is wrong with it.
+        with suppress(InputError):
+            for step, kind_of_user, user in format_of(path).sightings(path):
+                if step is not None:
+                    time = step
+                    look.steps.add(time)
+                    continue
+                look.ids.add(user)
+                if user in wanted or (kind_of_user, user) == keyed:
+                    look.there.add(time)
+    ids = frozenset(html.unescape(each.decode("utf-8", errors="replace")) for each in look.ids)
+    return Whereabouts(_spans(look), ids, max(look.steps, default=-np.inf))
+
+
+def _written(name: str) -> bytes:
+    """Return an id as SUMO writes it into XML."""
+    return html.escape(name).encode()
+
+
+def _spans(look: _Sightings) -> tuple[tuple[float, float], ...]:
+    """Return first and last time of each stay without a gap [s]."""
+    times = np.array(sorted(look.there))
+    if not len(times):
+        return ()
+    steps = np.diff(sorted(look.steps))
+    step = float(np.median(steps)) if len(steps) else np.inf
+    cuts = np.flatnonzero(np.diff(times) > GAP_FACTOR * step)
+    firsts, lasts = times[[0, *(cuts + 1)]], times[[*cuts, len(times) - 1]]
+    return tuple(zip(firsts.tolist(), lasts.tolist(), strict=True))

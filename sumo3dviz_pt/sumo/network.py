@@ -13,14 +13,20 @@ import numpy as np
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.sumo import bounds
-from sumo3dviz_pt.sumo.classes import allowed_classes
-from sumo3dviz_pt.sumo.places.origin import counted_from, first_place
-from sumo3dviz_pt.sumo.repairs.at_grade import say_at_grade
-from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
-from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
-from sumo3dviz_pt.sumo.repairs.look import look_over
+from sumo3dviz_pt.sumo import values
+from sumo3dviz_pt.sumo.places import counted_from, first_place
+from sumo3dviz_pt.sumo.repairs import (
+    DEFAULT_LANE_WIDTH,
+    LaneEnds,
+    Oddities,
+    Oddity,
+    from_point,
+    look_over,
+    say_at_grade,
+    whole_lane,
+)
 from sumo3dviz_pt.sumo.stream import Element, read_elements
+from sumo3dviz_pt.sumo.types import allowed_classes
 from sumo3dviz_pt.sumo.values import parse_flag, parse_number, parse_points
 
 _T = TypeVar("_T")
@@ -99,10 +105,10 @@ def read_network(path: Path) -> Network:
         draft.left_hand,
     )
     _check_names(draft, network)
-    if draft.length > bounds.MOST_LENGTH:
+    if draft.length > values.MOST_LENGTH:
         raise InputError(
             f"all lanes together are {draft.length / 1e3:,.0f} km long, and at most"
-            f" {bounds.MOST_LENGTH / 1e3:,.0f} km can be drawn; cut the network to the place",
+            f" {values.MOST_LENGTH / 1e3:,.0f} km can be drawn; cut the network to the place",
             file=path,
         )
     look_over(network, draft.oddities)
@@ -161,7 +167,7 @@ def _take(draft: _Draft, element: Element) -> None:
             outline = _outline(element, "outlineShape", draft.location)
             lane = replace(lane, outline=outline) if len(outline) >= 3 else lane
             _add(draft.lanes, element, lane)
-            if length > max(bounds.LONGEST_SHAPE, bounds.MOST_STRETCHED * lane.length):
+            if length > max(values.LONGEST_SHAPE, values.MOST_STRETCHED * lane.length):
                 raise element.error(
                     f"the shape is {length / 1e3:,.0f} km long, and the length is"
                     f" {lane.length:g} m; write the network again with netconvert"
@@ -223,22 +229,22 @@ def _edge(element: Element, lanes: list[Lane]) -> Edge:
         to_junction=element.text("to", ""),
         lanes=tuple(sorted(lanes, key=lambda lane: lane.index)),
         type=element.text("type", ""),
-        priority=element.integer("priority", -1, within=bounds.PRIORITY),
+        priority=element.integer("priority", -1, within=values.PRIORITY),
         crossed_edges=tuple(element.text("crossingEdges", "").split()),
     )
 
 
 def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, place: int) -> Lane:
     """Make a lane; `drawn` is the length of its shape [m], `place` its position on the edge."""
-    width = element.number("width", DEFAULT_LANE_WIDTH, within=bounds.LANE_WIDTH)
+    width = element.number("width", DEFAULT_LANE_WIDTH, within=values.LANE_WIDTH)
     return Lane(
         id=element.text("id"),
         edge_id=owner.text("id"),
-        index=element.integer("index", place, within=bounds.INDEX),
+        index=element.integer("index", place, within=values.INDEX),
         shape=shape,
         width=width,
-        speed=element.number("speed", _DEFAULT_SPEED, within=bounds.SPEED_LIMIT),
-        length=element.number("length", drawn, within=bounds.LANE_LENGTH),
+        speed=element.number("speed", _DEFAULT_SPEED, within=values.SPEED_LIMIT),
+        length=element.number("length", drawn, within=values.LANE_LENGTH),
         allowed=allowed_classes(element.text("allow", ""), element.text("disallow", "")),
     )
 
@@ -292,8 +298,8 @@ def _place(element: Element, outline: Floats, draft: _Draft) -> Floats:
     if len(outline) and not {"x", "y"} <= element.attributes.keys():
         draft.oddities.add(Oddity.NO_PLACE, element.text("id"))
         return frozen(outline.mean(axis=0))
-    x, y = (element.number(axis, within=bounds.COORDINATE) for axis in ("x", "y"))
-    z = element.number("z", 0.0, within=bounds.HEIGHT)
+    x, y = (element.number(axis, within=values.COORDINATE) for axis in ("x", "y"))
+    z = element.number("z", 0.0, within=values.HEIGHT)
     return frozen(draft.location.inside([x, y, z]))
 
 
@@ -307,7 +313,7 @@ def _connection(element: Element) -> Connection:
         to_lane=to_lane,
         via=element.text("via", ""),
         tls=element.text("tl", ""),
-        link_index=element.integer("linkIndex", -1, within=bounds.LINK_INDEX),
+        link_index=element.integer("linkIndex", -1, within=values.LINK_INDEX),
         direction=element.text("dir", "s"),
         state=element.text("state", ""),
     )

@@ -12,9 +12,8 @@ from typing import NamedTuple
 from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import SignalPhases
-from sumo3dviz_pt.sumo.bounds import SIGNAL_LETTERS
 from sumo3dviz_pt.sumo.stream import Element, read_elements
-from sumo3dviz_pt.sumo.values import parse_time
+from sumo3dviz_pt.sumo.values import SIGNAL_LETTERS, parse_time
 
 _ROOTS = ("tlsStates", "tlsSwitches")
 

@@ -2,7 +2,7 @@
 
 from sumo3dviz_pt.video.codecs import AUTO, CODECS, FILM_SUFFIXES, Codec, codec_named, frame_rate
 from sumo3dviz_pt.video.encoder import check_film, encode
-from sumo3dviz_pt.video.prober import ProbedFilm, probe
+from sumo3dviz_pt.video.ffmpeg import ProbedFilm, probe
 
 __all__ = [
     "AUTO",

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.model.ratios import Ratio, ratio_of
+from sumo3dviz_pt.model.numbers import Ratio, ratio_of
 
 
 @dataclass(frozen=True, slots=True)

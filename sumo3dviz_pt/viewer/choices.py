@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from sumo3dviz_pt.job.asked import settle
-from sumo3dviz_pt.job.ranges import WIDEST, Seconds, Size, Whole
+from sumo3dviz_pt.job.errors import settle
+from sumo3dviz_pt.job.values import WIDEST, Seconds, Size, Whole
 
 
 @dataclass(frozen=True, slots=True)

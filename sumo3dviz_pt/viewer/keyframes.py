@@ -1,7 +1,18 @@
-"""Cameras found by walking, as people write them in a scene file.
+"""Moves an eye, and writes where it stands into the cameras of a scene file.
 
-Numbers are rounded as a person would: centimetres and hundredths of a degree. What the page
-plays is made of the rounded values, so that `render` shows the very same path.
+Moves an eye by keys and turns it by dragging; a pure function of what was pressed. Angles are
+those of a scene file: degrees, headings clockwise from north. Within a step the eye goes along its
+exact arc, so that two short steps lead where one long step leads and the speed of the computer
+does not matter.
+
+Adds an entry to the `cameras:` of a YAML text without touching anything else in it. The parser's
+events say where the last camera ends, to the character; comments, blank lines and line ends stay
+as they are. Whether the result says what it should is for the caller to check: this module only
+finds the place.
+
+Cameras found by walking, as people write them in a scene file. Numbers are rounded as a person
+would: centimetres and hundredths of a degree. What the page plays is made of the rounded values,
+so that `render` shows the very same path.
 """
 
 from __future__ import annotations
@@ -9,20 +20,367 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import textwrap
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.whole import whole
-from sumo3dviz_pt.job.lens import FOV
+from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.job.cameras import FOV
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
+from sumo3dviz_pt.model.geometry import Floats, Transform, frozen
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.network import Location
+from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.scene_file import make_job
-from sumo3dviz_pt.viewer.insertion import inserted
-from sumo3dviz_pt.viewer.walk import Eye, wrapped
+
+SPEED = 10.0
+"""Speed of movement [m/s]."""
+
+HASTE = 5.0
+"""Shift makes movement this many times as fast; turning keeps its speed, so that one can aim."""
+
+TURN = 60.0
+"""Speed of turning [deg/s]."""
+
+CLEARANCE = 0.1
+"""Eyes stay this far above the ground [m]."""
+
+STEEPEST = 89.0
+"""Pitches lie within plus and minus this [deg]: straight up, a heading means nothing."""
+
+AXES = (
+    ("ahead", ("KeyW", "ArrowUp"), ("KeyS", "ArrowDown")),
+    ("right", ("KeyD", "ArrowRight"), ("KeyA", "ArrowLeft")),
+    ("up", ("KeyR",), ("KeyF",)),
+    ("heading", ("KeyL",), ("KeyJ",)),
+    ("pitch", ("KeyI",), ("KeyK",)),
+)
+"""What keys do: a name, the browser's codes that add to it, and those that take from it."""
+
+FASTER = frozenset({"ShiftLeft", "ShiftRight"})
+
+CODES = FASTER | {code for _, more, less in AXES for code in (*more, *less)}
+"""All keys that move an eye."""
+
+_SWING = 4.0
+"""A heading turns by at most this many times the drag: near the poles it would whirl."""
+
+_UPRIGHT = 1e-9
+"""A view whose direction is less level than this has no heading of its own."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Eye:
+    """A standing camera, in angles as a scene file has them.
+
+    Attributes:
+        position: (3,) [m].
+        heading: Clockwise from north, [0, 360) [deg].
+        pitch: Upwards, [-90, 90] [deg].
+        roll: Clockwise as the viewer sees it [deg].
+        fov: Horizontal opening angle [deg].
+    """
+
+    position: Floats
+    heading: float
+    pitch: float = 0.0
+    roll: float = 0.0
+    fov: float = 50.0
+
+    def __post_init__(self) -> None:
+        """Freeze the position and wrap the angles."""
+        object.__setattr__(self, "position", frozen(self.position).reshape(3))
+        object.__setattr__(self, "heading", wrapped(self.heading))
+
+    @classmethod
+    def of(cls, view: View) -> Eye:
+        """Return the eye of a view; straight up or down it is turned, not tilted."""
+        rotation = view.world_from_camera.matrix[:3, :3]
+        ahead, left, up = rotation.T
+        level = float(np.hypot(ahead[0], ahead[1]))
+        yaw, roll = np.arctan2(-left[0], left[1]), 0.0
+        if level > _UPRIGHT:
+            yaw, roll = np.arctan2(ahead[1], ahead[0]), np.arctan2(left[2], up[2])
+        pitch = np.arctan2(ahead[2], level)
+        yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.lens.free_opening]).tolist()
+        return cls(view.position, 90.0 - yaw, pitch, roll, fov)
+
+    def said(self, location: Location) -> Eye:
+        """Return the same eye in SUMO's coordinates, for whoever is told of it."""
+        return replace(self, position=location.outside(self.position))
+
+    def view(self) -> View:
+        """Return what the eye sees."""
+        yaw, pitch, roll, fov = np.radians([90.0 - self.heading, self.pitch, self.roll, self.fov])
+        placed = Transform.from_pose(
+            self.position, yaw=float(yaw), pitch=float(pitch), roll=float(roll)
+        )
+        return View(placed, Lens(float(fov)))
+
+
+def wrapped(heading: float) -> float:
+    """Return a heading in [0, 360) [deg]."""
+    turned = float(np.mod(heading, 360.0))
+    return 0.0 if turned >= 360.0 else turned  # -1e-20 modulo 360 rounds to 360
+
+
+def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np.inf) -> Eye:
+    """Return where held keys take an eye.
+
+    Args:
+        eye: Where it was; it is returned itself if nothing moves it.
+        keys: Codes of the keys that are down, as browsers name them; others do nothing.
+        seconds: How long they were down.
+        ground: Height of the ground; the eye stays a little above it [m].
+    """
+    held = {name: _sign(keys, more, less) for name, more, less in AXES}
+    if seconds <= 0.0 or not any(held.values()):
+        return eye
+    turn = held["heading"] * TURN * seconds
+    way = SPEED * seconds * (HASTE if keys & FASTER else 1.0)
+    step = way * _arc(np.array([held["ahead"], held["right"], held["up"]]), eye.heading, turn)
+    lowest = ground + CLEARANCE
+    position = eye.position + step
+    position[2] = max(max(eye.position[2], lowest) + step[2], lowest)
+    pitch = eye.pitch + held["pitch"] * TURN * seconds
+    # A view from straight above keeps its pitch until a key changes it.
+    pitch = float(np.clip(pitch, -STEEPEST, STEEPEST)) if held["pitch"] else eye.pitch
+    return replace(eye, position=position, heading=eye.heading + turn, pitch=pitch)
+
+
+def _sign(keys: frozenset[str], more: tuple[str, ...], less: tuple[str, ...]) -> int:
+    """Return 1, 0 or -1: opposite keys cancel, two keys of one meaning count once."""
+    return (not keys.isdisjoint(more)) - (not keys.isdisjoint(less))
+
+
+def _arc(held: Floats, heading: float, turn: float) -> Floats:
+    """Return the displacement for a way of 1, (3,), while the heading turns.
+
+    Args:
+        held: Ahead, right and up, each -1, 0 or 1.
+        heading: At the begin [deg].
+        turn: Until the end [deg].
+    """
+    size = np.linalg.norm(held)
+    if size == 0.0:
+        return np.zeros(3)
+    ahead, right, up = held / size
+    # The chord of an arc points half-way between its ends and is shorter than the arc.
+    middle, half = np.radians(heading + turn / 2.0), np.radians(turn / 2.0)
+    chord = np.sinc(half / np.pi)
+    east = ahead * np.sin(middle) + right * np.cos(middle)
+    north = ahead * np.cos(middle) - right * np.sin(middle)
+    return np.array([chord * east, chord * north, up])
+
+
+def turned(eye: Eye, dx: float, dy: float, width: float) -> Eye:
+    """Return where dragging turns an eye: what was in the picture's middle follows the pointer.
+
+    The direction that was straight ahead lies `dx`, `dy` beside the middle afterwards, exactly
+    so up to pitches of 75 degrees; elsewhere in the picture the scene follows the pointer as
+    far as perspective allows.
+
+    Args:
+        eye: How it looked.
+        dx: Way of the pointer to the right [px].
+        dy: Way of the pointer down [px].
+        width: Of the picture as shown, in the same pixels.
+    """
+    if width <= 0.0 or (dx == 0.0 and dy == 0.0):
+        return eye
+    pixel = Lens.of_degrees(eye.fov).pixel_width(width)
+    across, up = -dx * pixel, -dy * pixel
+    c, s = np.cos(np.radians(eye.roll)), np.sin(np.radians(eye.roll))
+    left, high = c * across - s * up, s * across + c * up
+    ray = np.array([1.0, left, high]) / np.sqrt(1.0 + left * left + high * high)
+    # Turn the camera until that ray is as high as the old direction, then as far round.
+    height = np.sin(np.radians(eye.pitch)) / np.hypot(ray[0], ray[2])
+    pitch = np.arcsin(np.clip(height, -1.0, 1.0)) - np.arctan2(ray[2], ray[0])
+    steepest = np.radians(STEEPEST)
+    pitch = float(np.clip(pitch, -steepest, steepest))
+    ahead = np.cos(pitch) * ray[0] - np.sin(pitch) * ray[2]
+    most = _SWING * np.arctan(abs(left))
+    sideways = float(np.degrees(np.clip(np.arctan2(ray[1], ahead), -most, most)))
+    return replace(eye, heading=eye.heading + sideways, pitch=float(np.degrees(pitch)))
+
+
+_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+"""Line breaks as YAML's scanner sees them."""
+
+_STEP = 2
+"""Spaces of each level, in what is inserted and where the file itself shows no level."""
+
+
+@dataclass(frozen=True, slots=True)
+class _InsertionPlace:
+    """Where an entry goes.
+
+    Attributes:
+        index: Of the character before which it is inserted; a line begins there, or the
+            text ends.
+        column: Of `cameras`.
+        step: Spaces by which each level is indented.
+        head: Whether `cameras:` itself is missing.
+    """
+
+    index: int
+    column: int
+    step: int
+    head: bool = False
+
+
+def inserted(text: str, entry: str, *, file: Path | None = None) -> tuple[str, int]:
+    """Return a scene file's text with one more camera after the others.
+
+    Args:
+        text: Valid YAML.
+        entry: The camera's name and settings, indented by twos.
+        file: For messages.
+
+    Returns:
+        The new text, and the line of it in which the camera's name stands, from 1.
+
+    Raises:
+        ConfigError: If cameras are not written line by line; names the line.
+    """
+    place = _place(text, file)
+    before, after = text[: place.index], text[place.index :]
+    newline = _newline(text, place.index)
+    lines = textwrap.dedent(entry).splitlines()
+    added = ["cameras:"] if place.head else []
+    added = [" " * place.column + line for line in added]
+    added += [_indented(line, place) for line in lines]
+    # The last line of the file may lack its end.
+    gap = newline if before and not _BREAK.fullmatch(before[-1]) else ""
+    line = len(_BREAK.findall(before + gap)) + (2 if place.head else 1)
+    return before + gap + newline.join([*added, ""]) + after, line
+
+
+def _indented(line: str, place: _InsertionPlace) -> str:
+    """Return a line of an entry at the depth that the file's other cameras have."""
+    words = line.lstrip(" ")
+    level = 1 + (len(line) - len(words)) // _STEP
+    return " " * (place.column + place.step * level) + words
+
+
+def _newline(text: str, index: int) -> str:
+    """Return the last line end before a place, or else in the text."""
+    ends = _BREAK.findall(text[:index]) or _BREAK.findall(text)
+    return ends[-1] if ends and ends[-1] in ("\r\n", "\r") else "\n"
+
+
+def _place(text: str, file: Path | None) -> _InsertionPlace:
+    """Find where the next camera goes."""
+    events = list(yaml.parse(text, Loader=yaml.SafeLoader))
+    root = next((event for event in events if isinstance(event, yaml.NodeEvent)), None)
+    if not isinstance(root, yaml.MappingStartEvent) or root.flow_style:
+        raise _by_hand("the file is written in braces", root, file)
+    number = events.index(root) + 1
+    column = _start(events[number]).column
+    while not isinstance(events[number], yaml.MappingEndEvent):
+        key, value = number, _after(events, number)
+        number = _after(events, value)
+        name = events[key]
+        if isinstance(name, yaml.ScalarEvent) and name.value == "cameras":
+            return _within(text, name, events[value:number], file)
+    return _InsertionPlace(_foot(text, events), column, _STEP, head=True)
+
+
+def _after(events: Sequence[yaml.Event], number: int) -> int:
+    """Return the number of the event after a node."""
+    depth = 0
+    while True:
+        event = events[number]
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        number += 1
+        if not depth:
+            return number
+
+
+def _within(
+    text: str, key: yaml.Event, value: Sequence[yaml.Event], file: Path | None
+) -> _InsertionPlace:
+    """Return where the next camera goes under `cameras:`."""
+    first, column = value[0], _start(key).column
+    if isinstance(first, yaml.ScalarEvent) and _start(first).index == _end(first).index:
+        index = _after_comments(text, _line_after(text, _end(key).index), column + 1)
+        return _InsertionPlace(index, column, _STEP)
+    if not isinstance(first, yaml.MappingStartEvent) or first.flow_style or len(value) < 3:
+        raise _by_hand("cameras are not written line by line", key, file)
+    entries = _start(value[1]).column
+    # Block collections end where the next token begins, after any comments.
+    ends = [
+        _end(event).index
+        for event in value
+        if not (_ends_a_block(event) or isinstance(event, yaml.CollectionStartEvent))
+    ]
+    index = _after_comments(text, _line_after(text, max(ends)), entries)
+    return _InsertionPlace(index, column, entries - column)
+
+
+def _ends_a_block(event: yaml.Event) -> bool:
+    """Return whether an event ends a collection without a bracket."""
+    ends = isinstance(event, yaml.CollectionEndEvent)
+    return bool(ends and _start(event).index == _end(event).index)
+
+
+def _line_after(text: str, index: int) -> int:
+    """Return where the line after a place starts, or its own line if nothing stands before it."""
+    begin = max((found.end() for found in _BREAK.finditer(text, 0, index)), default=0)
+    if not text[begin:index].strip(" "):
+        return begin
+    found = _BREAK.search(text, index)
+    return len(text) if found is None else found.end()
+
+
+def _after_comments(text: str, index: int, column: int) -> int:
+    """Skip comments that are indented at least as far as a column: they belong to cameras."""
+    here = index
+    while here < len(text):
+        found = _BREAK.search(text, here)
+        following = len(text) if found is None else found.end()
+        line = text[here:following]
+        words = line.strip()
+        if words.startswith("#") and len(line) - len(line.lstrip(" ")) >= column:
+            index = following
+        elif words:
+            break
+        here = following
+    return index
+
+
+def _foot(text: str, events: Sequence[yaml.Event]) -> int:
+    """Return where a further key goes: at the end of the document."""
+    end = next(event for event in events if isinstance(event, yaml.DocumentEndEvent))
+    return _start(end).index if end.explicit else len(text)
+
+
+def _start(event: yaml.Event) -> yaml.Mark:
+    """Return where an event begins."""
+    assert isinstance(event.start_mark, yaml.Mark)
+    return event.start_mark
+
+
+def _end(event: yaml.Event) -> yaml.Mark:
+    """Return where an event ends."""
+    assert isinstance(event.end_mark, yaml.Mark)
+    return event.end_mark
+
+
+def _by_hand(reason: str, event: yaml.Event | None, file: Path | None) -> ConfigError:
+    """Return an error that says what to do instead."""
+    line = _start(event).line + 1 if event is not None else None
+    message = f"{reason}; paste the camera's text there by hand"
+    return ConfigError(message, key="cameras", file=file, line=line)
+
 
 _NAME = re.compile(r"[^\W\d][\w-]{0,59}")
 """What cameras may be called: words that need no quotes and suit names of films."""

@@ -20,16 +20,14 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
 from sumo3dviz_pt.job.settings import Job, SkySettings
+from sumo3dviz_pt.pipeline.accounts import preset_weather
 from sumo3dviz_pt.pipeline.live import Ground, Live, Size, encoded_still
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.weather_report import preset_weather
-from sumo3dviz_pt.viewer import messages_in
-from sumo3dviz_pt.viewer.client import Client
-from sumo3dviz_pt.viewer.keyframes import camera_yaml, path_yaml, save_camera
-from sumo3dviz_pt.viewer.messages_out import Message
-from sumo3dviz_pt.viewer.projector import HALVES, Projector, part_of
+from sumo3dviz_pt.viewer import messages
+from sumo3dviz_pt.viewer.client import HALVES, Client, Projector, part_of
+from sumo3dviz_pt.viewer.keyframes import Eye, camera_yaml, path_yaml, save_camera
+from sumo3dviz_pt.viewer.messages import Message
 from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed
-from sumo3dviz_pt.viewer.walk import Eye
 
 log = logging.getLogger(__name__)
 
@@ -301,31 +299,31 @@ class RenderThread:
             self._rebuild(f"opening the cabin of {ride.vehicle}", riding=ride)
 
     @_follow.register
-    def _(self, order: messages_in.Pick, client: Client) -> None:
+    def _(self, order: messages.Pick, client: Client) -> None:
         live, state = self.live, client.state
         seen = None if client.mean is None else client.mean.value
         found = live.pick(state.time, state.view(live), (order.x, order.y), seen)
         if found is None:
             client.tell("note", level="info", text="nobody is there")
             return
-        self._follow(messages_in.Ride(do="ride", vehicle=found), client)
+        self._follow(messages.Ride(do="ride", vehicle=found), client)
 
     @_follow.register
-    def _(self, order: messages_in.UnderSky, client: Client) -> None:
+    def _(self, order: messages.UnderSky, client: Client) -> None:
         catalog.template("sky", order.preset)
         job = self.live.job.model_copy(update={"sky": SkySettings(preset=order.preset)})
         self._rebuild(f"putting up {order.preset}", job=job)
         self._tell_all("scene", **self.about)
 
     @_follow.register
-    def _(self, order: messages_in.InWeather, client: Client) -> None:
+    def _(self, order: messages.InWeather, client: Client) -> None:
         weather = preset_weather(order.preset) if order.preset else self._job.weather
         job = self.live.job.model_copy(update={"weather": weather})
         self._rebuild(f"making it {order.preset or 'as the scene file says'}", job=job)
         self._tell_all("scene", **self.about)
 
     @_follow.register
-    def _(self, order: messages_in.Template, client: Client) -> None:
+    def _(self, order: messages.Template, client: Client) -> None:
         if self._reload is None:
             raise ConfigError("only a scene file can change its template", key="template")
         catalog.template("scene", order.name)
@@ -335,7 +333,7 @@ class RenderThread:
         self._tell_all("scene", **self.about)
 
     @_follow.register
-    def _(self, order: messages_in.TakeStill, client: Client) -> None:
+    def _(self, order: messages.TakeStill, client: Client) -> None:
         state = client.state
         catalog.template("quality", order.quality)
 
@@ -362,16 +360,16 @@ class RenderThread:
         client.tell("still", url=f"stills/{number}.png", text=f"still {number}, {size}")
 
     @_follow.register
-    def _(self, order: messages_in.AskYaml, client: Client) -> None:
+    def _(self, order: messages.AskYaml, client: Client) -> None:
         client.tell("yaml", text=camera_yaml(client.state.said(self.live)))
 
     @_follow.register
-    def _(self, order: messages_in.SaveView, client: Client) -> None:
+    def _(self, order: messages.SaveView, client: Client) -> None:
         text = camera_yaml(client.state.said(self.live), order.name)
         self._save(order.name, text, client)
 
     @_follow.register
-    def _(self, order: messages_in.KeyFrameOrder, client: Client) -> None:
+    def _(self, order: messages.KeyFrameOrder, client: Client) -> None:
         if order.act == "save":
             if len(client.state.frames) < 2:
                 raise ConfigError("drop at least two key frames first")

@@ -1,27 +1,272 @@
 """The viewer's web server in a thread of its own, on this machine only.
 
+Answers requests to the viewer's web server: for its page, its websocket and its stills. Others who
+have an account on the machine could reach the server, too, and so could web pages that the user
+visits: hence a token in the address, and a look at the headers Host (DNS rebinding) and Origin
+(foreign pages). Nothing is ever fetched from outside, and the page cannot either.
+
 It listens on 127.0.0.1; a tunnel such as `ssh -L` brings it elsewhere. What it answers, and to
 whom, stands in `routes`.
+
+References:
+    RFC 6455, sections 7.4 (close codes) and 10.2 (origin); W3C, Content Security Policy 3.
 """
 
 from __future__ import annotations
 
 import asyncio
+import hmac
+import json
 import re
 import secrets
 import signal
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.viewer.routes import HOST, PATIENCE, application, web
+from sumo3dviz_pt.errors import ConfigError, MissingExtraError
+from sumo3dviz_pt.viewer.client import Outbox
+from sumo3dviz_pt.viewer.messages import Frame, Note
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.viewer.render_thread import RenderThread
+
+
+try:
+    from aiohttp import WSCloseCode, WSMsgType
+    from aiohttp import web as web
+except ImportError as error:
+    raise MissingExtraError("the viewer needs aiohttp", extra="viewer") from error
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.viewer.client import Client
+
+
+HOST = "127.0.0.1"
+_OWN_NAME = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?", re.I)
+_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+_LONGEST_ORDER = 1 << 16  # bytes
+_HEARTBEAT = 30.0  # s; notices a line that is cut
+PATIENCE = 2.0  # s for the pages to say goodbye
+_POLICY = (
+    "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws://{host};"
+    " frame-ancestors 'self' http://localhost:* http://127.0.0.1:*;"
+    " base-uri 'none'; form-action 'none'; object-src 'none'"
+)
+_HEADERS = {
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+    "Server": "sumo3dviz_pt",
+}
+_NOT_HERE = (
+    "There is nothing at this address.\n\n"
+    "The viewer's address holds a token that changes whenever the viewer starts:"
+    " open the address that it printed last.\n"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _PageFile:
+    """A file of the page.
+
+    Attributes:
+        text: Its content.
+        kind: Its content type.
+    """
+
+    text: str
+    kind: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _RouteContext:
+    """What the routes need.
+
+    Attributes:
+        render_thread: What renders.
+        token: The secret in the address.
+        proxied: Whether a notebook server passes pages' requests on, under its own name.
+        files: The page's files, by name.
+        talks: Open conversations.
+    """
+
+    render_thread: RenderThread
+    token: str
+    proxied: bool
+    files: Mapping[str, _PageFile]
+    talks: set[web.WebSocketResponse]
+
+
+_SITE = web.AppKey("site", _RouteContext)
+
+
+def application(
+    render_thread: RenderThread, token: str, *, proxied: bool = False
+) -> web.Application:
+    """Make the routes `/TOKEN/`, its files, `/TOKEN/ws` and `/TOKEN/stills/N.png`.
+
+    Args:
+        render_thread: What renders.
+        token: The secret in the address.
+        proxied: Whether a notebook server passes pages' requests on, under its own name.
+    """
+    made = web.Application(middlewares=[_guarded])
+    made[_SITE] = _RouteContext(render_thread, token, proxied, _page_files(), set())
+    made.on_response_prepare.append(_sign)
+    made.on_shutdown.append(_say_goodbye)
+    for path, handler in (
+        ("/{token}", _to_page),
+        ("/{token}/", _file),
+        ("/{token}/ws", _talk),
+        (r"/{token}/stills/{number:\d{1,6}}.png", _still),
+        ("/{token}/{name}", _file),
+    ):
+        made.router.add_get(path, handler, allow_head=False)
+    return made
+
+
+# Which requests are answered ---------------------------------------------------------------
+
+
+@web.middleware
+async def _guarded(
+    request: web.Request, handler: Callable[[web.Request], Any]
+) -> web.StreamResponse:
+    """Answer only requests to our own name, from our own page, with the token."""
+    host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
+    proxied = request.app[_SITE].proxied
+    if not (_OWN_NAME.fullmatch(host) or proxied):
+        raise web.HTTPForbidden(text="The viewer answers to localhost and 127.0.0.1 only.\n")
+    # A notebook server may talk to browsers by https, though it talks to us by http.
+    pages = {f"http://{host}".lower(), *([f"https://{host}".lower()] if proxied else ())}
+    if origin is not None and origin.lower() not in pages:
+        raise web.HTTPForbidden(text="The viewer does not talk to other pages.\n")
+    # `OPTIONS *` has no slash; a path may hold bytes that are no text.
+    given = request.path.partition("/")[2].partition("/")[0].encode(errors="replace")
+    if not hmac.compare_digest(given, request.app[_SITE].token.encode()):
+        raise web.HTTPNotFound(text=_NOT_HERE)
+    if request.match_info.http_exception is not None and request.method == "GET":
+        raise web.HTTPNotFound(text=_NOT_HERE)
+    answer: web.StreamResponse = await handler(request)
+    return answer
+
+
+async def _sign(request: web.Request, response: web.StreamResponse) -> None:
+    """Add what tells the browser to be strict."""
+    response.headers.update(_HEADERS)
+    host = request.headers.get("Host", "")
+    own = host if _OWN_NAME.fullmatch(host) else HOST
+    response.headers["Content-Security-Policy"] = _POLICY.format(host=own)
+
+
+# What is answered --------------------------------------------------------------------------
+
+
+async def _to_page(request: web.Request) -> web.StreamResponse:
+    """Lead to the page's address with a slash at its end: the page's files lie below it."""
+    raise web.HTTPPermanentRedirect(f"{request.app[_SITE].token}/")
+
+
+async def _file(request: web.Request) -> web.StreamResponse:
+    name = request.match_info.get("name", "index.html")
+    if name not in request.app[_SITE].files:
+        raise web.HTTPNotFound(text=_NOT_HERE)
+    file = request.app[_SITE].files[name]
+    return web.Response(text=file.text, content_type=file.kind, charset="utf-8")
+
+
+async def _still(request: web.Request) -> web.StreamResponse:
+    picture = request.app[_SITE].render_thread.still(int(request.match_info["number"]))
+    if picture is None:
+        raise web.HTTPNotFound(text="There is no such still.\n")
+    return web.Response(body=picture, content_type="image/png")
+
+
+async def _talk(request: web.Request) -> web.StreamResponse:
+    """Hold the conversation with one page until either side ends it."""
+    talk = web.WebSocketResponse(
+        heartbeat=_HEARTBEAT, max_msg_size=_LONGEST_ORDER, compress=False, timeout=PATIENCE
+    )
+    await talk.prepare(request)
+    request.app[_SITE].talks.add(talk)
+    outbox = Outbox(asyncio.get_running_loop())
+    client = request.app[_SITE].render_thread.join(outbox.deliver)
+    sending = asyncio.create_task(_send(talk, outbox))
+    try:
+        async for message in talk:
+            if message.type is WSMsgType.TEXT:
+                _hear(message.data, client, outbox)
+    finally:
+        client.leave()
+        sending.cancel()
+        request.app[_SITE].talks.discard(talk)
+    return talk
+
+
+async def _send(talk: web.WebSocketResponse, outbox: Outbox) -> None:
+    """Pass on what is delivered; a line that breaks ends the conversation elsewhere."""
+    with suppress(ConnectionResetError):
+        while True:
+            message = await outbox.following()
+            if isinstance(message, Frame):
+                await talk.send_json(message.info)
+                await talk.send_bytes(message.jpeg)
+            else:
+                await talk.send_json(message.content)
+
+
+def _hear(text: str, client: Client, outbox: Outbox) -> None:
+    """Pass on what a page says; nonsense is answered with a note."""
+    try:
+        said = _parsed(text)
+        if "ack" not in said:
+            client.order(said)
+        elif outbox.acknowledge(said["ack"]):
+            client.acknowledge(said["ack"])
+    except ConfigError as error:
+        outbox.deliver(Note({"kind": "note", "level": "error", "text": str(error)}))
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    """Return a page's message.
+
+    Raises:
+        ConfigError: If it is no JSON object.
+    """
+    try:
+        said = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ConfigError(f"not understood: {text[:80]!r} is no JSON") from error
+    if not isinstance(said, dict):
+        raise ConfigError(f"not understood: {text[:80]!r} is no JSON object")
+    return said
+
+
+async def _say_goodbye(app: web.Application) -> None:
+    """Close all conversations; the pages show the reason and wait for our return."""
+    goodbyes = [
+        talk.close(code=WSCloseCode.GOING_AWAY, message=b"The viewer was stopped.")
+        for talk in set(app[_SITE].talks)
+    ]
+    await asyncio.gather(*goodbyes)
+
+
+def _page_files() -> dict[str, _PageFile]:
+    """Read the page's files, by name."""
+    folder = resources.files("sumo3dviz_pt.viewer") / "page"
+    return {
+        file.name: _PageFile(file.read_text(encoding="utf-8"), _KINDS[Path(file.name).suffix])
+        for file in folder.iterdir()
+    }
+
 
 _TOKEN = re.compile(r"[\w-]{1,200}", re.A)
 

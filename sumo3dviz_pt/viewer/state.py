@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.lens import FOV
+from sumo3dviz_pt.job.cameras import FOV
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LagrangianCamera
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live
-from sumo3dviz_pt.viewer import messages_in
-from sumo3dviz_pt.viewer.keyframes import flight, key_frame, with_frame
-from sumo3dviz_pt.viewer.walk import Eye, moved, turned
+from sumo3dviz_pt.viewer import messages
+from sumo3dviz_pt.viewer.keyframes import Eye, flight, key_frame, moved, turned, with_frame
 
 MOST_FRAMES = 500
 """Key frames that a page can add: an hour of them, at one every seven seconds."""
@@ -143,13 +142,13 @@ def obeyed(order: Any, state: ViewerState, live: Live) -> ViewerState:
 
 
 @obeyed.register
-def _(order: messages_in.Keys, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Keys, state: ViewerState, live: Live) -> ViewerState:
     """Hold keys."""
     return replace(state, keys=frozenset(order.down), heard=max(order.id, state.heard))
 
 
 @obeyed.register
-def _(order: messages_in.Drag, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Drag, state: ViewerState, live: Live) -> ViewerState:
     """Turn the picture."""
     state = replace(state, heard=max(order.id, state.heard))
     if state.flying:
@@ -161,7 +160,7 @@ def _(order: messages_in.Drag, state: ViewerState, live: Live) -> ViewerState:
 
 
 @obeyed.register
-def _(order: messages_in.GoTo, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.GoTo, state: ViewerState, live: Live) -> ViewerState:
     """See what one of the scene's cameras sees."""
     cameras = live.job.cameras
     if order.name not in cameras:
@@ -190,7 +189,7 @@ def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
 
 
 @obeyed.register
-def _(order: messages_in.StandAt, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.StandAt, state: ViewerState, live: Live) -> ViewerState:
     """Stand somewhere."""
     place = live.location.inside(order.position)
     eye = Eye(place, order.heading, order.pitch, order.roll, order.fov)
@@ -198,58 +197,58 @@ def _(order: messages_in.StandAt, state: ViewerState, live: Live) -> ViewerState
 
 
 @obeyed.register
-def _(order: messages_in.SetTime, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.SetTime, state: ViewerState, live: Live) -> ViewerState:
     """Show a time."""
     return replace(state, time=within(order.value, live))
 
 
 @obeyed.register
-def _(order: messages_in.Play, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Play, state: ViewerState, live: Live) -> ViewerState:
     """Let time run; at the end of the log, from its beginning."""
     ended = order.on and state.time >= live.ground.end
     return replace(state, playing=order.on, time=live.ground.begin if ended else state.time)
 
 
 @obeyed.register
-def _(order: messages_in.StepFrames, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.StepFrames, state: ViewerState, live: Live) -> ViewerState:
     """Go by frames of the film."""
     time = state.time + order.frames / float(live.job.output.fps)
     return replace(state, time=within(time, live), playing=False)
 
 
 @obeyed.register
-def _(order: messages_in.Dynamic, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Dynamic, state: ViewerState, live: Live) -> ViewerState:
     """Show road users or not."""
     return replace(state, dynamic=order.on)
 
 
 @obeyed.register
-def _(order: messages_in.Denoise, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Denoise, state: ViewerState, live: Live) -> ViewerState:
     """Clean standing pictures or not."""
     return replace(state, denoise=order.on)
 
 
 @obeyed.register
-def _(order: messages_in.Exposure, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Exposure, state: ViewerState, live: Live) -> ViewerState:
     """Make pictures brighter or darker."""
     return replace(state, exposure=order.ev)
 
 
 @obeyed.register
-def _(order: messages_in.Ride, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Ride, state: ViewerState, live: Live) -> ViewerState:
     """Ride with a road user."""
     camera = LagrangianCamera(mode="lagrangian", vehicle=order.vehicle, view=order.view)
     return _riding(state, camera, live)
 
 
 @obeyed.register
-def _(order: messages_in.Leave, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.Leave, state: ViewerState, live: Live) -> ViewerState:
     """Get out."""
     return outside(state, live)
 
 
 @obeyed.register
-def _(order: messages_in.KeyFrameOrder, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages.KeyFrameOrder, state: ViewerState, live: Live) -> ViewerState:
     """Work on the key frames; the render thread saves them."""
     if order.act == "add":
         if len(state.frames) >= MOST_FRAMES:

@@ -1,75 +1,191 @@
-"""What exists, and what of it stands around a camera's path."""
+"""What exists, and what of it stands around a camera's path.
+
+Gives what grows without a species its colours of the season: grass, hedges, far woods. Roads
+around a camera: where they are built, and how much of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
+from sumo3dviz_pt.library.plants.species import far_tints, grass_gain, grass_tints, hedge_tints
 from sumo3dviz_pt.library.street.road_styles import road_style
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import LampSet, aimed_at
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
-from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.model.tyre_tracks import DrivenWays
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Sky, StaticPart, aimed_at
+from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario
+from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.areas.slabs import SlabParts, slab_polygons
-from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.cuts import Paving, laid_beside
-from sumo3dviz_pt.world.land.far_woods import Room, occupied
+from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
+from sumo3dviz_pt.world.land.horizon import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
-from sumo3dviz_pt.world.objects.build import BUDGET, Scenery, build_scenery
-from sumo3dviz_pt.world.objects.guard_rails import FAMILY as RAILS
-from sumo3dviz_pt.world.objects.guard_rails import Rails, guard_rails
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.objects.lines import FAMILY as RAILS
+from sumo3dviz_pt.world.objects.lines import Rails, guard_rails
+from sumo3dviz_pt.world.objects.objects import BUDGET, Scenery, build_scenery
+from sumo3dviz_pt.world.outlook import Outlook, RoadChoice, choose_roads
 from sumo3dviz_pt.world.placement.clearance import Clearance
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
-from sumo3dviz_pt.world.placement.road_choice import choose_roads
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
-from sumo3dviz_pt.world.plants.build import (
+from sumo3dviz_pt.world.plants.near import Meadow, build_meadow, lawn_of, near_eyes, tree_pits
+from sumo3dviz_pt.world.plants.trees import (
     Planting,
     before_cameras,
     plant,
+    plant_far,
     plot_of,
     why_bare,
     why_nowhere,
 )
-from sumo3dviz_pt.world.plants.far import plant_far
-from sumo3dviz_pt.world.plants.meadow import Meadow, build_meadow, lawn_of, near_eyes
-from sumo3dviz_pt.world.plants.tree_pits import tree_pits
-from sumo3dviz_pt.world.plants.verges import verges
-from sumo3dviz_pt.world.plants.wayside import wayside
-from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
-from sumo3dviz_pt.world.rails.build import Railway, build_railway
-from sumo3dviz_pt.world.roads.build import RoadParts
-from sumo3dviz_pt.world.roads.drawn import DrawnSurface, drawn_surface
-from sumo3dviz_pt.world.roads.owners import RoadOwners, owners_of_roads
+from sumo3dviz_pt.world.plants.wayside import gardens, verges, wayside, yard_hedges, yard_trees
+from sumo3dviz_pt.world.rails.crossings import Railway, build_railway
+from sumo3dviz_pt.world.roads.layout import RoadOwners, owners_of_roads
+from sumo3dviz_pt.world.roads.roads import (
+    DrawnSurface,
+    RoadParts,
+    build_roads,
+    drawn_surface,
+    with_plain,
+)
 from sumo3dviz_pt.world.roads.strips import BoundsXY, connections_in
-from sumo3dviz_pt.world.roads_around import region_of, roads_around
-from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts
 from sumo3dviz_pt.world.rows.courts import court_height
-from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
-from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
-from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season, season_of
-from sumo3dviz_pt.world.shared import Outlook
-from sumo3dviz_pt.world.signals.build import Signals, build_signals
-from sumo3dviz_pt.world.sky.build import build_sky
-from sumo3dviz_pt.world.sky.darkness import is_dark
-from sumo3dviz_pt.world.sky.weathered import in_weather
-from sumo3dviz_pt.world.street.build import build_street, site_of, standing_height
+from sumo3dviz_pt.world.rows.fronts import SOURCE, Given, Rows, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.houses import FAMILY, Fronts, build_fronts
+from sumo3dviz_pt.world.signals.signals import Signals, build_signals
+from sumo3dviz_pt.world.sky import build_sky, is_dark
 from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
-from sumo3dviz_pt.world.structures.linings import DAY_SET
-from sumo3dviz_pt.world.weather.course import weather_over
+from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
+from sumo3dviz_pt.world.structures.tunnels import DAY_SET
+from sumo3dviz_pt.world.weather import in_weather, weather_over
+
+_LEAF = "leaf"
+_BLADES = ("ground/blades/", "ground/weeds")
+_OWN = frozenset({"trees", "shrubs"})  # have their species' colours
+
+
+def season_of(job: Job) -> str:
+    """Return what leaves and grass look like in a scene file, a word of `SEASONS`."""
+    return "summer" if job.weather is None else job.weather.season
+
+
+def in_season(parts: Iterable[StaticPart], season: str) -> tuple[StaticPart, ...]:
+    """Return what stands, with its colours of a season.
+
+    Args:
+        parts: In summer's colours, but for trees and shrubs.
+        season: A word of `SEASONS`.
+    """
+    if season == "summer":
+        return tuple(parts)
+    return tuple(_turned(part, season) for part in parts)
+
+
+def _turned(part: StaticPart, season: str) -> StaticPart:
+    """Return a part in a season's colours."""
+    tint = part.part.tint
+    if part.part.material != _LEAF or tint is None or part.family in _OWN:
+        return part
+    far = part.family == "ground" and not part.id.startswith(_BLADES)
+    change = far_tints if far else grass_tints if part.family == "ground" else hedge_tints
+    return replace(part, part=replace(part.part, tint=change(tint, season)))
+
+
+def grounds_in_season(materials: Mapping[str, Bsdf], season: str) -> Mapping[str, Bsdf]:
+    """Return materials whose grounds of grass have their colour of a season."""
+    if season == "summer":
+        return materials
+    gain = list(grass_gain(season))
+    return {name: _grassy(bsdf, gain) for name, bsdf in materials.items()}
+
+
+def _grassy(bsdf: Bsdf, gain: list[float]) -> Bsdf:
+    """Return a material with another colour if it is a patchy ground of grass."""
+    colour: Any = bsdf.get("base_color")
+    if not isinstance(colour, Mapping) or not colour.get("patches"):
+        return bsdf
+    return {**bsdf, "base_color": {**colour, "gain": gain}}
+
+
+ROAD_REACH = 2500.0
+"""Roads farther from every eye than this vanish in the haze [m]."""
+
+_GRID = 250.0
+"""Where roads end is a multiple of this [m]."""
+
+_WIDEST = 100.0
+"""Roads reach no farther beyond the middles of lanes [m]."""
+
+
+def region_of(world: World, camera_path: CameraPath) -> BoundsXY | None:
+    """Return where roads and signals are built; None is everywhere.
+
+    It ends at lines of a grid, so that most cameras of a scene share their roads.
+    """
+    path = np.array(path_box(camera_path))
+    low = np.floor((path[:2] - ROAD_REACH) / _GRID) * _GRID
+    high = np.ceil((path[2:] + ROAD_REACH) / _GRID) * _GRID
+    first, last = world.memory.of(("extent",), partial(_extent, world.scenario.network))
+    if (low <= first).all() and (high >= last).all():
+        return None
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _extent(network: Network) -> Floats:
+    """The south-western and the north-eastern corner of all that is drawn, (2, 2) [m]."""
+    shapes = [lane.shape for lane in network.lanes.values()]
+    shapes += [junction.outline for junction in network.junctions.values()]
+    points = np.concatenate([np.zeros((0, 2)), *(shape[:, :2] for shape in shapes)])
+    if not len(points):
+        return np.zeros((2, 2))
+    # Lanes are wider than their middles.
+    return np.stack([points.min(axis=0) - _WIDEST, points.max(axis=0) + _WIDEST])
+
+
+def path_box(camera_path: CameraPath) -> BoundsXY:
+    """Return the box around a camera's way [m]."""
+    low, high = camera_path.positions.min(axis=0), camera_path.positions.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def roads_around(world: World, choice: RoadChoice, camera_path: CameraPath) -> RoadParts:
+    """Build roads in detail, and beyond them what shows no more than its surface.
+
+    Args:
+        world: What exists.
+        choice: Which roads are built.
+        camera_path: Where the camera is; wear is finer near it.
+
+    Raises:
+        ConfigError: If a surface is unknown.
+    """
+    settings, textured = world.job.roads, world.job.textured
+    memory = world.memory.within("chosen", *choice.name)
+    roads = build_roads(
+        choice.detailed,
+        settings,
+        textured=textured,
+        region=choice.region,
+        focus=path_box(camera_path),
+        memory=memory,
+    )
+    if choice.plain is None:
+        return roads
+    return with_plain(roads, choice.plain, settings, textured=textured, memory=memory)
+
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""

@@ -15,14 +15,14 @@ from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.kept import keep, make_room, read_whole
+from sumo3dviz_pt.files.atomic import keep, make_room, read_whole
 from sumo3dviz_pt.files.values import kinds_in, packed, unpacked
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.memory import digest_of
+from sumo3dviz_pt.world.outlook import Outlook, seen_of
 from sumo3dviz_pt.world.rails.tracks import RailHeight
-from sumo3dviz_pt.world.roads.build import WalkingHeight
-from sumo3dviz_pt.world.shared import Outlook, seen_of
+from sumo3dviz_pt.world.roads.roads import WalkingHeight
 
 log = logging.getLogger(__name__)
 

@@ -12,9 +12,9 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.sumo import read_network
-from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
+from sumo3dviz_pt.world.roads.roads import build_roads
 
 ROOT = Path(__file__).parents[2]
 DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"

@@ -8,8 +8,8 @@ import pytest
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.sumo import read_network, read_signals
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
-from sumo3dviz_pt.world.signals.build import build_signals
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
+from sumo3dviz_pt.world.signals.signals import build_signals
 
 ROOT = Path(__file__).parents[2]
 DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"

@@ -11,8 +11,8 @@ import pytest
 from needed import package
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.colour import linear_from_srgb
-from sumo3dviz_pt.model.scenario import LogChoices, ScenarioFiles
+from sumo3dviz_pt.model.layers import linear_from_srgb
+from sumo3dviz_pt.model.traffic import LogChoices, ScenarioFiles
 from sumo3dviz_pt.sumo import (
     find_scenario,
     read_additional,
@@ -22,7 +22,7 @@ from sumo3dviz_pt.sumo import (
     read_trajectories,
     read_vehicle_types,
 )
-from sumo3dviz_pt.sumo.plausibility.build import findings
+from sumo3dviz_pt.sumo.plausibility.log import findings
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 EDGE = DATA / "edge_cases"

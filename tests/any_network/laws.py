@@ -15,20 +15,19 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.cast.grounded import GroundedPiece
+from sumo3dviz_pt.cast.poses import GroundedPiece
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
-from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import StaticPart
-from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.traffic import Scenario, Trace
 from sumo3dviz_pt.model.trajectory import Motion
 from sumo3dviz_pt.world.roads.cells import Cells
-from sumo3dviz_pt.world.roads.drawn import drawn_surface
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT, find_drops
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.mesh import surface_meshes
-from sumo3dviz_pt.world.signals.build import Signals
+from sumo3dviz_pt.world.roads.roads import drawn_surface
 from sumo3dviz_pt.world.signals.heads import Head
+from sumo3dviz_pt.world.signals.signals import Signals
 
 AREA = 0.005
 """Share of the road's area by which what is drawn may differ from the network."""

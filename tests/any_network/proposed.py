@@ -13,11 +13,10 @@ import shapely
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, EulerianCamera
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
-from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, unit
 from sumo3dviz_pt.model.scene import StaticPart
-from sumo3dviz_pt.model.vectors import unit
-from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.model.traffic import Scenario
+from sumo3dviz_pt.world.placement.lanes import LaneIndex
 
 ABOVE = 2.0
 """Eyes are at least so high above what lies below them [m]."""

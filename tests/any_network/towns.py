@@ -10,9 +10,9 @@ from any_network.laws import Drawn
 from any_network.recipes import RECIPES
 from any_network.simulation import simulate
 from sumo3dviz_pt.job.settings import Job, RoadSettings
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.pipeline.proposal import propose
+from sumo3dviz_pt.model.traffic import Scenario
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.proposals.proposal import propose
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 from sumo3dviz_pt.world.roads.layout import layout_roads
 

@@ -77,7 +77,7 @@ CASES = (
 def render(case: Case, preset: str, folder: Path) -> dict[str, Any]:
     """Render and develop a film's frames; return what they cost."""
     import sumo3dviz_pt as sv
-    from sumo3dviz_pt.pipeline.films.develop import DevelopOrder, develop_frames
+    from sumo3dviz_pt.pipeline.films.encoding import DevelopOrder, develop_frames
 
     count = FRAMES[preset]
     stamps = [time.process_time()]

@@ -35,13 +35,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from sumo3dviz_pt.pipeline.progress.expectations import CHECKS, REACHED, network_megabytes
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.steps import CHECKS, REACHED, network_megabytes
 
 _LEFT = re.compile(r"about (?:(\d+):)?(\d+):(\d\d) left")
 _CHECK = "import sys; from sumo3dviz_pt.cli import main; sys.exit(main())"
 _BY_CPU = (
-    "import time, types; from sumo3dviz_pt.pipeline.progress import build;"
+    "import time, types; from sumo3dviz_pt.pipeline import build;"
     " build.time = types.SimpleNamespace(monotonic=time.process_time,"
     " process_time=time.process_time); "
 )

@@ -91,7 +91,7 @@ def _run(*command: str, folder: Path) -> None:
 
 def init(config: Path) -> None:
     """Propose a scene file."""
-    from sumo3dviz_pt.pipeline.proposal import propose
+    from sumo3dviz_pt.proposals.proposal import propose
 
     scene = config.with_name("scene.yaml")
     text, _ = propose(config, output=scene)

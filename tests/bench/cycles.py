@@ -35,7 +35,7 @@ from bench.blender.export import DIFFERENT, exported, without_textures
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.image.metrics import flip, relative_mse
 from sumo3dviz_pt.image.tonemap import develop_float
-from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.model.layers import LUMINANCE
 from sumo3dviz_pt.pipeline.production import Production, Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 from sumo3dviz_pt.report.machine import machine

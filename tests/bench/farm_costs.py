@@ -1,7 +1,7 @@
 """Measures what the end of a study costs: python tests/bench/farm_costs.py STUDY.yaml FOLDER
 
 FOLDER holds the finished study, with its frames. CPU-seconds of this program and of those that
-it runs; `pipeline/progress/costs.py` has the constants.
+it runs; `pipeline/costs.py` has the constants.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from sumo3dviz_pt.pipeline.certificate.build import certify
-from sumo3dviz_pt.pipeline.measured.build import report_study
-from sumo3dviz_pt.pipeline.progress.costs import spent
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.plan import plan_study
-from sumo3dviz_pt.pipeline.studies.records import film_path
+from sumo3dviz_pt.pipeline.costs import spent
+from sumo3dviz_pt.studies.certificate.certificate import certify
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.measured.report import report_study
+from sumo3dviz_pt.studies.plan import plan_study
+from sumo3dviz_pt.studies.records import film_path
 from sumo3dviz_pt.video import encode
-from sumo3dviz_pt.video.picture import film_pictures
+from sumo3dviz_pt.video.ffmpeg import film_pictures
 
 REPEATS = 3
 

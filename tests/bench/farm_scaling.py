@@ -1,6 +1,6 @@
 """Simulates a study of 32 films of 10 s on many nodes: python tests/bench/farm_scaling.py -o docs
 
-The tasks are those that `farm` plans; what they cost is `pipeline/progress/costs.py`, which is
+The tasks are those that `farm` plans; what they cost is `pipeline/costs.py`, which is
 measured. Nodes take tasks as workers do: the first that is ready. What is not simulated: a shared
 folder that is slower the more read it, queues of other people's jobs, machines that fail.
 """
@@ -13,10 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
-from sumo3dviz_pt.pipeline.farm.making import FarmOrder
-from sumo3dviz_pt.pipeline.farm.plan import chunks
-from sumo3dviz_pt.pipeline.progress.costs import Stages, Work, stages_of, time_in_words
+from sumo3dviz_pt.farm.making import FarmOrder
+from sumo3dviz_pt.farm.plan import EngineChoice, chunks
+from sumo3dviz_pt.pipeline.costs import Stages, Work, stages_of, time_in_words
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 FILMS, FRAMES, SIZE, CORES = 32, 250, (1280, 720), 16

@@ -24,20 +24,17 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.image.accumulation.bands import bands_of
-from sumo3dviz_pt.image.accumulation.build import accumulated, rims_of, seen_by
-from sumo3dviz_pt.image.accumulation.frames import TracedFrame, motion_between
-from sumo3dviz_pt.image.accumulation.light import MARGIN, likeness
-from sumo3dviz_pt.image.accumulation.storage import packed, unpacked
+from sumo3dviz_pt.image.average import accumulated, rims_of, seen_by
 from sumo3dviz_pt.image.exr import write_exr
+from sumo3dviz_pt.image.reprojected import MARGIN, bands_of, likeness
 from sumo3dviz_pt.image.tonemap import develop_float
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.image.traced import TracedFrame, motion_between, packed, unpacked
 from sumo3dviz_pt.pipeline.films.traced import FINISHING, TRACED, StoredFrame, _finishing_of
-from sumo3dviz_pt.render.passes.denoise import denoise, mixed
-from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
+from sumo3dviz_pt.pipeline.provenance import versions
+from sumo3dviz_pt.render.passes.finish import Finishing, denoise, finished, hazed, mixed
 from sumo3dviz_pt.report.machine import machine
 from sumo3dviz_pt.video import encode
-from sumo3dviz_pt.video.yuv import yuv709
+from sumo3dviz_pt.video.encoder import yuv709
 
 SCENE = Path("examples/ronda/scene.yaml")
 CAMERAS = {"overview": 493.0, "driver": 465.0}

@@ -40,8 +40,7 @@ from builders import (
 
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Mesh, Transform
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import FrameState, Prototype, SceneData, Slots
+from sumo3dviz_pt.model.scene import FrameState, LampSet, Prototype, SceneData, Slots
 from sumo3dviz_pt.pipeline.production import Production, Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 

@@ -27,10 +27,10 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.image.accumulation.frames import TracedFrame
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.pipeline.films.traced import helped
 from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
+from sumo3dviz_pt.pipeline.provenance import versions
 from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 from sumo3dviz_pt.render.passes.finish import Finishing
 from sumo3dviz_pt.report.convergence.table import median, read_rows

@@ -18,16 +18,16 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.library.mesh.clustering import clustered_body
-from sumo3dviz_pt.library.people.build import figure
-from sumo3dviz_pt.library.plants.build import LEVELS, tree
+from sumo3dviz_pt.library.mesh.shading import clustered_body
+from sumo3dviz_pt.library.people.people import figure
+from sumo3dviz_pt.library.plants.tree import LEVELS, tree
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import FrameState, Mover, Part, Poses, Prototype
 from sumo3dviz_pt.pipeline.production import Production, Request, frame_times, prepare
-from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.proposals.proposal import propose
 from sumo3dviz_pt.shot.showroom import exhibits
 from sumo3dviz_pt.world.objects.houses import STYLES
 from sumo3dviz_pt.world.objects.kinds import KINDS, PLANTS, TREE_VARIANTS

@@ -114,8 +114,8 @@ def job_of(case: Case) -> Any:
 
 def take(name: str, folder: Path) -> None:
     """Render a case into a folder, with an account of what was built and what it cost."""
+    from sumo3dviz_pt.pipeline.live import OpenShot, plan_times
     from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
-    from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot, plan_times
     from sumo3dviz_pt.report.machine import peak_memory
 
     case, job = CASES[name], job_of(CASES[name])

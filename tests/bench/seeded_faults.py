@@ -62,25 +62,25 @@ FAULTS = {
         "key, each.mesh.vertices)", (PICTURES,),
     ),
     "the cap ignores exempt pixels": Fault(
-        "render/passes/build.py",
+        "render/passes/samples.py",
         "kept[self.exempt] += lost[self.exempt]", "kept[self.exempt] += 0.0",
         ("tests/unit/render/passes/test_passes.py", LIGHT),
     ),
     "colour table is off by one": Fault(
-        "render/materials/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
+        "render/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
         "return (int(pointer[0]) + 1) & (TABLE_SIZE - 1)", (PICTURES,),
     ),
     "haze veils the sky": Fault(
-        "render/passes/haze.py", "veil = (hit + sky * (fade * fade * fade)) * fade",
+        "render/passes/finish.py", "veil = (hit + sky * (fade * fade * fade)) * fade",
         "veil = fade + 0.5 * (1 - hit)",
         ("tests/unit/render/passes/test_haze.py",),
     ),
     "bodies stand half a metre ahead": Fault(
-        "cast/articulation.py", "matrices[:, :3, 3] = positions",
+        "cast/axles.py", "matrices[:, :3, 3] = positions",
         "matrices[:, :3, 3] = positions + [0.5, 0, 0]", (FRAMES,),
     ),
     "teleports are driven across": Fault(
-        "motion/splitting.py", "(lengths > reach + slack) | thrown", "lengths > 1e9",
+        "motion/samples.py", "(lengths > reach + slack) | thrown", "lengths > 1e9",
         ("tests/unit/motion/test_splitting.py", STIFF),
     ),
     "dashes begin without half a gap": Fault(
@@ -88,7 +88,7 @@ FAULTS = {
         ("tests/unit/library", "tests/unit/world/roads/test_roads.py"),
     ),
     "a signal shows its neighbour's letter": Fault(
-        "world/signals/aspects.py", "letter = state[link] if", "letter = state[link - 1] if",
+        "world/signals/heads.py", "letter = state[link] if", "letter = state[link - 1] if",
         ("tests/unit/world/signals/test_aspects.py", "tests/unit/pipeline/test_leave_out.py"),
     ),
     "the seed of a frame forgets its time": Fault(
@@ -96,25 +96,25 @@ FAULTS = {
         ("tests/unit/render/passes/test_passes.py",),
     ),
     "the sun's azimuth is mirrored": Fault(
-        "render/sky/entries.py", "place = direction * SUN_DISTANCE",
+        "render/sky/weathered.py", "place = direction * SUN_DISTANCE",
         "place = direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
     ),
     "new values do not reach recordings": Fault(
         "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
     ),
     "far road users beyond the detailed ones are dropped": Fault(
-        "shot/visibility.py", "shown & ~near, full, lettered)",
+        "shot/crowd.py", "shown & ~near, full, lettered)",
         "shown & ~near & (distance > NEAR_END), full, lettered)",
         ("tests/property/test_visibility_properties.py",),
     ),
     # Bodies on their path.
     "trailers follow a tangent, not the path": Fault(
-        "cast/articulation.py", "heading = _unit(ahead - behind)",
+        "cast/axles.py", "heading = _unit(ahead - behind)",
         "heading = _unit(ahead - _points(path, spacing, place - 0.5 * (second - first)))",
         ("tests/unit/cast/test_articulation.py",),
     ),
     "outer wheels turn no faster than inner ones": Fault(
-        "cast/rolling.py", "places = np.stack([_places(units, hub) for hub in hubs], axis=1)",
+        "cast/axles.py", "places = np.stack([_places(units, hub) for hub in hubs], axis=1)",
         "places = np.stack([units[:, hub.unit, :3, 3] for hub in hubs], axis=1)",
         ("tests/unit/cast/test_rolling.py",),
     ),
@@ -123,37 +123,37 @@ FAULTS = {
         "[[ct, 0.0, -st], [0.0, 1.0, 0.0], [st, 0.0, ct]]", ("tests/unit/cast/test_rolling.py",),
     ),
     "brake lamps have one threshold": Fault(
-        "cast/derived_lamps.py",
+        "cast/lamps.py",
         "leaves = (change > -_RELEASES * lost)", "leaves = (change > -lost)",
         ("tests/unit/cast/test_derived_lamps.py",),
     ),
     "bodies roll into the bend": Fault(
-        "cast/sway.py", "roll = springs.roll *", "roll = -springs.roll *",
+        "cast/poses.py", "roll = springs.roll *", "roll = -springs.roll *",
         ("tests/unit/cast/test_sway.py",),
     ),
     "a block of frames shows its first time": Fault(
-        "cast/presence.py", "column = int(np.searchsorted(block.times, time))", "column = 0",
+        "cast/poses.py", "column = int(np.searchsorted(block.times, time))", "column = 0",
         ("tests/unit/cast/test_presence.py",),
     ),
     # Law 3: what shines by day and by night.
     "lamps count as lit by day": Fault(
-        "world/sky/darkness.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
+        "world/sky.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
     ),
     "street lamps burn by day": Fault(
-        "world/street/build.py", "lamp_sets(lamps, around) if dark else ()",
+        "world/street/street.py", "lamp_sets(lamps, around) if dark else ()",
         "lamp_sets(lamps, around)",
         (f"{DARK}::{BY_DAY}",),
     ),
     "light paths aim at signals by day": Fault(
-        "model/lamps.py", "replace(some, sampled=dark) if", "replace(some, sampled=True) if",
+        "model/scene.py", "replace(some, sampled=dark) if", "replace(some, sampled=True) if",
         (f"{DARK}::{BY_DAY}",),
     ),
     "head lamps have beams by day": Fault(
-        "cast/lights.py", 'if not (dark and "head" in roles):',
+        "cast/lamps.py", 'if not (dark and "head" in roles):',
         'if "head" not in roles:', (f"{DARK}::{BY_DAY}",),
     ),
     "moving vehicles are unlit by night": Fault(
-        "cast/lights.py", "_AT_NIGHT if self.dark else frozenset[str]()",
+        "cast/lamps.py", "_AT_NIGHT if self.dark else frozenset[str]()",
         "frozenset[str]()",
         (f"{DARK}::test_by_night_whoever_drives_is_lit",),
     ),
@@ -188,25 +188,25 @@ FAULTS = {
         (f"{LIGHT}::test_the_cap_scales_with_white",),
     ),
     "there is no cap": Fault(
-        "render/passes/capped.py",
+        "render/passes/by_path.py",
         "dr.minimum(1.0, self.limit / peak)", "dr.minimum(1.0, 1e30 / peak)",
         (f"{LIGHT}::test_the_cap_spares_the_disc_and_tames_its_mirror_image",),
     ),
     "NaN becomes black in Mitsuba's film": Fault(
-        "render/passes/capped.py", "lost = dr.select(sound, radiance - kept, np.inf)",
+        "render/passes/by_path.py", "lost = dr.select(sound, radiance - kept, np.inf)",
         "lost = radiance - kept", (BROKEN,),
     ),
     "slim triangles have no colour": Fault(
-        "render/materials/untiled_shading.py",
+        "render/textures.py",
         "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
-        ("tests/unit/render/materials/test_untiled.py",),
+        ("tests/unit/render/test_untiled.py",),
     ),
     "broken pixels are counted but stay": Fault(
-        "render/passes/build.py",
+        "render/passes/samples.py",
         "kept[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
     ),
     "broken pixels are painted over without an error": Fault(
-        "render/passes/build.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
+        "render/passes/samples.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
     ),
     "paint lies at the height of the asphalt": Fault(
         "world/roads/layers.py", "_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.005, 0.01",
@@ -214,12 +214,12 @@ FAULTS = {
         ("tests/statistical/test_stability_layers.py",),
     ),
     "what is 5 cm from the eye is cut open": Fault(
-        "render/sensors.py", "NEAR_CLIP = 0.001", "NEAR_CLIP = 0.05",
+        "render/convert.py", "NEAR_CLIP = 0.001", "NEAR_CLIP = 0.05",
         ("tests/statistical/test_stability_cameras.py",),
     ),
     # Motion.
     "vehicles may roll back between samples": Fault(
-        "motion/curves.py", "return np.clip(slopes, 0.0, 3.0 * np.minimum(",
+        "motion/front.py", "return np.clip(slopes, 0.0, 3.0 * np.minimum(",
         "return slopes + 0.0 * np.clip(slopes, 0.0, 3.0 * np.minimum(", (STIFF, DRIVES),
     ),
     "Euler speeds are taken for rates": Fault(
@@ -227,13 +227,13 @@ FAULTS = {
         (STIFF, DRIVES),
     ),
     "lanes are changed in half a second": Fault(
-        "motion/lanes/path.py", "CHANGE_TIME = 4.0", "CHANGE_TIME = 0.5", (DRIVES,),
+        "motion/path.py", "CHANGE_TIME = 4.0", "CHANGE_TIME = 0.5", (DRIVES,),
     ),
     "lanes are changed at walking pace as on a motorway": Fault(
-        "motion/lanes/path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
+        "motion/path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
     ),
     "places on lanes are measured on the map": Fault(
-        "motion/lanes/graph.py", "along = arc_length(shape)", "along = arc_length(shape[:, :2])",
+        "motion/lanes.py", "along = arc_length(shape)", "along = arc_length(shape[:, :2])",
         (MANOEUVRES,),
     ),
     "bodies follow their fronts at half their length": Fault(
@@ -241,14 +241,14 @@ FAULTS = {
         (MANOEUVRES,),
     ),
     "rear axles are at the rear bumper": Fault(
-        "motion/headings.py", "_AXLE = 0.78", "_AXLE = 1.0", (MANOEUVRES,),
+        "motion/driven.py", "_AXLE = 0.78", "_AXLE = 1.0", (MANOEUVRES,),
     ),
     "bodies turn as fast as corners do": Fault(
-        "motion/alignment.py", "FASTEST_TURN = np.radians(130.0)", "FASTEST_TURN = 1e4",
+        "motion/manoeuvres.py", "FASTEST_TURN = np.radians(130.0)", "FASTEST_TURN = 1e4",
         (STIFF, MANOEUVRES),
     ),
     "corners are not rounded": Fault(
-        "motion/lanes/track.py", "TIGHTEST, WIDEST = 2.25, 10.0", "TIGHTEST, WIDEST = 0.05, 0.1",
+        "motion/lanes.py", "TIGHTEST, WIDEST = 2.25, 10.0", "TIGHTEST, WIDEST = 0.05, 0.1",
         (MANOEUVRES,),
     ),
     "who parks jumps aside": Fault(
@@ -258,7 +258,7 @@ FAULTS = {
         "motion/manoeuvres.py", "_BACKING = 0.15", "_BACKING = 1e9", (MANOEUVRES,),
     ),
     "walls are driven up": Fault(
-        "motion/headings.py", "STEEPEST = np.radians(30.0)", "STEEPEST = np.radians(89.0)",
+        "motion/driven.py", "STEEPEST = np.radians(30.0)", "STEEPEST = np.radians(89.0)",
         (MANOEUVRES,),
     ),
     "the margin of the window is too short": Fault(
@@ -266,7 +266,7 @@ FAULTS = {
         ("tests/property/test_motion_laws.py::test_the_asked_window_changes_nothing",),
     ),
     "stretched bodies lose their wheels": Fault(
-        "cast/fitted_models.py", "replace(place, at=stretch.moved_point(place.at))", "place",
+        "cast/fitting.py", "replace(place, at=stretch.moved_point(place.at))", "place",
         ("tests/unit/cast/test_full_detail.py",),
     ),
     "roaming cameras run out of slots": Fault(
@@ -274,19 +274,19 @@ FAULTS = {
         ("tests/unit/shot/test_roaming.py",),
     ),
     "parts of large pictures are mirrored": Fault(
-        "render/sensors.py", "part.column - middle", "middle - part.column",
+        "render/convert.py", "part.column - middle", "middle - part.column",
         ("tests/film/test_quick.py",),
     ),
     "the error is that of a single sample": Fault(
-        "viewer/mean.py", "(shown[0] - shown[1]) / 2.0", "shown[0] - shown[1]",
+        "viewer/client.py", "(shown[0] - shown[1]) / 2.0", "shown[0] - shown[1]",
         ("tests/unit/viewer/test_mean.py",),
     ),
     "eyes walk through the ground": Fault(
-        "viewer/walk.py", "max(max(eye.position[2], lowest) + step[2], lowest)", "position[2]",
+        "viewer/keyframes.py", "max(max(eye.position[2], lowest) + step[2], lowest)", "position[2]",
         ("tests/unit/viewer/test_walk.py",),
     ),
     "a house is remembered without its level of detail": Fault(
-        "world/rows/build.py", "own.tobytes(), level), make)", "own.tobytes()), make)",
+        "world/rows/houses.py", "own.tobytes(), level), make)", "own.tobytes()), make)",
         ("tests/unit/pipeline/test_worlds.py",),
     ),
     "another seed finds the old world": Fault(
@@ -295,7 +295,7 @@ FAULTS = {
         ("tests/unit/pipeline/test_worlds.py",),
     ),
     "a block of land grows houses in two tiles": Fault(
-        "world/rows/lots.py", "if own and whole else", "if whole else",
+        "world/rows/fronts.py", "if own and whole else", "if whole else",
         ("tests/unit/world/rows/test_fronts.py",),
     ),
     "furniture touches across tiles": Fault(
@@ -307,7 +307,7 @@ FAULTS = {
         ("tests/unit/world/rows/test_fronts.py",),
     ),
     "an open shutter shows where it opens": Fault(
-        "model/shutter.py", "(number + 0.5) * part", "number * part",
+        "model/camera.py", "(number + 0.5) * part", "number * part",
         ("tests/unit/model/test_shutter.py",),
     ),
     "rows of houses ignore other cameras": Fault(
@@ -322,15 +322,15 @@ FAULTS = {
     ),
     # Colours, lamps, keys; and twenty faults across the rooms.
     "labels say metres a second": Fault(
-        "overlays/following.py", "{pose[5] * 3.6:.0f}",
+        "overlays/drawing.py", "{pose[5] * 3.6:.0f}",
         "{pose[5]:.0f}", ("tests/unit/overlays/test_drawn.py",),
     ),
     "the scale of colours says metres a second": Fault(
-        "overlays/standing.py", 'f"{speed * 3.6:.0f}" + (" km/h"',
+        "overlays/drawing.py", 'f"{speed * 3.6:.0f}" + (" km/h"',
         'f"{speed:.0f}" + (" km/h"', ("tests/unit/overlays/test_drawn.py",),
     ),
     "films have luma of BT.601": Fault(
-        "video/yuv.py", "0.2126 * red + 0.7152 * green + 0.0722 * blue",
+        "video/encoder.py", "0.2126 * red + 0.7152 * green + 0.0722 * blue",
         "0.299 * red + 0.587 * green + 0.114 * blue", ("tests/unit/video/test_picture.py",),
     ),
     "visibility leaves 5 % of contrast": Fault(
@@ -342,7 +342,7 @@ FAULTS = {
         "0.156e-3 * self.rate", ("tests/unit/model/test_weather.py",),
     ),
     "flakes fall half as fast": Fault(
-        "model/precipitation.py", "1.6 * (np.asarray(melted)",
+        "model/falling.py", "1.6 * (np.asarray(melted)",
         "0.8 * (np.asarray(melted)", ("tests/unit/model/test_precipitation.py",),
     ),
     "wind blows to where it comes from": Fault(
@@ -355,11 +355,11 @@ FAULTS = {
         '(preset.side == "driver") == left_hand', ("tests/unit/shot/cameras/test_cameras.py",),
     ),
     "dipped beams dazzle who comes towards them": Fault(
-        "library/vehicles/beam.py", "-across if left_hand else across",
+        "library/vehicles/lamps.py", "-across if left_hand else across",
         "across if left_hand else -across", ("tests/unit/library/vehicles/test_beam.py",),
     ),
     "rear fog lamps are on the kerb's side": Fault(
-        "cast/lights.py", "tails[0 if left_hand else -1]",
+        "cast/lamps.py", "tails[0 if left_hand else -1]",
         "tails[-1 if left_hand else 0]", ("tests/unit/cast/test_lights.py",),
     ),
     "inner lines have the colour of outer ones": Fault(
@@ -368,45 +368,45 @@ FAULTS = {
         ("tests/unit/world/roads/test_style_markings.py",),
     ),
     "air lowers the sun": Fault(
-        "world/sky/sun.py", "elevation + (_refraction(elevation)",
-        "elevation - (_refraction(elevation)", ("tests/unit/world/sky/test_sun.py",),
+        "world/sky.py", "elevation + (_refraction(elevation)",
+        "elevation - (_refraction(elevation)", ("tests/unit/world/test_sun.py",),
     ),
     "green ends with the first of two lanes": Fault(
         "sumo/signals.py", '"G" if count > 0',
         '"G" if count > 1', ("tests/unit/sumo/test_sumo_signals.py",),
     ),
     "flow goes up": Fault(
-        "image/layers/flow.py", "row - rows]",
-        "rows - row]", ("tests/unit/image/layers/test_flow.py",),
+        "image/layers.py", "row - rows]",
+        "rows - row]", ("tests/unit/image/test_flow.py",),
     ),
     "the left eye sees what is right": Fault(
-        "model/projections.py", "[-shift * np.sin(turn), shift * np.cos(turn), flat]",
+        "model/lens.py", "[-shift * np.sin(turn), shift * np.cos(turn), flat]",
         "[shift * np.sin(turn), -shift * np.cos(turn), flat]",
         ("tests/unit/model/test_projections.py",),
     ),
     "orders of trials forget the seed": Fault(
-        "experiments/shuffles.py", '":".join([str(seed), *words])',
-        '":".join(words)', ("tests/unit/experiments/test_designs.py",),
+        "studies/designs/trials.py", '":".join([str(seed), *words])',
+        '":".join(words)', ("tests/unit/studies/designs/test_designs.py",),
     ),
     "fog scatters backwards": Fault(
         "render/kernel/air.py", "1.0 + g * g - 2.0 * g * cosine",
         "1.0 + g * g + 2.0 * g * cosine", ("tests/unit/render/kernel/test_halos.py",),
     ),
     "red signals are a third as bright": Fault(
-        "world/signals/build.py", "RED: (1.5, 0.013, 0.008)",
+        "world/signals/signals.py", "RED: (1.5, 0.013, 0.008)",
         "RED: (0.5, 0.0043, 0.0027)", ("tests/unit/world/signals/test_signals.py",),
     ),
     "certificates forgive ten times the light": Fault(
-        "pipeline/certificate/verdicts.py", "TYPICAL_LIGHT = 0.02",
-        "TYPICAL_LIGHT = 0.2", ("tests/unit/pipeline/certificate/test_comparison.py",),
+        "studies/certificate/comparison.py", "TYPICAL_LIGHT = 0.02",
+        "TYPICAL_LIGHT = 0.2", ("tests/unit/studies/certificate/test_comparison.py",),
     ),
     "measures of speed are in metres a second": Fault(
-        "pipeline/measured/film.py", "_KMH = 3.6",
-        "_KMH = 1.0", ("tests/unit/pipeline/measured/test_film.py",),
+        "studies/measured/film.py", "_KMH = 3.6",
+        "_KMH = 1.0", ("tests/unit/studies/measured/test_film.py",),
     ),
     "a worker that is alive counts as dead": Fault(
-        "pipeline/farm/tries.py", "return now - self.beat < lease",
-        "return now - self.beat > lease", ("tests/unit/pipeline/farm/test_farm_state.py",),
+        "farm/state.py", "return now - self.beat < lease",
+        "return now - self.beat > lease", ("tests/unit/farm/test_farm_state.py",),
     ),
     "red paint is blue": Fault(
         "cast/colours.py", "(0.300, 0.013, 0.012)",
@@ -421,46 +421,46 @@ FAULTS = {
         "_COLOUR = (0.56, 0.78, 1.0)", ("tests/unit/world/street/test_street.py",),
     ),
     "stained walls have red and blue swapped": Fault(
-        "render/materials/stained.py", 'enumerate(value["mean"])',
-        'enumerate(value["mean"][::-1])', ("tests/unit/render/materials/test_stained.py",),
+        "render/paint.py", 'enumerate(value["mean"])',
+        'enumerate(value["mean"][::-1])', ("tests/unit/render/test_stained.py",),
     ),
     "one indicator is twice as bright": Fault(
-        "cast/lights.py", '"left":    _Light(200.0,',
+        "cast/lamps.py", '"left":    _Light(200.0,',
         '"left":    _Light(400.0,', ("tests/unit/cast/test_lamp_photometry.py",),
     ),
     "lamps are twice as bright": Fault(
-        "cast/lights.py", "scale = light.candelas / CANDELAS_PER_UNIT",
+        "cast/lamps.py", "scale = light.candelas / CANDELAS_PER_UNIT",
         "scale = 2.0 * light.candelas / CANDELAS_PER_UNIT",
         ("tests/unit/cast/test_lamp_photometry.py",),
     ),
     "a place is kept without its signal files": Fault(
         "pipeline/worlds.py", "return (files.network, *files.signals, *files.additional)",
         "return (files.network, *files.additional)",
-        ("tests/unit/pipeline/accounts/test_keys.py",),
+        ("tests/unit/pipeline/test_keys.py",),
     ),
     # Faults that no fast test caught.
     "glare grows with a picture's width": Fault(
-        "image/bloom.py", "size * exposed.shape[0])", "size * exposed.shape[1])",
+        "image/optics.py", "size * exposed.shape[0])", "size * exposed.shape[1])",
         ("tests/unit/image/test_bloom.py",),
     ),
     "rolling rows are seen at one moment": Fault(
-        "shot/exposing.py", "if span > 0.0 or said.rolling > 0.0 else 1",
+        "shot/road_users.py", "if span > 0.0 or said.rolling > 0.0 else 1",
         "if span > 0.0 else 1", ("tests/unit/shot/test_exposing.py",),
     ),
     "who is sharp lies on the road": Fault(
-        "shot/exposing.py", "(0.0, 0.0, self.middle[2])", "(0.0, 0.0, 0.0)",
+        "shot/road_users.py", "(0.0, 0.0, self.middle[2])", "(0.0, 0.0, 0.0)",
         ("tests/unit/shot/test_exposing.py",),
     ),
     "lamps are lit five degrees late": Fault(
-        "world/sky/darkness.py", "np.radians(-1.0)", "np.radians(-6.0)",
-        ("tests/unit/world/sky/test_darkness.py",),
+        "world/sky.py", "np.radians(-1.0)", "np.radians(-6.0)",
+        ("tests/unit/world/test_darkness.py",),
     ),
     "green lenses have red and blue swapped": Fault(
-        "world/signals/build.py", "GREEN: (0.006, 0.52, 0.18)", "GREEN: (0.18, 0.52, 0.006)",
+        "world/signals/signals.py", "GREEN: (0.006, 0.52, 0.18)", "GREEN: (0.18, 0.52, 0.006)",
         ("tests/unit/world/signals/test_signal_laws.py",),
     ),
     "brake lamps of low bodies lie above them": Fault(
-        "library/vehicles/plain_lamps.py", "min(size[1], _LOWEST[narrow] * height)", "size[1]",
+        "library/vehicles/plain_bodies.py", "min(size[1], _LOWEST[narrow] * height)", "size[1]",
         ("tests/unit/library/vehicles/test_plain_lamps.py",),
     ),
 }  # fmt: skip

@@ -39,12 +39,12 @@ from violations import (
 )
 
 from sumo3dviz_pt.cli import main as command
-from sumo3dviz_pt.pipeline.certificate.verify import VerifyOrder, verify_study
-from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
 from sumo3dviz_pt.pipeline.production import Request, ready_renderer
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.plan import plan_study
-from sumo3dviz_pt.pipeline.studies.records import film_path
+from sumo3dviz_pt.studies.certificate.verify import VerifyOrder, verify_study
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.plan import plan_study
+from sumo3dviz_pt.studies.records import film_path
 
 Writer = Callable[..., Path]
 """Writes the study of a scene."""

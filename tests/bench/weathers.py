@@ -5,7 +5,7 @@ Run from the repository's root, on a quiet machine, and once more with `--size 1
     python tests/bench/weathers.py -o docs/_bench
 
 Forecasts count nights and weathers by the frames of `fog`, `rain`, `snow` and `snowfall`: the rows
-of this size in `sumo3dviz_pt/pipeline/progress/weathers.json` are replaced by what was measured.
+of this size in `sumo3dviz_pt/pipeline/costs.pyweathers.json` are replaced by what was measured.
 
 Films of `crossing` are rendered and developed, camera `corner`, `preview`, by day and by night:
 CPU-seconds of a frame are the median of those after the third, and developing's share of one frame.

@@ -26,7 +26,7 @@ from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.motion import LogMotion
 from sumo3dviz_pt.pipeline.motion.lawful import lawfulness
 from sumo3dviz_pt.pipeline.production import Request, prepare
-from sumo3dviz_pt.world.signals.build import build_signals
+from sumo3dviz_pt.world.signals.signals import build_signals
 
 pytestmark = [
     pytest.mark.slow,

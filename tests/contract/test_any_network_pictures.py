@@ -27,12 +27,11 @@ from any_network.proposed import (
 from any_network.towns import PICTURED, Town, made_town, name_of
 from needed import skip_if
 
-from sumo3dviz_pt.job.meanings import default
-from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.settings import Job, default
 from sumo3dviz_pt.model.scene import StaticPart
+from sumo3dviz_pt.pipeline.live import OpenShot
 from sumo3dviz_pt.pipeline.production import Request, prepare
-from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 
 SIZE = (96, 54)
 

@@ -12,7 +12,7 @@ import pytest
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, SkySettings
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.vehicles.packed import BODIES, FULL
 from sumo3dviz_pt.pipeline.production import object_files, scenario_files
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job, quality_preset

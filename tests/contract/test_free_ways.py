@@ -8,12 +8,12 @@ from any_network.laws import Drawn, blocked_ways
 
 from sumo3dviz_pt.job.settings import GroundSettings, RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.world.land.between import ground_between
-from sumo3dviz_pt.world.land.build import build_ground
+from sumo3dviz_pt.world.land.ground import build_ground
 from sumo3dviz_pt.world.land.horizon import built_points, land_around
+from sumo3dviz_pt.world.land.terrain import ground_between
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.plants.build import Plot
-from sumo3dviz_pt.world.plants.verges import verges
+from sumo3dviz_pt.world.plants.trees import Plot
+from sumo3dviz_pt.world.plants.wayside import verges
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.structures.deep_roads import tunnels_of
 

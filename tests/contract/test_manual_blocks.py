@@ -17,20 +17,20 @@ from manual import DOCS, PAGES, PROGRAM, ROOT, blocks, calls, commands, name_of,
 
 import sumo3dviz_pt
 from sumo3dviz_pt import catalog, cli
+from sumo3dviz_pt.api import Films
 from sumo3dviz_pt.cli.options import overrides_of
 from sumo3dviz_pt.job.sessions import LanguageSettings
 from sumo3dviz_pt.job.settings import Job, ScenarioSettings
 from sumo3dviz_pt.job.study import StudySettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.library.vehicles.user_mesh import read_user_vehicle
-from sumo3dviz_pt.model.roster import RoadUser
-from sumo3dviz_pt.pipeline.films.build import FilmOrder
-from sumo3dviz_pt.pipeline.films.shown import Films
-from sumo3dviz_pt.pipeline.import_sumo3dviz import translate
+from sumo3dviz_pt.model.traffic import RoadUser
+from sumo3dviz_pt.pipeline.films.film import FilmOrder
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
-from sumo3dviz_pt.pipeline.stills.still import Still
-from sumo3dviz_pt.pipeline.studies.run import StudyOrder
+from sumo3dviz_pt.pipeline.still import Still
+from sumo3dviz_pt.proposals.sumo3dviz import translate
+from sumo3dviz_pt.studies.run import StudyOrder
 
 HOWTO = sorted((DOCS / "howto").glob("*.md"))
 SHOT_KEYS = ("camera", "from", "to")

@@ -20,10 +20,10 @@ from bench.checks import fitted, table
 from manual import DOCS, PAGES, ROOT, name_of, text_of
 
 from sumo3dviz_pt.pipeline import checks
-from sumo3dviz_pt.pipeline.progress.conditions import MEASURED
-from sumo3dviz_pt.pipeline.progress.costs import cost_of
-from sumo3dviz_pt.pipeline.progress.expectations import CHECKS
+from sumo3dviz_pt.pipeline.conditions import MEASURED
+from sumo3dviz_pt.pipeline.costs import cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.steps import CHECKS
 
 BENCH = DOCS / "_bench"
 DAYS = ("ronda", "crossing", "golden_hour", "glass_queue", "empty_road", "overcast", "wide_trees")

@@ -30,7 +30,7 @@ from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.roads.cells import Cells
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.signals.build import build_signals
+from sumo3dviz_pt.world.signals.signals import build_signals
 
 ROOT = Path(__file__).parents[2]
 DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"

@@ -21,16 +21,16 @@ from needed import skip_if
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.scene import StaticPart
 from sumo3dviz_pt.pipeline.reading import read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
-from sumo3dviz_pt.shot.cameras.clearances import clearance_of
+from sumo3dviz_pt.shot.cameras.aiming import clearance_of
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.street.build import build_street
 from sumo3dviz_pt.world.street.places import Site, crossing_areas
+from sumo3dviz_pt.world.street.street import build_street
 
 CROSSING = Path(__file__).parents[2] / "examples" / "crossing"
 ANGLES = ("ori_h", "ori_p", "ori_r")

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.cast.choice import Model, ModelChoice
-from sumo3dviz_pt.cast.fitted_models import fitted_model
+from sumo3dviz_pt.cast.fitting import fitted_model
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.library.vehicles.packed import BODIES, FULL, read_levels
 from sumo3dviz_pt.model.scene import Part
@@ -118,8 +118,8 @@ def test_bodies_of_all_levels_are_read_without_a_bakery(tmp_path: Path) -> None:
     """From elsewhere, where no folder of tools is in reach."""
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from sumo3dviz_pt.cast.full_detail import full_prototypes\n"
-        "from sumo3dviz_pt.cast.fitted_models import read_vehicle\n"
+        "from sumo3dviz_pt.cast.drawing import full_prototypes\n"
+        "from sumo3dviz_pt.cast.fitting import read_vehicle\n"
         "from sumo3dviz_pt.catalog import find\n"
         "assert full_prototypes(['e_scooter'])\n"
         "assert read_vehicle(find('vehicles', 'tram_rear')).far\n"

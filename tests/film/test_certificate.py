@@ -19,11 +19,11 @@ from builders import write_scenario
 from violations import FACTORS, Films, all_violations, confounded, write_study
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
 from sumo3dviz_pt.pipeline.production import Request
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.plan import plan_study
-from sumo3dviz_pt.pipeline.studies.records import film_path
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.plan import plan_study
+from sumo3dviz_pt.studies.records import film_path
 
 pytestmark = pytest.mark.slow
 

@@ -10,11 +10,11 @@ from film_frames import assert_equal_frames, frames_in, run
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
 from sumo3dviz_pt.pipeline.films.frames import account_in
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 from sumo3dviz_pt.video import probe
 
 pytestmark = pytest.mark.slow
@@ -127,7 +127,7 @@ def test_interrupts_end_with_130_and_say_how_to_go_on(place, capsys, monkeypatch
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("sumo3dviz_pt.pipeline.films.build.render_film", interrupted)
+    monkeypatch.setattr("sumo3dviz_pt.pipeline.films.film.render_film", interrupted)
     code = main(
         ["render", str(place), "--camera", "post", *TIMES, "-o", str(place.parent / "i.mp4")]
     )

@@ -22,9 +22,8 @@ from needed import package
 from one_slurm import slurm
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.pipeline.farm.plan import read_plan
-from sumo3dviz_pt.pipeline.farm.state import TaskState, read_state
-from sumo3dviz_pt.pipeline.farm.tries import Outcome
+from sumo3dviz_pt.farm.plan import read_plan
+from sumo3dviz_pt.farm.state import Outcome, TaskState, read_state
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from film_frames import run
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.image.png import read_text
-from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
 from sumo3dviz_pt.pipeline.films.frames import account_in
 from sumo3dviz_pt.pipeline.films.traced import Shelf, StoredFrame
 from sumo3dviz_pt.pipeline.production import Request

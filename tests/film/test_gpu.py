@@ -12,7 +12,7 @@ import pytest
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.image.metrics import flip
-from sumo3dviz_pt.installation.nvidia import find_driver
+from sumo3dviz_pt.installation.dependencies import find_driver
 
 pytestmark = [
     pytest.mark.slow,

@@ -14,7 +14,7 @@ SCRIPT = """
 import json, sys
 import drjit as dr
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+from sumo3dviz_pt.pipeline.live import OpenShot
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare, ready_renderer
 
 ready_renderer("llvm")

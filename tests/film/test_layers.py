@@ -19,8 +19,8 @@ from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_channels, read_exr
 from sumo3dviz_pt.job.settings import LayerName
-from sumo3dviz_pt.model.things import LABELS, number_of
-from sumo3dviz_pt.pipeline.layers.read import FrameLayers, read_frame, read_things
+from sumo3dviz_pt.model.layers import LABELS, number_of
+from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers, read_frame, read_things
 from sumo3dviz_pt.render.backend import choose_backend
 
 pytestmark = pytest.mark.slow

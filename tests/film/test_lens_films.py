@@ -8,10 +8,10 @@ from builders import write_scenario
 from film_frames import frames_of, run
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.image.layers.flow import read_flow
+from sumo3dviz_pt.image.layers import read_flow
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.video.spherical import Spherical, read_boxes
 

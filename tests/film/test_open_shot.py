@@ -7,12 +7,12 @@ import pytest
 from builders import write_scenario
 
 import sumo3dviz_pt as sv
+from sumo3dviz_pt.api import Films
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
-from sumo3dviz_pt.pipeline.films.shown import Films
+from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.live import plan_times, render_still
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import plan_times, render_still
 
 pytestmark = pytest.mark.slow
 

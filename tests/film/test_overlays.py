@@ -13,9 +13,8 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.png import read_text
-from sumo3dviz_pt.pipeline.certificate.delivered import FilmTest, film_faults
-from sumo3dviz_pt.video.picture import film_picture
-from sumo3dviz_pt.video.prober import probe
+from sumo3dviz_pt.studies.certificate.delivered import FilmTest, film_faults
+from sumo3dviz_pt.video.ffmpeg import film_picture, probe
 
 pytestmark = pytest.mark.slow
 
@@ -149,7 +148,7 @@ def test_frames_that_do_not_stay_make_the_same_films(films):
 
 def test_a_scene_without_overlays_loads_nothing_for_them():
     code = (
-        "import sys, sumo3dviz_pt.pipeline.films.build, sumo3dviz_pt.pipeline.films.develop;"
+        "import sys, sumo3dviz_pt.pipeline.films.film, sumo3dviz_pt.pipeline.films.encoding;"
         "assert not [m for m in sys.modules if m.startswith(('PIL', 'sumo3dviz_pt.overlays'))]"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

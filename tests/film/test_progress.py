@@ -5,12 +5,12 @@ from builders import write_scenario
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.model.news import Doing, News, heard_by
-from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.costs import spent
+from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request
-from sumo3dviz_pt.pipeline.progress.costs import spent
-from sumo3dviz_pt.pipeline.progress.expectations import film_steps, still_steps
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
+from sumo3dviz_pt.pipeline.steps import film_steps, still_steps
 
 CHEAP = Request("post", "draft", (32, 18), 1)
 
@@ -56,7 +56,7 @@ def test_stills_announce_their_passes(tmp_path):
 
 
 def test_the_command_and_python_say_it_in_logs(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("sumo3dviz_pt.pipeline.progress.build._FIRST", 0.0)
+    monkeypatch.setattr("sumo3dviz_pt.pipeline.steps._PROGRESS_FIRST", 0.0)
     place = write_scenario(tmp_path, vehicles=2)
     small = ["--camera", "post", "--spp", "1", "--size", "32x18"]
     assert main(["still", str(place), "--time", "4", "-o", str(tmp_path / "a.png"), *small]) == 0

@@ -7,13 +7,10 @@ from builders import view_at, write_scenario
 from sumo3dviz_pt.job.settings import CinematicCamera, LagrangianCamera
 from sumo3dviz_pt.pipeline.live import Ground, Live, joined
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.viewer.client import Client
-from sumo3dviz_pt.viewer.mean import Mean
-from sumo3dviz_pt.viewer.messages_in import GoTo, KeyFrameOrder
-from sumo3dviz_pt.viewer.messages_out import Frame
-from sumo3dviz_pt.viewer.projector import Projector
+from sumo3dviz_pt.viewer.client import Client, Mean, Projector
+from sumo3dviz_pt.viewer.keyframes import Eye
+from sumo3dviz_pt.viewer.messages import Frame, GoTo, KeyFrameOrder
 from sumo3dviz_pt.viewer.state import ViewerState, advanced, obeyed
-from sumo3dviz_pt.viewer.walk import Eye
 
 SIZE, SMALL = (96, 54), (48, 27)
 SAMPLES = 48

@@ -12,10 +12,10 @@ from shifting import differences, first_steps, shift
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.job.yaml12 import parse_yaml
-from sumo3dviz_pt.pipeline.accounts.build import film_account
+from sumo3dviz_pt.pipeline.accounts import film_account
 from sumo3dviz_pt.pipeline.production import Request, prepare
-from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
+from sumo3dviz_pt.proposals.proposal import propose
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "crossing"
 SIZE = (48, 27)

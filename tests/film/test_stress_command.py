@@ -11,9 +11,8 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.model.news import Doing, heard_by
 from sumo3dviz_pt.pipeline.production import Request, frame_times, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.report.stress.build import StressOrder, put_under_stress
 from sumo3dviz_pt.report.stress.cases import Case
-from sumo3dviz_pt.report.stress.sky import under_sky
+from sumo3dviz_pt.report.stress.stress import StressOrder, put_under_stress, under_sky
 
 pytestmark = pytest.mark.slow
 

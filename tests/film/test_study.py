@@ -19,9 +19,9 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.plan import plan_study
-from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study, film_tasks, run_study
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.plan import plan_study
+from sumo3dviz_pt.studies.run import StudyOrder, check_study, film_tasks, run_study
 
 pytestmark = pytest.mark.slow
 

@@ -19,11 +19,10 @@ from viewer.browser import chromium
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_layers, write_exr
-from sumo3dviz_pt.pipeline.accounts.provenance import file_hash
-from sumo3dviz_pt.pipeline.certificate.page import write_page
-from sumo3dviz_pt.pipeline.certificate.verdicts import PairVerdict
-from sumo3dviz_pt.pipeline.films.encoding import developed
-from sumo3dviz_pt.pipeline.films.proof import delivered, sealed
+from sumo3dviz_pt.pipeline.films.encoding import delivered, developed, sealed
+from sumo3dviz_pt.pipeline.provenance import file_hash
+from sumo3dviz_pt.studies.certificate.comparison import PairVerdict
+from sumo3dviz_pt.studies.certificate.page import write_page
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 

@@ -23,7 +23,7 @@ from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.pipeline.live import Ground, Live, joined
 from sumo3dviz_pt.pipeline.production import Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.viewer.mean import Mean
+from sumo3dviz_pt.viewer.client import Mean
 
 DATA = Path(__file__).parent / "data"
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from searching import tries
 
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
-from sumo3dviz_pt.shot.cameras.flying import build_flight
+from sumo3dviz_pt.shot.cameras.free import build_flight
 
 NUMBERS = st.floats(-1000, 1000)
 

@@ -12,15 +12,11 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.experiments.designs.arrays import orthogonal_array
-from sumo3dviz_pt.experiments.designs.balance import pair_counts
-from sumo3dviz_pt.experiments.designs.build import build_design, is_excluded
-from sumo3dviz_pt.experiments.playlists import build_playlists
-from sumo3dviz_pt.experiments.shuffles import permutation
-from sumo3dviz_pt.experiments.tables.build import trials_in
-from sumo3dviz_pt.experiments.tables.cells import read_table
-from sumo3dviz_pt.experiments.tables.forms import TableRequest
-from sumo3dviz_pt.experiments.trials import Trial, single_trials
+from sumo3dviz_pt.studies.designs.arrays import orthogonal_array, pair_counts
+from sumo3dviz_pt.studies.designs.cells import read_table
+from sumo3dviz_pt.studies.designs.profiles import build_design, is_excluded
+from sumo3dviz_pt.studies.designs.tables import TableRequest, trials_in
+from sumo3dviz_pt.studies.designs.trials import Trial, build_playlists, permutation, single_trials
 
 SEEDS = st.integers(0, 2**31 - 1)
 COUNTS = st.lists(st.integers(2, 5), min_size=1, max_size=6)

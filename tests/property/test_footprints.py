@@ -7,12 +7,12 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 from searching import tries
 
-from sumo3dviz_pt.library.buildings.build import FOUNDATION
+from sumo3dviz_pt.library.buildings.building import FOUNDATION
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
-from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, style_for
 from sumo3dviz_pt.library.buildings.palettes import palette
 from sumo3dviz_pt.library.buildings.roofs import inset
 from sumo3dviz_pt.library.buildings.shell import paint
+from sumo3dviz_pt.library.buildings.styles import cleaned, extruded, style_for
 
 HIGHEST_ROOF = 1.0  # of a gabled roof, times the plan's width
 REACH = 2.0  # of steps, awnings, balconies and eaves [m]

@@ -17,12 +17,11 @@ from searching import tries
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.farm.plan import PLAN, EngineChoice, FarmFilm, FarmPlan, FarmTask, write_plan
+from sumo3dviz_pt.farm.state import TRIES, End, Outcome, finish, take
 from sumo3dviz_pt.image import exr
-from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.pipeline.farm.engines.choice import EngineChoice
-from sumo3dviz_pt.pipeline.farm.plan import PLAN, FarmFilm, FarmPlan, FarmTask, write_plan
-from sumo3dviz_pt.pipeline.farm.tries import TRIES, End, Outcome, finish, take
 from sumo3dviz_pt.pipeline.films.traced import write_traced
 from sumo3dviz_pt.render.passes.finish import Finishing
 

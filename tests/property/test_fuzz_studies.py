@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.pipeline.studies.file import load_study
-from sumo3dviz_pt.pipeline.studies.plan import plan_study
+from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.plan import plan_study
 
 SCENE = """scenario: {network: a.net.xml, trajectories: fcd.xml}
 cameras: {post: {mode: eulerian, position: [0, 0, 5], heading: 90}}

@@ -7,7 +7,7 @@ from searching import tries
 
 from sumo3dviz_pt.image.exr import read_exr, write_exr
 from sumo3dviz_pt.image.tonemap import TONES, develop_float, tone_names
-from sumo3dviz_pt.video.yuv import yuv709
+from sumo3dviz_pt.video.encoder import yuv709
 
 RADIANCE = st.floats(0, 1e4, width=32)
 TRIPLES = hnp.arrays(np.float32, (3,), elements=RADIANCE)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import read_trajectories
-from sumo3dviz_pt.sumo.formats import regular
+from sumo3dviz_pt.sumo.formats import xml
 
 IDS = st.text(alphabet="ab_ü车/#[1]", min_size=1, max_size=3)
 NUMBERS = st.one_of(
@@ -99,7 +99,7 @@ def test_both_ways_agree(tmp_path_factory, text, begin, end, truncated, packed):
     window = {"begin": begin, "end": end, "allow_truncated": truncated}
     quick = outcome(path, **window)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(regular.RegularSteps, "_rows", lambda *_: None)
+        patch.setattr(xml.RegularSteps, "_rows", lambda *_: None)
         slow = outcome(path, **window)
     assert quick == slow
 
@@ -115,7 +115,7 @@ def test_chunks_of_any_size_give_the_same(tmp_path, size):
     text = f"<fcd-export>\n{steps}</fcd-export>\n".encode()
     taken = []
 
-    class Sink(regular.ElementSink):
+    class Sink(xml.ElementSink):
         def take(self, tag, attributes):
             taken.append((self.sieve.line, attributes.get("time") or attributes["id"]))
 
@@ -124,7 +124,7 @@ def test_chunks_of_any_size_give_the_same(tmp_path, size):
             taken.extend((rows.line_of(at), name) for at, name in enumerate(names))
 
     sink = Sink()
-    sink.sieve = sieve = regular.RegularSteps(sink)
+    sink.sieve = sieve = xml.RegularSteps(sink)
     left = b"".join(
         part for at in range(0, len(text), size) for part in sieve.left(text[at : at + size])
     )
@@ -146,13 +146,13 @@ def test_steps_that_sumo_writes_are_read_quickly(tmp_path, monkeypatch):
     path = tmp_path / "log.xml"
     path.write_text(f"<fcd-export>\n{text}</fcd-export>", encoding="utf-8")
     found = []
-    original = regular.RegularSteps._rows
+    original = xml.RegularSteps._rows
 
     def watched(self, data, line):
         found.append(original(self, data, line))
         return found[-1]
 
-    monkeypatch.setattr(regular.RegularSteps, "_rows", watched)
+    monkeypatch.setattr(xml.RegularSteps, "_rows", watched)
     log = read_trajectories([path])
     assert len(found) == 6 and None not in found
     assert len(log.traces) == 6

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from searching import tries
 
 from sumo3dviz_pt.job.settings import RoadSettings
-from sumo3dviz_pt.library.mesh.polyline import mitres, without_repeats
-from sumo3dviz_pt.library.mesh.triangulate import triangulate
+from sumo3dviz_pt.library.mesh.bands import mitres, without_repeats
+from sumo3dviz_pt.library.mesh.planar import triangulate
+from sumo3dviz_pt.model.geometry import arc_length
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import layout_roads
 

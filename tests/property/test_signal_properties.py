@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.model.traffic import SignalPhases
-from sumo3dviz_pt.world.signals.aspects import course_of, with_yellow
+from sumo3dviz_pt.world.signals.heads import course_of, with_yellow
 
 LETTERS = "rRyYgGuoOs"
 LIT = {"r": {"red"}, "s": {"red"}, "y": {"yellow"}, "Y": {"yellow"}, "g": {"green"},

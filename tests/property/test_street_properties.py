@@ -8,11 +8,10 @@ from searching import tries
 
 from sumo3dviz_pt.job.settings import StreetSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
+from sumo3dviz_pt.model.traffic import Poi, Scenario, Stop, TrafficLog
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.street.build import build_street
 from sumo3dviz_pt.world.street.places import Site, crossing_areas
+from sumo3dviz_pt.world.street.street import build_street
 
 WIDTH = {"f": 2.4, "b": 1.6, "c": 3.2}
 ALLOWED = {

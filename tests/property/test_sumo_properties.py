@@ -13,14 +13,9 @@ from hypothesis import strategies as st
 from searching import tries
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.colour import linear_from_srgb
+from sumo3dviz_pt.model.layers import linear_from_srgb
 from sumo3dviz_pt.sumo import read_trajectories
-from sumo3dviz_pt.sumo.values import (
-    parse_colour,
-    parse_points,
-    parse_time,
-    yaw_from_angle_deg,
-)
+from sumo3dviz_pt.sumo.values import parse_colour, parse_points, parse_time, yaw_from_angle_deg
 
 finite = st.floats(-1e7, 1e7, allow_nan=False)
 ids = st.text(

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.viewer.messages_in import Order, parsed
+from sumo3dviz_pt.viewer.messages import Order, parsed
 
 KINDS = sorted(
     name for kind in get_args(Order) for name in get_args(kind.model_fields["do"].annotation)

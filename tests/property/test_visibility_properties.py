@@ -7,10 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.cast.drawing import Drawn
-from sumo3dviz_pt.model.camera_path import AROUND, CameraPath, in_view
-from sumo3dviz_pt.shot import crowd, visibility
-from sumo3dviz_pt.shot.crowd import CrowdFrames, can_be_full, plan_crowd
-from sumo3dviz_pt.shot.visibility import choose, chunks
+from sumo3dviz_pt.model.camera import AROUND, CameraPath, in_view
+from sumo3dviz_pt.shot import crowd
+from sumo3dviz_pt.shot.crowd import CrowdFrames, can_be_full, choose, chunks, plan_crowd
 
 ASPECT = 9 / 16
 SEEDS = st.integers(0, 2**32 - 1)
@@ -101,9 +100,9 @@ def test_nobody_visible_is_dropped_and_the_limit_holds(seed, limit):
     for column, view in enumerate(views):
         points = np.nan_to_num(positions[:, column], nan=1e9)
         distance = np.linalg.norm(points - view.position, axis=1)
-        must = alive[:, column] & (distance < visibility.FAR_END) & in_picture(view, points)
+        must = alive[:, column] & (distance < crowd.FAR_END) & in_picture(view, points)
         assert shown[must, column].all()
-        end = visibility.near_end(camera_path)[column]
+        end = crowd.near_end(camera_path)[column]
         assert (distance[choice.near[:, column]] < end).all()
         apart = choice.far[:, column] & (distance < end)
         if apart.any():
@@ -144,7 +143,7 @@ def test_slots_suffice_for_every_frame(people):
         )
     plan = plan_crowd(bodies, frames)
     assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
-    assert 0 < plan.limit <= visibility.MOST_NEAR
+    assert 0 < plan.limit <= crowd.MOST_NEAR
     for camera_path, alive, positions in frames:
         for n in range(len(camera_path.positions)):
             part = slice(n, n + 1)
@@ -178,7 +177,7 @@ def test_the_limit_gives_way_where_bodies_are_many():
         alive[100 * k : 100 * (k + 1), k] = True
     plan = plan_crowd(bodies, [CrowdFrames(camera_path, alive, positions)])
     assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
-    assert plan.limit < visibility.MOST_NEAR
+    assert plan.limit < crowd.MOST_NEAR
     assert all(plan.slots.near[kind] + plan.slots.far[kind] == 100 for kind in kinds)
 
 

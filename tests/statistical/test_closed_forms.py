@@ -23,10 +23,9 @@ from builders import (
 )
 from significance import sidak_z, standard_error
 
-from sumo3dviz_pt.library.materials.named import MATERIALS, two_sided
+from sumo3dviz_pt.library.materials import MATERIALS, two_sided
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.model.scene import LampSet, Sky
 
 pytestmark = pytest.mark.slow
 
@@ -197,7 +196,7 @@ def tilted(normal, centre, half=1.0):
 @pytest.mark.parametrize("elevation", [8, 30, 65])
 def test_the_sun_on_tilted_planes_follows_the_cosine_law(elevation):
     """Radiance = albedo / pi x (sun x cosine + what the sky's map sends)."""
-    from sumo3dviz_pt.render.sky.panorama import directions
+    from sumo3dviz_pt.render.sky.daylight import directions
 
     sun = sun_at(140, elevation)
     tilts = [(0, 0), (30, 140), (60, 140), (42, 320), (55, 50), (75, 230)]

@@ -17,7 +17,7 @@ from builders import (
 )
 
 from sumo3dviz_pt.image.metrics import capped_rmse
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.scene import Sky
 
 NAMES = tuple(sorted(MATERIALS))

@@ -7,21 +7,12 @@ import pytest
 from builders import RAW, box, constant_sky, diffuse, frame_of, plane, scene_of, session_of, static
 from builders import view_at as view
 
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import Sky
-from sumo3dviz_pt.model.weather import (
-    ASYMMETRY,
-    CONTRAST,
-    Fog,
-    Rain,
-    Snow,
-    Weather,
-    WeatherCourse,
-)
+from sumo3dviz_pt.model.scene import LampSet, Sky
+from sumo3dviz_pt.model.weather import ASYMMETRY, CONTRAST, Fog, Rain, Snow, Weather, WeatherCourse
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.sky.weather import WeatheredSky
+from sumo3dviz_pt.render.sky.weathered import WeatheredSky
 
 SUN = Sky(np.array([0.3, -0.4, 0.6]))
 SIZE = (48, 24)
@@ -266,7 +257,7 @@ NOON = Sky(np.array([0.0, -0.5, 0.87]))
 
 def overcast(sky):
     """The same sky with clouds that rain falls from."""
-    from sumo3dviz_pt.world.sky.weathered import in_weather
+    from sumo3dviz_pt.world.weather import in_weather
 
     return in_weather(sky, always(Weather(rain=Rain(5.0))))
 

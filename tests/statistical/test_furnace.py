@@ -14,19 +14,13 @@ from builders import RAW, ball, frame_of, mover, scene_of, session_of, static, v
 from significance import sidak_z, standard_error
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials.named import (
-    MATERIALS,
-    matt,
-    principled,
-    surface_bsdf,
-    two_sided,
-)
+from sumo3dviz_pt.library.materials import MATERIALS, matt, principled, surface_bsdf, two_sided
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype, Slots
 from sumo3dviz_pt.render.backend import choose_backend
+from sumo3dviz_pt.render.compound import is_plain
 from sumo3dviz_pt.render.convert import plugin
-from sumo3dviz_pt.render.materials.compound import is_plain
-from sumo3dviz_pt.render.materials.untiled import register_untiled
+from sumo3dviz_pt.render.textures import register_untiled
 
 pytestmark = pytest.mark.slow
 

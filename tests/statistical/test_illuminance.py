@@ -36,13 +36,11 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.image.tonemap import develop_float
 from sumo3dviz_pt.job.settings import SkySettings
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
-from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.sky.daylight import UNITS_PER_SUNSKY
-from sumo3dviz_pt.render.sky.map import bake_sky
-from sumo3dviz_pt.render.sky.panorama import directions
-from sumo3dviz_pt.world.sky.build import NIGHT, build_sky
+from sumo3dviz_pt.render.sky.baked import bake_sky
+from sumo3dviz_pt.render.sky.daylight import UNITS_PER_SUNSKY, directions
+from sumo3dviz_pt.world.sky import NIGHT, build_sky
 
 pytestmark = pytest.mark.slow
 

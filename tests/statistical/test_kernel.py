@@ -25,15 +25,13 @@ from builders import (
 from significance import sidak_t
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.lights import running_lights
-from sumo3dviz_pt.library.materials.named import MATERIALS, matt, principled, surface_bsdf
+from sumo3dviz_pt.cast.lamps import running_lights
+from sumo3dviz_pt.library.materials import MATERIALS, matt, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import Mesh, Transform
-from sumo3dviz_pt.model.lamps import LampSet, VehicleLamp
-from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Sky, Slots
+from sumo3dviz_pt.model.scene import LampSet, Mover, Part, Prototype, Sky, Slots, VehicleLamp
 from sumo3dviz_pt.pipeline.production import Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.world.areas.covers import land_covers
-from sumo3dviz_pt.world.areas.water import water_material
+from sumo3dviz_pt.world.areas.covers import land_covers, water_material
 
 pytestmark = pytest.mark.slow
 

@@ -24,10 +24,9 @@ from builders import (
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.job.settings import Quality
-from sumo3dviz_pt.library.materials.named import MATERIALS, matt
+from sumo3dviz_pt.library.materials import MATERIALS, matt
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import Haze, Sky, Slots
+from sumo3dviz_pt.model.scene import Haze, LampSet, Sky, Slots
 
 RED, GREEN, BLUE = (0.7, 0.05, 0.05), (0.05, 0.7, 0.05), (0.05, 0.05, 0.7)
 COLOURS = {"red": RED, "green": GREEN, "blue": BLUE}

@@ -20,12 +20,11 @@ from builders import (
     view_at,
 )
 
-from sumo3dviz_pt.cast.lights import running_lights
-from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.vehicles.beam import low_beam
+from sumo3dviz_pt.cast.lamps import running_lights
+from sumo3dviz_pt.library.materials import MATERIALS
+from sumo3dviz_pt.library.vehicles.lamps import low_beam
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
-from sumo3dviz_pt.model.scene import Part, Prototype, Slots
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Part, Prototype, Slots, VehicleLamp
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ALBEDO = 0.5
@@ -157,7 +156,7 @@ def test_brake_lamps_shine_backwards(level, yaw):
 
 def test_the_farthest_beams_fade():
     """More cars than spots: nobody's light appears or vanishes from one frame to the next."""
-    from sumo3dviz_pt.render.lights.beams import MOST_BEAMS, Beams
+    from sumo3dviz_pt.render.lights.running import MOST_BEAMS, Beams
 
     scene = night([plane(60.0)], near=60)
     assert scene.running is not None and scene.running.beam is not None

@@ -11,15 +11,15 @@ from significance import sidak_z
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import SkySettings
-from sumo3dviz_pt.library.materials.named import MATERIALS, surface_bsdf
+from sumo3dviz_pt.library.materials import MATERIALS, surface_bsdf
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import constant_tint, plugin
-from sumo3dviz_pt.render.materials.untiled import register_untiled
-from sumo3dviz_pt.render.sky.entries import sky_entry
-from sumo3dviz_pt.render.sky.map import bake_sky
-from sumo3dviz_pt.render.sky.panorama import directions
-from sumo3dviz_pt.world.sky.build import build_sky
+from sumo3dviz_pt.render.sky.baked import bake_sky
+from sumo3dviz_pt.render.sky.daylight import directions
+from sumo3dviz_pt.render.sky.weathered import sky_entry
+from sumo3dviz_pt.render.textures import register_untiled
+from sumo3dviz_pt.world.sky import build_sky
 
 pytestmark = pytest.mark.slow
 

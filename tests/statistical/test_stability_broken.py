@@ -23,13 +23,12 @@ from builders import (
 )
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.library.materials.named import MATERIALS, matt
+from sumo3dviz_pt.library.materials import MATERIALS, matt
 from sumo3dviz_pt.model.geometry import Mesh, Transform
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import Sky, Slots
+from sumo3dviz_pt.model.scene import LampSet, Sky, Slots
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 
 MATERIALS_HERE = {**MATERIALS, "grey": diffuse(0.5)}
 GROUND = static("ground", plane(40), "grey")

@@ -17,12 +17,12 @@ from builders import (
 )
 
 from sumo3dviz_pt.job.settings import EulerianCamera
-from sumo3dviz_pt.library.materials.named import matt
+from sumo3dviz_pt.library.materials import matt
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Slots, View
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 from sumo3dviz_pt.shot.cameras.aiming import aim_at, aim_of
 
 pytestmark = pytest.mark.slow

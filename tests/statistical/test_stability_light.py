@@ -9,12 +9,11 @@ import pytest
 from builders import RAW, ball, diffuse, frame_of, plane, scene_of, session_of, static, view_at
 
 from sumo3dviz_pt.image.tonemap import develop, develop_float, tone_names
-from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
-from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.library.materials import MATERIALS
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Sky
+from sumo3dviz_pt.render.sky.baked import bake_sky
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
-from sumo3dviz_pt.render.sky.map import bake_sky
-from sumo3dviz_pt.world.sky.build import NIGHT, base_exposure
+from sumo3dviz_pt.world.sky import NIGHT, base_exposure
 
 pytestmark = pytest.mark.slow
 

@@ -19,13 +19,13 @@ from builders import (
 )
 from scipy import stats
 
-from sumo3dviz_pt.library.materials.named import matt
+from sumo3dviz_pt.library.materials import matt
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import ORIGIN_GRID, Part, Prototype, Sky, Slots, View
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 
 pytestmark = pytest.mark.slow
 

@@ -18,7 +18,7 @@ from scipy import stats
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.scene import Sky
 
 pytestmark = pytest.mark.slow

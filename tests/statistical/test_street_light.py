@@ -14,7 +14,7 @@ from builders import (
     view_at,
 )
 
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, Lamp, lamp_sets
 

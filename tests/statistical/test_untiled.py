@@ -7,13 +7,11 @@ import pytest
 from builders import RAW, frame_of, plane, scene_of, session_of, static, view_at
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials.by_key import planar_uvs
-from sumo3dviz_pt.library.materials.named import surface_bsdf
+from sumo3dviz_pt.library.materials import planar_uvs, surface_bsdf
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import plugin
-from sumo3dviz_pt.render.materials.lattice import PERIOD
-from sumo3dviz_pt.render.materials.untiled import PIXEL, register_untiled
+from sumo3dviz_pt.render.textures import PERIOD, PIXEL, register_untiled
 
 pytestmark = pytest.mark.slow
 

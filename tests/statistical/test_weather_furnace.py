@@ -11,9 +11,9 @@ from builders import RAW, ball, frame_of, plane, scene_of, session_of, static, v
 from significance import sidak_z
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
+from sumo3dviz_pt.library.materials import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
-from sumo3dviz_pt.model.tyre_tracks import TyreTracks
+from sumo3dviz_pt.model.trajectory import TyreTracks
 from sumo3dviz_pt.model.weather import Rain, Snow, Weather, WeatherCourse
 
 pytestmark = pytest.mark.slow

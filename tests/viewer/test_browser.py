@@ -25,11 +25,11 @@ from viewer.program import Program
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.stills.open_shot import render_still
-from sumo3dviz_pt.shot.cameras.flying import build_flight
-from sumo3dviz_pt.viewer.walk import HASTE, SPEED, TURN, Eye
+from sumo3dviz_pt.shot.cameras.free import build_flight
+from sumo3dviz_pt.viewer.keyframes import HASTE, SPEED, TURN, Eye
 
 pytestmark = [
     pytest.mark.slow,

@@ -22,7 +22,7 @@ from viewer.browser import Browser, chromium
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.studies.file import load_study
 
 PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
 STUDY = data_root("examples") / "crossing" / "study.yaml"

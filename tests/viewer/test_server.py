@@ -23,8 +23,7 @@ from PIL import Image
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer.render_thread import RenderThread
-from sumo3dviz_pt.viewer.routes import application
-from sumo3dviz_pt.viewer.server import Server
+from sumo3dviz_pt.viewer.server import Server, application
 
 TOKEN = "open-sesame"
 SIZE = (64, 36)

@@ -22,8 +22,10 @@ import pytest
 from needed import lacking, skip_if
 from viewer.browser import Browser, chromium
 
-from sumo3dviz_pt.experiments.playlists import build_playlists
-from sumo3dviz_pt.experiments.tools.content import (
+from sumo3dviz_pt.job.study import OWN_COLUMNS
+from sumo3dviz_pt.studies.designs.trials import Trial, build_playlists, single_trials
+from sumo3dviz_pt.studies.outputs import write_cards
+from sumo3dviz_pt.studies.tools.content import (
     Clip,
     During,
     Form,
@@ -32,12 +34,9 @@ from sumo3dviz_pt.experiments.tools.content import (
     StudyContent,
     Words,
 )
-from sumo3dviz_pt.experiments.tools.jspsych import own_texts, page
-from sumo3dviz_pt.experiments.tools.online import question, write_survey_script
-from sumo3dviz_pt.experiments.tools.papers import digest_of
-from sumo3dviz_pt.experiments.trials import Trial, single_trials
-from sumo3dviz_pt.job.study import OWN_COLUMNS
-from sumo3dviz_pt.pipeline.studies.cards import write_cards
+from sumo3dviz_pt.studies.tools.datasets import digest_of
+from sumo3dviz_pt.studies.tools.pages import own_texts, page
+from sumo3dviz_pt.studies.tools.surveys import question, write_survey_script
 from sumo3dviz_pt.video import encode
 
 PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))

@@ -19,10 +19,8 @@ from bakery.rail.build import HULL
 from sumo3dviz_pt.catalog import digest_of
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.vehicles.packed import BODIES, FULL
-from sumo3dviz_pt.library.vehicles.parts import Meshes
-from sumo3dviz_pt.library.vehicles.variant import varied
-from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.vectors import area_vectors
+from sumo3dviz_pt.library.vehicles.recipe import Meshes, varied
+from sumo3dviz_pt.model.geometry import Mesh, area_vectors
 
 _NO_AREA = 1e-9
 """Twice the area of faces that are left out [m2]."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.vehicles.parts import Meshes, WheelPlace
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.library.vehicles.recipe import Meshes, WheelPlace
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 
 @dataclass(frozen=True, slots=True, eq=False)

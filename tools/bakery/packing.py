@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt.library.vehicles.packed import CORNER, FORMAT, GROUPS, VALUE
-from sumo3dviz_pt.library.vehicles.parts import Meshes
+from sumo3dviz_pt.library.vehicles.recipe import Meshes
 from sumo3dviz_pt.model.geometry import Ints, Mesh
 
 _FILTERS = [

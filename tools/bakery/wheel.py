@@ -9,7 +9,7 @@ import numpy as np
 from bakery.car.conform import closed
 from bakery.car.recipe import WheelRecipe
 from sumo3dviz_pt.library.mesh.solids import by_material, lathe, shaded
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 _SEGMENTS = (20, 56)

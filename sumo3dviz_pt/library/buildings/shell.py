@@ -12,9 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, area_vectors, unit
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.model.vectors import area_vectors, unit
 
 Shell = Mapping[str, Floats]
 """Quads by role, (n, 4, 3) [m]."""

@@ -1,20 +1,30 @@
-"""Building models by name, from `assets/buildings`: designs with sizes and colours to draw from."""
+"""Buildings by style: over any footprint, and in closed rows along a street.
+
+Building models by name, from `assets/buildings`: designs with sizes and colours to draw from.
+Buildings over any footprint: its outline, and which style suits it.
+
+Closed rows of houses along a building line: where one ends and the next begins. A building line
+runs with its land on the left. Neighbours share a party wall at a right angle to the line; a house
+at a corner keeps its whole corner, with a wing on each side.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
+import shapely
+from shapely.geometry import Polygon
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
-from sumo3dviz_pt.library.buildings.build import raised, rectangle
-from sumo3dviz_pt.library.buildings.design import Design
-from sumo3dviz_pt.library.buildings.lights import Use
-from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, coats
+from sumo3dviz_pt.library.buildings.building import Design, Walls, raised, rectangle
+from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, Use, coats
 from sumo3dviz_pt.library.buildings.shell import Shell
+from sumo3dviz_pt.model.geometry import Bools, Floats, arc_length, settled
 
 Span = tuple[float, float]
 """From and to."""
@@ -175,3 +185,278 @@ SUITING: Mapping[str, tuple[BuildingStyle, ...]] = {
     name: _suiting(name) for name in get_args(Footprint)
 }
 """Styles for each sort of footprints, the usual ones more than once."""
+
+
+_SMALL, _HOME, _LARGE = 30.0, 240.0, 1100.0  # areas of sheds, of homes, of halls [m2]
+_LOW, _BLOCK, _TOWER = 4.0, 9.0, 24.0  # heights of one storey, of blocks, of towers [m]
+
+
+def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
+    """Trace the outline of a footprint, counter-clockwise without repeats, (n, 2) [m].
+
+    Args:
+        shape: (n, 2) [m], closed or not, crossing itself or not.
+        tolerance: Smaller corners are cut [m].
+
+    Returns:
+        None if less than 6 m2 are left.
+    """
+    if len(shape) < 3:
+        return None
+    valid = shapely.make_valid(Polygon(settled(shape[:, :2])))
+    parts = [p for p in shapely.get_parts(valid).tolist() if p.geom_type == "Polygon"]
+    if not parts:
+        return None
+    largest = max(parts, key=lambda part: float(part.area)).simplify(tolerance)
+    if largest.area < 6.0 or largest.buffer(-0.3).is_empty:
+        return None
+    corners: Floats = shapely.get_coordinates(shapely.orient_polygons(largest).exterior)[:-1]
+    # Simplifying keeps a ring's two ends, even where they coincide.
+    kept: Floats = corners[np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1) > 0.05]
+    return kept if len(kept) > 2 else None
+
+
+def style_for(plan: Floats, height: float, *, share: float) -> BuildingStyle:
+    """Choose a style that suits a footprint.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        height: Of the walls [m].
+        share: In [0, 1); chooses among those that suit.
+    """
+    fits = SUITING[footprint_of(plan, height)]
+    return fits[int(share * len(fits))]
+
+
+def footprint_of(plan: Floats, height: float) -> Footprint:
+    """Tell what sort of footprint a plan, (n, 2) [m], is under walls of a height [m]."""
+    polygon = Polygon(plan)
+    if polygon.area < _SMALL:
+        return "shed"
+    around = polygon.minimum_rotated_rectangle
+    corners = shapely.get_coordinates(around.exterior)
+    sides = np.sort(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1))
+    slender, boxy = float(sides[1] / sides[0]), polygon.area > 0.8 * around.area
+    if height >= _BLOCK:
+        return "tower" if height > _TOWER else "long_block" if slender > 2.5 else "block"
+    return _low_footprint(polygon.area, height, slender if boxy else 0.0)
+
+
+def _low_footprint(area: float, height: float, slender: float) -> Footprint:
+    """Tell what sort a low footprint is; slender is 0 for those that are no rectangles."""
+    if area > _LARGE:
+        return "large"
+    if area > _HOME or not slender:
+        return "wide"
+    if height < _LOW:
+        return "low_house"
+    return "long_house" if slender > 1.9 else "house"
+
+
+def extruded(
+    plan: Floats,
+    height: float,
+    *,
+    level: int,
+    seed: int,
+    style: BuildingStyle,
+    fronts: Collection[int] = (),
+) -> Shell:
+    """Raise a building over a footprint.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        height: Of the walls above the ground [m].
+        level: Level of detail.
+        seed: Of all chance.
+        style: Says which designs it may have.
+        fronts: Numbers of walls at a street; default the longest one.
+    """
+    design: Design = style.designs[seed % len(style.designs)]
+    if not fronts:
+        after = np.roll(plan, -1, axis=0)
+        fronts = (int(np.argmax(settled(np.linalg.norm(after - plan, axis=1)))),)
+    walls = Walls(fronts)
+    return raised(plan, design, height=height, level=level, seed=seed, walls=walls)
+
+
+_CORNER = np.radians(28.0)  # a sharper turn is a corner
+_BEND = np.radians(4.0)  # a slighter turn is none
+_JOINED = 9.0  # turns closer together belong to one corner [m]
+_WING = 3.5  # what a corner house has beyond its neighbours' depth [m]
+_CLEAR, _WALL = 0.5, 13.5  # distance of party walls from bends, and their length [m]
+_USUAL, _LEAST = 15.5, 8.0  # widths of houses [m]
+_SPREAD = 0.22  # of party walls around even ones, as a share of a width
+_STEP = 2.0  # between tested points of a line [m]
+
+Share = Callable[[Floats, str], float]
+"""A number in [0, 1) for a place, (2,) [m], and a word."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lot:
+    """The front of one house.
+
+    Attributes:
+        line: Its front, with the house on the left, (n, 2) [m].
+        corner: Whether it stands at a corner.
+        joined: Whether another lot begins where it begins, and where it ends.
+    """
+
+    line: Floats
+    corner: bool
+    joined: tuple[bool, bool] = (True, True)
+
+    def plan(self, depth: float) -> Floats | None:
+        """Return the counter-clockwise corners of a house, front walls first, or None without room.
+
+        Args:
+            depth: From the front to the back [m].
+        """
+        back = shapely.LineString(self.line).offset_curve(depth, join_style="mitre")
+        if back.geom_type != "LineString" or back.is_empty:
+            return None
+        inner = shapely.get_coordinates(back)
+        ends = self.line[[0, -1]]
+        # Where a wing is shorter than the house is deep, the offset has lost its end.
+        if np.abs(np.linalg.norm(inner[[0, -1]] - ends, axis=1) - depth).max() > 0.3:
+            return None
+        plan = np.concatenate([self.line, inner[::-1]])
+        return plan if shapely.Polygon(plan).is_valid else None
+
+
+def lots_along(
+    line: Floats, fit: Callable[[Floats], Bools], *, depth: float, share: Share
+) -> list[Lot]:
+    """Divide a building line into lots.
+
+    Args:
+        line: (n, 2) [m], its land on the left; closed if its ends coincide.
+        fit: Which places, (m, 2) [m], may bear a front.
+        depth: Of houses at corners [m].
+        share: Says where party walls stand around even places.
+
+    Returns:
+        Lots in order, without those that are narrower than a house.
+    """
+    line = _from_a_corner(settled(_straightened(line)))
+    knots = arc_length(line)
+    corners = _corners(line, knots, depth)
+    lots: list[Lot] = []
+    for begin, end in _runs(line, knots, fit):
+        cuts = _cuts(line, knots, (begin, end), corners, share)
+        for number, (a, b) in enumerate(pairwise(cuts)):
+            corner = any(a < (low + high) / 2 < b for low, high in corners)
+            lots.append(
+                Lot(_piece(line, knots, a, b), corner, (number > 0, number < len(cuts) - 2))
+            )
+    return [lot for lot in lots if arc_length(lot.line)[-1] > _LEAST - 1.5]
+
+
+def _cuts(
+    line: Floats,
+    knots: Floats,
+    run: tuple[float, float],
+    corners: Sequence[tuple[float, float]],
+    share: Share,
+) -> list[float]:
+    """Choose where party walls stand along a run, its ends included [m]."""
+    begin, end = run
+    inside = [(a, b) for a, b in corners if a >= begin - 0.1 and b <= end + 0.1]
+    # A corner at the end of a run has no room for its second wing.
+    for a, b in corners:
+        if (a, b) not in inside and b > begin and a < end:
+            if a < begin:
+                begin = min(b, end)
+            else:
+                end = max(a, begin)
+    found = [begin]
+    for low, high in [*inside, (end, end)]:
+        found += _even(_at(line, knots, found[-1]), found[-1], low, share)
+        found += [low, high] if high > low else []
+    found.append(end)
+    # A wall behind a bend to the left needs room, or backs would cross.
+    room = _CLEAR + _WALL * np.tan(np.clip(_turns(line), 0.0, 1.2) / 2)
+    cuts = [found[0]]
+    for cut in found[1:]:
+        near = np.flatnonzero(np.abs(knots[1:-1] - cut) < room)
+        if len(near) and begin < cut < end:
+            cut = float((knots[1:-1] + room)[near[0]])
+        if cut > cuts[-1] + 0.5:
+            cuts.append(cut)
+    return cuts
+
+
+def _even(place: Floats, low: float, high: float, share: Share) -> list[float]:
+    """Space party walls about evenly between two others [m]."""
+    count = max(round((high - low) / _USUAL), 1)
+    width = (high - low) / count
+    return [
+        low + width * (k + _SPREAD * (2.0 * share(place, f"cut{k}") - 1.0)) for k in range(1, count)
+    ]
+
+
+def _runs(line: Floats, knots: Floats, fit: Callable[[Floats], Bools]) -> list[tuple[float, float]]:
+    """Find the stretches on which fronts may stand, as distances along the line [m]."""
+    count = max(int(knots[-1] / _STEP), 1) + 1
+    at = np.linspace(0.0, knots[-1], count)
+    good = np.concatenate([[False], fit(_at(line, knots, at)), [False]])
+    begins, ends = np.flatnonzero(~good[:-1] & good[1:]), np.flatnonzero(good[:-1] & ~good[1:]) - 1
+    pairs = zip(at[begins].tolist(), at[ends].tolist(), strict=True)
+    return [(a, b) for a, b in pairs if b - a > _LEAST]
+
+
+def _corners(line: Floats, knots: Floats, depth: float) -> list[tuple[float, float]]:
+    """Find the stretches that corner houses take, wings included, in order and apart [m]."""
+    turns = _turns(line)
+    groups: list[list[int]] = []
+    for k in np.flatnonzero(turns > _BEND).tolist():
+        if groups and knots[k + 1] - knots[groups[-1][-1] + 1] < _JOINED:
+            groups[-1].append(k)
+        else:
+            groups.append([k])
+    found: list[tuple[float, float]] = []
+    for group in groups:
+        if turns[group].sum() < _CORNER:
+            continue
+        low, high = knots[group[0] + 1] - depth - _WING, knots[group[-1] + 1] + depth + _WING
+        if found and low < found[-1][1]:  # two corners of a narrow block
+            middle = (low + found[-1][1]) / 2
+            found[-1], low = (found[-1][0], middle), middle
+        found.append((max(float(low), 0.0), min(float(high), float(knots[-1]))))
+    return [(a, b) for a, b in found if b > a]
+
+
+def _from_a_corner(line: Floats) -> Floats:
+    """Let a closed line begin in the middle of its longest side; leave an open one as it is."""
+    if len(line) < 4 or np.linalg.norm(line[0] - line[-1]) > 1e-6:
+        return line
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    k = int(np.argmax(settled(step)))
+    middle = (line[k] + line[k + 1]) / 2
+    return np.concatenate([[middle], line[k + 1 : -1], line[: k + 1], [middle]])
+
+
+def _straightened(line: Floats) -> Floats:
+    """Drop bends of a line that are too slight to be seen, (m, 2)."""
+    simple = shapely.get_coordinates(shapely.LineString(line).simplify(0.5))
+    keep = np.append(True, np.linalg.norm(np.diff(simple, axis=0), axis=1) > 0.05)
+    return np.asarray(simple[keep])
+
+
+def _turns(line: Floats) -> Floats:
+    """Return the turns to the left at the inner vertices, (n - 2,) [rad]."""
+    step = np.diff(line, axis=0)
+    angle = np.arctan2(step[:, 1], step[:, 0])
+    return np.asarray((np.diff(angle) + np.pi) % (2 * np.pi) - np.pi)
+
+
+def _at(line: Floats, knots: Floats, at: Floats | float) -> Floats:
+    """Return the places at distances along a line, (m, 2) or (2,)."""
+    return settled(np.stack([np.interp(at, knots, column) for column in line.T], axis=-1))
+
+
+def _piece(line: Floats, knots: Floats, a: float, b: float) -> Floats:
+    """Cut out the piece of a line between two distances along it, (n, 2)."""
+    inner = line[(knots > a + 0.05) & (knots < b - 0.05)]
+    return np.concatenate([_at(line, knots, a)[None], inner, _at(line, knots, b)[None]])

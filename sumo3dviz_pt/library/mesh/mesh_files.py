@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.files.atomic import read_plain, refuse_special
 from sumo3dviz_pt.files.quiet import unwarned
-from sumo3dviz_pt.files.whole import read_plain, refuse_special
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 MOST_BYTES = 500_000_000

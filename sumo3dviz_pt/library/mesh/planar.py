@@ -1,13 +1,20 @@
-"""Plane geometry on top of shapely: safe unions, closing, polygons out of anything."""
+"""Plane geometry on top of shapely, and its triangles.
+
+Plane geometry on top of shapely: safe unions, closing, polygons out of anything. Polygons to
+triangles. Regular grids of triangles.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import Polygon
+
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, settled, unit
 
 SMALLEST_AREA = 1e-5
 """Polygons below this area [m2] are dropped; nobody can see them."""
@@ -71,3 +78,104 @@ def areal(shape: shapely.Geometry) -> shapely.Geometry:
     if shape.geom_type in {"Polygon", "MultiPolygon"}:
         return shape
     return shapely.MultiPolygon(polygon_parts(shape))
+
+
+def triangulate(polygon: Polygon) -> tuple[Floats, Ints]:
+    """Cut a polygon, which may have holes, into triangles.
+
+    Args:
+        polygon: A valid polygon [m].
+
+    Returns:
+        Vertices, (n, 2) [m], and counter-clockwise faces, (m, 3).
+    """
+    made = triangulate_many([polygon])
+    return made.vertices, made.faces
+
+
+Triangles = tuple[Floats, Ints]
+"""Vertices, (n, 2) [m], and counter-clockwise faces, (m, 3)."""
+
+
+def triangulate_all(polygons: Sequence[Polygon]) -> Triangles:
+    """Cut polygons into triangles; which polygon a triangle comes from is not told."""
+    made = triangulate_many(polygons)
+    return made.vertices, made.faces
+
+
+class Owned(NamedTuple):
+    """Triangles of many polygons.
+
+    Attributes:
+        vertices: (n, 2) [m].
+        faces: Counter-clockwise, (m, 3).
+        owner: Number of the polygon that each vertex belongs to, (n,).
+    """
+
+    vertices: Floats
+    faces: Ints
+    owner: Ints
+
+
+def triangulate_many(polygons: Sequence[Polygon]) -> Owned:
+    """Cut many polygons into triangles."""
+    import mapbox_earcut
+
+    # All corners of all rings at once, each ring's without its last one, which is its first.
+    rings, of_ring = shapely.get_rings(np.asarray(polygons, dtype=object), return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    inner = np.append(ring[1:] == ring[:-1], False)[: len(ring)]
+    vertices, ring = corners[inner], ring[inner]
+    owner = of_ring[ring].astype(np.int64)
+    starts = np.searchsorted(owner, np.arange(len(polygons) + 1))
+    # Small numbers keep earcut's predicates exact far from the origin; a row of corners on
+    # one line must not bend either way by a last bit.
+    local = settled(vertices - vertices[starts[owner]])
+    ends = np.searchsorted(ring, np.arange(len(rings)), side="right")
+    last = np.searchsorted(of_ring, np.arange(len(polygons) + 1))
+    faces = [np.zeros((0, 3), np.int64)]
+    for number, start in enumerate(starts[:-1].tolist()):
+        own = (ends[last[number] : last[number + 1]] - start).astype(np.uint32)
+        cut = mapbox_earcut.triangulate_float64(local[start : starts[number + 1]], own)
+        faces.append(cut.reshape(-1, 3).astype(np.int64) + start)
+    return Owned(vertices, _counter_clockwise(vertices, np.concatenate(faces)), owner)
+
+
+def _counter_clockwise(vertices: Floats, faces: Ints) -> Ints:
+    """Turn all faces one way round and drop those without area."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    faces = np.where((twice < 0)[:, None], faces[:, ::-1], faces)
+    return faces[np.abs(twice) > 1e-9]
+
+
+def grid_faces(rows: int, columns: int, *, closed: bool = False) -> Ints:
+    """Return the triangles of a grid of vertices, (m, 3); the first halves of all quads come first.
+
+    Args:
+        rows: Of vertices, which are numbered row by row.
+        columns: Of vertices.
+        closed: Whether the last column joins the first.
+    """
+    i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns - (not closed)), indexing="ij")
+    after = (j + 1) % columns
+    a, b = i * columns + j, i * columns + after
+    c, d = (i + 1) * columns + after, (i + 1) * columns + j
+    return np.concatenate(
+        [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
+    )
+
+
+def height_field(x: Floats, y: Floats, z: Floats) -> Mesh:
+    """Build a surface over a rectangular grid, facing up, with smooth normals.
+
+    Args:
+        x: Increasing, (n,) [m].
+        y: Increasing, (m,) [m].
+        z: Heights, (m, n) [m].
+    """
+    xx, yy = np.meshgrid(x, y)
+    slope_y, slope_x = np.gradient(z, y, x)
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(z)], axis=-1).reshape(-1, 3)
+    vertices = np.stack([xx, yy, z], axis=-1).reshape(-1, 3)
+    return Mesh(vertices, grid_faces(*z.shape), unit(normals))

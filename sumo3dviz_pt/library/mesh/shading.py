@@ -1,10 +1,15 @@
-"""Normals that corners of a surface share, but across creases, and meshes of them."""
+"""Normals that corners of a surface share but across creases, and meshes with fewer triangles.
+
+Coarser meshes for what is only a few pixels large.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, areas
 
 
 def share_normals(owner: Ints, normals: Floats, *, crease: float) -> Floats:
@@ -48,3 +53,59 @@ def weld(owner: Ints, positions: Floats, normals: Floats) -> Mesh:
     keys = np.concatenate([owner[:, None], np.round(normals * 2000.0).astype(np.int64)], axis=1)
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     return Mesh(positions[first], inverse.reshape(-1, 3), normals[first])
+
+
+_COARSEST = 0.22
+"""Of a body's smallest side: in larger cells a bicycle would be gone."""
+
+_LARGER = 1.05
+"""A cell may be larger than it should be by this factor, so that a whole number of them fits."""
+
+
+def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
+    """Make coarser meshes of a body that keep its outline.
+
+    Of the vertices in a cell the outermost stays: means of them would lie inside the body,
+    and cars would lose a tenth of their outline. Cells are centred at both ends of the body,
+    so that its ends are not cut off.
+
+    Args:
+        meshes: All parts of the body.
+        cell: Side of the grid's cells [m]; small bodies get smaller ones.
+
+    Returns:
+        One flat mesh for each part, without texture coordinates; some may have no faces left.
+
+    References:
+        Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex
+        scenes, 1993.
+    """
+    used = [mesh.vertices[mesh.faces].reshape(-1, 3) for mesh in meshes]
+    points = np.concatenate([np.zeros((0, 3)), *used])
+    if not len(points):
+        return tuple(Mesh(mesh.vertices, mesh.faces) for mesh in meshes)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.maximum(high - low, 1e-3)
+    side = max(0.2 * cell, min(cell, _COARSEST * float(size.min())))
+    fitting = size / np.ceil(size / (_LARGER * side))
+    # What is smaller than a cell lies in one.
+    cells = np.where(size < side, 2.0 * side, fitting)
+    return tuple(_merged(mesh, cells, low=low, size=size) for mesh in meshes)
+
+
+def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
+    """Make one part coarser; cells, the body's lower end and its size are (3,) each [m]."""
+    if not len(mesh.faces):
+        return Mesh(mesh.vertices, mesh.faces)
+    keys = np.floor((mesh.vertices - low) / cells + 0.5).astype(np.int64)
+    _, place = np.unique(keys, axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    out = np.square((mesh.vertices - low) / size - 0.5).sum(axis=1)
+    order = np.argsort(-out, kind="stable")
+    _, first = np.unique(place[order], return_index=True)
+    vertices = mesh.vertices[order[first]]
+    faces = place[mesh.faces]
+    # Twins of one face cover each other.
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    faces = faces[np.sort(first)]
+    return Mesh(vertices, faces[areas(vertices, faces) > 1e-6])

@@ -1,4 +1,4 @@
-"""Small closed pieces: lathed bodies, boxes, superellipsoids, tubes."""
+"""Small closed pieces: lathed bodies, boxes, superellipsoids, tubes, rounded outlines in stacks."""
 
 from __future__ import annotations
 
@@ -9,10 +9,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sumo3dviz_pt.library.mesh.grids import grid_faces
+from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.library.mesh.shading import share_normals, weld
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, merge_meshes
-from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.model.geometry import (
+    Floats,
+    Ints,
+    Mesh,
+    Transform,
+    area_vectors,
+    merge_meshes,
+    unit,
+)
 
 _SHARP = 1e-4  # smaller bevels are left out [m]
 

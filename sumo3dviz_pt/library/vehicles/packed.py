@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.library.vehicles.parts import Meshes
+from sumo3dviz_pt.library.vehicles.recipe import Meshes
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 
 BODIES = "bodies.xz"

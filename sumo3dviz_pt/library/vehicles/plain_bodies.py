@@ -1,8 +1,13 @@
-"""Plain bodies of the right size, for classes and sizes that no model of the catalogue serves."""
+"""Plain bodies of the right size, for classes and sizes that no model of the catalogue serves.
+
+Lamps of plain bodies, so that vehicles without a model are lit by night too.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import (
     bevelled,
@@ -12,9 +17,56 @@ from sumo3dviz_pt.library.mesh.solids import (
     moved,
     on_both_sides,
 )
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
-from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
-from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.library.vehicles.lamps import End, LampSpot, find_lamps
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
+
+NARROW = frozenset(["bicycle", "scooter", "motorcycle", "moped"])
+"""Classes with one lamp at each end."""
+
+UNBRAKED = frozenset(["bicycle", "scooter"])
+"""Classes without a lamp that shows that they brake, as in the catalogue."""
+
+UNLIT = frozenset(["pedestrian", "wheelchair", "container", "aircraft", "drone"])
+"""Classes without lamps; a word that is no class has them."""
+
+_NARROW_SIZE = (0.12, 0.12)
+
+_LOWEST = {True: 0.25, False: 0.15}
+"""Height of a lamp as a share of the body's, at most; by whether it is narrow."""
+
+
+def plain_lamps(vclass: str, meshes: Sequence[Mesh]) -> tuple[VehicleLamp, ...]:
+    """Return head, tail and brake lamps on the surface of a plain body; cycles have no brake lamp.
+
+    Args:
+        vclass: SUMO's vClass.
+        meshes: The body in its own frame, at least one.
+    """
+    if vclass in UNLIT:
+        return ()
+    bounds = np.stack([mesh.bounds for mesh in meshes])
+    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    width, height = float(high[1] - low[1]), float(high[2])
+    return tuple(find_lamps(_spots(vclass, width, height), meshes))
+
+
+def _spots(vclass: str, width: float, height: float) -> Iterator[LampSpot]:
+    """Where lamps sit on a body of a width and height [m]."""
+    narrow = vclass in NARROW
+    size = _NARROW_SIZE if narrow else (0.12 * width, 0.05 * width)
+    # However low a body is, the upper lamp lies on it.
+    size = (min(size[0], width), min(size[1], _LOWEST[narrow] * height))
+    across = 0.0 if narrow else 0.36 * width
+    up = 0.5 * height if narrow else min(0.42 * height, 0.85)
+    ends: tuple[tuple[str, End], ...] = (("head", "front"), ("tail", "rear"), ("brake", "rear"))
+    for role, view in ends[:2] if vclass in UNBRAKED else ends:
+        above = 1.6 * size[1] if role == "brake" else 0.0
+        # Ships have lights, but none that throws a beam.
+        shown = "sign" if (vclass, role) == ("ship", "head") else role
+        yield LampSpot(shown, view, (across, up + above), size)
+
 
 BodySize = tuple[float, float, float]
 """Length, width, height [m]."""

@@ -1,13 +1,66 @@
-"""Reads recipes of vehicles as frozen values whose types are checked."""
+"""Recipes of vehicles as values, what bodies consist of, and vehicles that vary another one.
+
+Vehicles that vary another one: a taxi is an estate with a sign. What bodies of vehicles consist
+of: meshes by material, and wheels in their places. Reads recipes of vehicles as frozen values
+whose types are checked.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.model.geometry import Mesh
+
+_MORE = "more_"
+
+
+def varied(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """Complete the content of an `asset.yaml` that names another asset as its `base`.
+
+    Args:
+        base: Content of the other one.
+        own: What differs: its keys replace those of the base, its `recipe` does so key by
+            key, and there `more_panels`, `more_strips` and the like go after the base's.
+
+    Returns:
+        A whole recipe; `base` is still the name of the other asset.
+    """
+    recipe = dict(base.get("recipe", {}))
+    for key, value in own.get("recipe", {}).items():
+        plain = key.removeprefix(_MORE)
+        recipe[plain] = value if plain == key else [*recipe.get(plain, ()), *value]
+    return {**base, **own, "recipe": recipe}
+
+
+Meshes = Mapping[str, Mesh]
+"""Meshes by material."""
+
+MaterialMesh = tuple[str, Mesh]
+"""Material and mesh."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelPlace:
+    """Where a wheel turns.
+
+    Attributes:
+        at: Its centre in the body's frame [m].
+        radius: Of the tyre [m]; `at` lies as high, so that it stands on the ground.
+        steered: Whether it steers.
+        reversed: Whether the wheel is mounted inside out, as the outer one of a twin pair is.
+    """
+
+    at: tuple[float, float, float]
+    radius: float
+    steered: bool = False
+    reversed: bool = False
+
 
 _T = TypeVar("_T")
 

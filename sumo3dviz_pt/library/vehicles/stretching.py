@@ -1,4 +1,11 @@
-"""Fits bodies to other lengths: only their stretch becomes longer, and wheels stay round."""
+"""Fits bodies to other lengths, and folds between the units of buses, trams and trains.
+
+Fits bodies to other lengths: only their stretch becomes longer, and wheels stay round.
+
+A bellows begins at the middle of the rear face of the unit ahead and runs backwards. Where it is
+bent, its centre line is an arc whose chord lies along -x, so that scaling it along x makes it
+reach from face to face, whatever the distance between them.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.parts import WheelPlace
-from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.lamps import VehicleLamp
-from sumo3dviz_pt.model.scene import Prototype
+from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.scene import Part, Poses, Prototype, VehicleLamp
 
 _TURNING = frozenset(["rubber", "rim", "disc"])
 """Materials of wheels."""
@@ -129,3 +135,137 @@ def _longer(mesh: Mesh, stretch: BodyStretch) -> Mesh:
 def _lamp(lamp: VehicleLamp, stretch: BodyStretch) -> VehicleLamp:
     """A lamp on the longer body."""
     return replace(lamp, at=stretch.moved_point(lamp.at))
+
+
+MOST_BEND = float(np.radians(60.0))
+"""Largest angle between the two units, to either side [rad]."""
+
+BENDS = 25
+"""Number of shapes from one side to the other, 5 degrees apart."""
+
+_DEPTH = 0.45
+"""Depth of a fold as a share of its length."""
+
+_ROUND = 0.16
+"""Radius of the corners of the section [m]."""
+
+_CORNER = 3  # points of a corner
+_QUARTERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Bellows:
+    """A bellows as an asset describes it.
+
+    Attributes:
+        length: From face to face, straight [m].
+        half: Half its width [m].
+        low: Height of its floor [m].
+        high: Height of its roof [m].
+        folds: How many.
+    """
+
+    length: float
+    half: float
+    low: float
+    high: float
+    folds: int
+
+
+def bellows(shape: Bellows, *, far: bool = False) -> tuple[Part, Poses]:
+    """Build a bellows with its poses: at rest, then bent from most right to most left.
+
+    Args:
+        shape: Its measures.
+        far: Whether it is seen from far away and needs no folds.
+    """
+    folds = 2 if far else 2 * shape.folds
+    depth = 0.0 if far else _DEPTH * shape.length / shape.folds
+    section, outwards = _section(shape)
+    # Every flank has points of its own, so that folds show sharp edges.
+    edges = np.repeat(np.arange(folds + 1), 2)[1:-1]
+    inwards = depth * (edges % 2 == 0)
+    rings = section[None] - inwards[:, None, None] * outwards[None]
+    slope = np.where(np.arange(len(edges)) // 2 % 2 == 0, 1.0, -1.0) * depth * folds / shape.length
+    bends = [0.0, *np.linspace(-MOST_BEND, MOST_BEND, BENDS).tolist()]
+    arcs = [_Arc.of(edges / folds, shape.length, bend) for bend in bends]
+    vertices = np.stack([arc.points(rings) for arc in arcs])
+    normals = np.stack([arc.normals(outwards, slope) for arc in arcs])
+    faces = _flank_faces(folds, len(section))
+    return Part(Mesh(vertices[0], faces, normals[0]), "bellows_dark"), Poses(vertices, normals)
+
+
+def bend_phase(bend: float) -> float:
+    """Return the phase at which a bellows is bent by an angle [rad], positive to the left."""
+    share = (float(np.clip(bend, -MOST_BEND, MOST_BEND)) + MOST_BEND) / (2.0 * MOST_BEND)
+    return share * (BENDS - 1) / BENDS
+
+
+def chord(length: float, bend: float) -> float:
+    """Return the straight distance between the ends of a bellows [m] bent by an angle [rad]."""
+    half = min(abs(bend), MOST_BEND) / 2.0
+    return length * float(np.sinc(half / np.pi))
+
+
+def _section(shape: Bellows) -> tuple[Floats, Floats]:
+    """Points around the section and their outward directions, as (y, z), (m, 2) each."""
+    centre = (shape.low + shape.high) / 2.0
+    half = np.array([shape.half, (shape.high - shape.low) / 2.0])
+    points, normals = [], []
+    for quarter in range(4):
+        turn = np.pi / 2 * quarter + np.linspace(0.0, np.pi / 2, _CORNER)
+        outward = np.column_stack([np.cos(turn), np.sin(turn)])
+        points.append((half - _ROUND) * _QUARTERS[quarter] + _ROUND * outward)
+        normals.append(outward)
+    return np.concatenate(points) + np.array([0.0, centre]), np.concatenate(normals)
+
+
+def _flank_faces(flanks: int, points: int) -> Ints:
+    """Triangles of flanks that each have a ring of points at both edges, outwards, (n, 3)."""
+    flank, point = np.meshgrid(np.arange(flanks), np.arange(points), indexing="ij")
+    a, b = 2 * flank * points + point, 2 * flank * points + (point + 1) % points
+    c, d = a + points, b + points
+    return np.stack([a, d, b, a, c, d], axis=-1).reshape(-1, 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arc:
+    """The bent centre line at r rings: places in the plane and headings, (r, 2) and (r,)."""
+
+    places: Floats
+    headings: Floats
+
+    @classmethod
+    def of(cls, along: Floats, length: float, bend: float) -> _Arc:
+        """Bend a line.
+
+        Args:
+            along: Where the rings are, as shares of the line, (r,).
+            length: Of the line [m].
+            bend: Between its ends, positive to the left [rad].
+        """
+        headings = bend / 2.0 - bend * along
+        if abs(bend) < 1e-9:
+            return cls(np.column_stack([-length * along, 0.0 * along]), headings)
+        x = -length / bend * (np.sin(bend / 2.0) - np.sin(headings))
+        y = -length / bend * (np.cos(headings) - np.cos(bend / 2.0))
+        return cls(np.column_stack([x, y]), headings)
+
+    def points(self, rings: Floats) -> Floats:
+        """Put sections of (y, z), (r, m, 2), at their places, (r m, 3) [m]."""
+        left = np.column_stack([-np.sin(self.headings), np.cos(self.headings)])
+        found = np.zeros((*rings.shape[:2], 3))
+        found[..., :2] = self.places[:, None] + rings[..., :1] * left[:, None]
+        found[..., 2] = rings[..., 1]
+        return found.reshape(-1, 3)
+
+    def normals(self, outwards: Floats, slopes: Floats) -> Floats:
+        """Return unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
+        ahead = np.column_stack([np.cos(self.headings), np.sin(self.headings)])
+        left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+        found = np.zeros((len(slopes), len(outwards), 3))
+        found[..., :2] = outwards[None, :, :1] * left[:, None]
+        found[..., :2] += (slopes[:, None] * ahead)[:, None]
+        found[..., 2] = outwards[None, :, 1]
+        found /= np.linalg.norm(found, axis=-1, keepdims=True)
+        return found.reshape(-1, 3)

@@ -19,15 +19,29 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
-from sumo3dviz_pt.motion.lanes.path import Blend, LanePath, lane_path
-from sumo3dviz_pt.motion.lanes.runs import LaneRun, Switch, follow, is_astray, stretches_of
-from sumo3dviz_pt.motion.lanes.track import Tracks
+from sumo3dviz_pt.motion.front import (
+    Front,
+    FrontMotion,
+    Hermite,
+    JoinedFronts,
+    eased,
+    monotone_slopes,
+    velocity,
+)
+from sumo3dviz_pt.motion.lanes import Tracks
+from sumo3dviz_pt.motion.path import (
+    Blend,
+    LanePath,
+    LaneRun,
+    Switch,
+    follow,
+    is_astray,
+    lane_path,
+    stretches_of,
+)
 from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.smoothers.along import run_along, with_rests
-from sumo3dviz_pt.motion.smoothers.front import Front, FrontMotion, JoinedFronts, velocity
-from sumo3dviz_pt.motion.smoothers.hermite import bridge, hermite
+from sumo3dviz_pt.motion.smoothers.hermite import bridge, hermite, run_along, with_rests
 from sumo3dviz_pt.motion.smoothers.registry import register
 
 _INSTANT = 1.2

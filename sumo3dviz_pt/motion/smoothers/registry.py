@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from sumo3dviz_pt.motion.front import Front
 from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.smoothers.front import Front
 
 Make = Callable[[LoggedSamples, Setting], Front]
 """A function that makes continuous motion of the front from two or more unbroken samples."""

@@ -1,26 +1,140 @@
-"""Stored frames become films or numbered pictures."""
+"""Stored frames become films, numbered pictures, and what proves them.
+
+Makes pictures and films from stored EXR frames, without rendering again.
+
+What an account proves: digests of a film's files, prints of its pictures, and its own digest.
+Every EXR frame and every layer has its SHA-256 in the account. Every picture of a film has a
+print, as it was developed, and beside it how far the film's own picture is from it: what the codec
+did. The account's digest is that of all else in it, so that nothing can change in it unseen.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, RenderError
 from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.numbers import Ratio
 from sumo3dviz_pt.model.random import frame_seed
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
-from sumo3dviz_pt.pipeline.films.frames import intact
-from sumo3dviz_pt.pipeline.films.proof import delivered
-from sumo3dviz_pt.pipeline.films.sequences import is_sequence, write_sequence
+from sumo3dviz_pt.pipeline.films import layers as places
+from sumo3dviz_pt.pipeline.films.frames import (
+    NOTE,
+    StoredFilm,
+    frame_numbers,
+    frames_folder,
+    intact,
+    is_sequence,
+    masters_folder,
+    pictures_of,
+    read_account,
+    stored_film,
+    write_sequence,
+)
+from sumo3dviz_pt.pipeline.films.overlays import (
+    FACTS,
+    captions_file,
+    overlaid,
+    plain_twin,
+    read_facts,
+    write_both,
+    write_captions,
+)
+from sumo3dviz_pt.pipeline.films.sound import sound_folder
 from sumo3dviz_pt.pipeline.films.traced import Shelf
-from sumo3dviz_pt.pipeline.overlays.files import overlaid, plain_twin, read_facts, write_captions
-from sumo3dviz_pt.pipeline.overlays.twins import write_both
-from sumo3dviz_pt.pipeline.production import Production
+from sumo3dviz_pt.pipeline.production import Production, check_target, check_tone
+from sumo3dviz_pt.pipeline.provenance import file_hash, versions
+from sumo3dviz_pt.pipeline.still import check_free
+from sumo3dviz_pt.video.codecs import FILM_SUFFIXES
 from sumo3dviz_pt.video.spherical import ENDINGS, Spherical, spherical_of, write_boxes
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.video.prints import Print
+
+
+DIGEST = "digest"
+"""Key of what an account, or another file of JSON, says of itself."""
+
+Account = Mapping[str, Any]
+
+
+def sealed(content: Account) -> dict[str, Any]:
+    """Return what a file of JSON holds, with its digest."""
+    plain = json.loads(json.dumps(content, default=str))
+    return {**plain, DIGEST: digest_in(plain)}
+
+
+def digest_in(content: Account) -> str:
+    """Return the SHA-256 of what a file of JSON holds, but for its digest, in canonical JSON."""
+    rest = {key: value for key, value in content.items() if key != DIGEST}
+    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def noted(files: Iterable[Path], digests: dict[str, str]) -> Iterator[Path]:
+    """Yield files, each when its digest was noted by its name below its folder's folder."""
+    for file in files:
+        digests[f"{file.parent.name}/{file.name}"] = file_hash(file)
+        yield file
+
+
+def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
+    """Return the digests of what lies beside a film, but for its frames: layers, sound, captions.
+
+    Args:
+        path: The film, or its numbered pictures.
+        files: Its frames; they need not be there any more.
+    """
+    layers, final = places.beside(frames_folder(path)), masters_folder(path)
+    numbers = {int(file.stem) for file in files}
+    found = [file for number in sorted(numbers) for file in places.files_of(layers, number)]
+    found += [layers / name for name in places.WHOLE] + [
+        frames_folder(path) / name for name in (FACTS, NOTE)
+    ]
+    found += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
+    found += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
+    if is_sequence(path):
+        found += pictures_of(path, files)
+    there = [file for file in found if file.is_file()]
+    return {file.relative_to(path.parent).as_posix(): file_hash(file) for file in there}
+
+
+def delivered(
+    path: Path, prints: Sequence[Print], *, codec: str, size: tuple[int, int]
+) -> dict[str, Any]:
+    """Decode a film that was just written; return what it can be held against.
+
+    Args:
+        path: The film.
+        prints: Of its pictures, as they were developed.
+        codec: A name in `CODECS`, or `auto`.
+        size: Width and height [px].
+
+    Raises:
+        RenderError: If the film does not have all of these pictures.
+    """
+    from sumo3dviz_pt.video.codecs import codec_named
+    from sumo3dviz_pt.video.prints import Apart, as_text, film_prints
+
+    found = film_prints(path, codec=codec_named(codec, path=path), size=size).prints
+    if len(found) != len(prints):
+        raise RenderError(f"{path} has {len(found)} pictures of {len(prints)}; encode it again")
+    apart = [Apart.between(own, wanted) for own, wanted in zip(found, prints, strict=True)]
+    return {
+        "sha256": file_hash(path),
+        "codec": codec,
+        "size": list(size),
+        "pictures": [
+            {"print": as_text(wanted), "codec_error": list(by.values)}
+            for wanted, by in zip(prints, apart, strict=True)
+        ],
+    }
 
 
 def encode_frames(
@@ -165,3 +279,107 @@ def developed(
         with intact(file):
             found = picture(file)
         yield found
+
+
+_FPS = 25
+"""Frames per second where the frames do not tell."""
+
+
+@dataclass(frozen=True, slots=True)
+class DevelopOrder:
+    """What `develop` is to make.
+
+    Attributes:
+        path: A .png (of the first frame), a film, or `name_{frame}.png`.
+        exposure: EV instead of the stored one.
+        tone: Tone curve instead of the stored one.
+        fps: Frames per second instead of the film's own.
+        codec: Of a film; `auto` goes by its ending.
+        overwrite: Whether a picture or film that exists is replaced.
+        final_exr: Whether finished frames are written as EXR files, too.
+        overlays: Whether the overlays that frames were rendered with are drawn.
+    """
+
+    path: Path
+    exposure: float | None = None
+    tone: str | None = None
+    fps: Ratio | None = None
+    codec: str = "auto"
+    overwrite: bool = False
+    final_exr: bool = False
+    overlays: bool = True
+
+
+def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
+    """Develop one frame to a .png, or a folder of frames to a film or numbered pictures.
+
+    Args:
+        source: An .exr, or a folder of them; of a folder, the frames of its film.
+        order: What to make of it.
+
+    Returns:
+        The files that were written: one, or all numbered pictures.
+
+    Raises:
+        InputError: If there are no frames, they cannot be read, or belong to several films.
+        ConfigError: If a choice is unknown or the target cannot or must not be written to.
+    """
+    target = order.path
+    check_target(target, suffixes=(".png", *FILM_SUFFIXES), overwrite=order.overwrite)
+    if order.tone is not None:
+        check_tone(order.tone)
+
+    # Read the frames, which are developed one by one as they are written.
+    film = _develop_film(source)
+    account = film.account
+    pictures = developed(
+        film.files,
+        tone=order.tone or account.get("tone"),
+        exposure=order.exposure,
+        glare=account.get("glare"),
+        masters=_masters(film, order) if order.final_exr else None,
+    )
+
+    facts = read_facts(film.files[0].parent) if order.overlays else None
+    if facts is not None:
+        whole = target.suffix.lower() in FILM_SUFFIXES
+        pictures = overlaid(pictures, film.files, facts, whole=whole)
+
+    # Write numbered pictures, one picture, or a film.
+    if is_sequence(target):
+        places = pictures_of(target, film.files)
+        if not order.overwrite:
+            check_free(*places)
+        write_sequence(target, film.files, pictures)
+        return places
+    if target.suffix.lower() == ".png":
+        from sumo3dviz_pt.image.png import write_png
+
+        write_png(target, (next(pictures) * 255 + 0.5).astype("uint8"))
+        return [target]
+    from sumo3dviz_pt.image.exr import read_exr
+    from sumo3dviz_pt.video import check_film, encode
+
+    height, width = read_exr(film.files[0])[0].shape[:2]
+    rate = order.fps or film.fps or _FPS
+    check_film(target, size=(width, height), fps=rate, codec=order.codec)
+    encode(pictures, target, size=(width, height), fps=rate, codec=order.codec)
+    return [target]
+
+
+def _masters(film: StoredFilm, order: DevelopOrder) -> Path:
+    """Return the folder for finished frames; it may not hold them already."""
+    folder = masters_folder(order.path)
+    if not order.overwrite:
+        check_free(*(folder / file.name for file in film.files))
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+def _develop_film(source: Path) -> StoredFilm:
+    """Return what is to be developed."""
+    if source.is_file():
+        return StoredFilm(read_account(source), (source,))
+    if not source.is_dir():
+        raise InputError("there is no such folder or frame", file=source)
+    return stored_film(source)

@@ -1,5 +1,7 @@
 """Stored frames that are not finished: what was traced, and how to finish it.
 
+What falls and flies before a camera as text, so that a stored frame can be finished alone.
+
 Such a frame is a function of itself alone. What its neighbours know is added when the film is
 developed, so it does not matter in which order, by how many runs or where frames were traced.
 """
@@ -10,21 +12,90 @@ import base64
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sumo3dviz_pt.model.falling import Cabin, Falling, Glows, Puffs, SkyLight, Throws, Windscreen
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState, Haze
-from sumo3dviz_pt.pipeline.films.fallen import read_text, text_of
 from sumo3dviz_pt.pipeline.films.frames import intact, parsed
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+    from sumo3dviz_pt.image.traced import TracedFrame
     from sumo3dviz_pt.render.passes.finish import Finishing
     from sumo3dviz_pt.render.session import Samples, Session
+
+
+_PARTS = {
+    "glows": Glows,
+    "throws": Throws,
+    "puffs": Puffs,
+    "cabin": Cabin,
+    "windscreen": Windscreen,
+}
+
+
+def as_plain(value: Any) -> Any:
+    """Return a value of `model/falling.py` as plain ones; arrays keep all of their bits."""
+    if isinstance(value, np.ndarray):
+        raw = np.ascontiguousarray(value, dtype=np.float64).tobytes()
+        return {"shape": list(value.shape), "raw": base64.b64encode(zlib.compress(raw, 9)).decode()}
+    if isinstance(value, Falling | SkyLight | Glows | Throws | Puffs | Cabin | Windscreen):
+        return {field.name: as_plain(getattr(value, field.name)) for field in fields(value)}
+    return value
+
+
+def falling_of(said: dict[str, Any]) -> Falling:
+    """Return what plain values say that falls and flies.
+
+    Raises:
+        KeyError: If something is missing.
+        ValueError: If something is damaged.
+    """
+    given: dict[str, Any] = {}
+    for name, value in said.items():
+        made = _PARTS.get(name)
+        given[name] = (
+            _of_plain(value)
+            if made is None or value is None
+            else made(**{key: _of_plain(part) for key, part in value.items()})
+        )
+    return Falling(**given)
+
+
+def light_of(said: dict[str, Any]) -> SkyLight:
+    """Return the light of the sky from plain values."""
+    return SkyLight(**{name: _of_plain(value) for name, value in said.items()})
+
+
+def _of_plain(value: Any) -> Any:
+    """Return an array, a tuple or a number from plain values."""
+    if isinstance(value, dict):
+        raw = zlib.decompress(base64.b64decode(value["raw"]))
+        return np.frombuffer(raw, dtype=np.float64).reshape(value["shape"])
+    return tuple(value) if isinstance(value, list) else value
+
+
+def text_of(falling: Falling, light: SkyLight | None) -> str:
+    """Return what falls, and in what light, as text."""
+    return json.dumps({"falling": as_plain(falling), "light": as_plain(light)})
+
+
+def read_text(text: str) -> tuple[Falling, SkyLight]:
+    """Return what falls, and in what light, from its text.
+
+    Raises:
+        ValueError: If it is damaged.
+    """
+    try:
+        said = json.loads(text)
+        return falling_of(said["falling"]), light_of(said["light"])
+    except (KeyError, TypeError, zlib.error) as error:
+        raise ValueError(f"does not say what falls in it ({error})") from error
+
 
 TRACED, FINISHING = "sumo3dviz_pt_traced", "sumo3dviz_pt_finishing"
 """Names of the attributes that say what a frame shows, and how it is finished."""
@@ -43,7 +114,7 @@ def traced_by(session: Session, samples: Samples, frame: FrameState) -> TracedFr
         samples: What was traced, with the layers `ids` and `first_depth`.
         frame: What it shows.
     """
-    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+    from sumo3dviz_pt.image.traced import TracedFrame
 
     white, spp = session.settings.white, session.settings.quality.spp
     return TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
@@ -69,8 +140,8 @@ def write_traced(
     Raises:
         OSError: If the file cannot be written.
     """
-    from sumo3dviz_pt.image.accumulation.storage import packed
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+    from sumo3dviz_pt.image.traced import packed
 
     layers, text = packed(traced)
     attributes = {
@@ -212,7 +283,7 @@ def _with_falling(how: Finishing, text: str) -> Finishing:
 
 def helped(centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing) -> Image:
     """Return a frame's radiance, (h, w, 3), finished with its neighbours' help."""
-    from sumo3dviz_pt.image.accumulation.build import accumulated
+    from sumo3dviz_pt.image.average import accumulated
     from sumo3dviz_pt.render.passes.finish import finished
 
     return finished(accumulated(centre, others).layers, centre.view, how)
@@ -220,7 +291,7 @@ def helped(centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing) -
 
 def _traced_frame(stored: StoredFrame) -> TracedFrame:
     """Return a stored frame ready to help others."""
-    from sumo3dviz_pt.image.accumulation.storage import unpacked
+    from sumo3dviz_pt.image.traced import unpacked
 
     return unpacked(stored.layers, stored.strings[TRACED])
 

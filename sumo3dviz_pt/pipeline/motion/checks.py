@@ -1,34 +1,131 @@
-"""Measure the motion of a whole log, for `check --motion`."""
+"""Measure the motion of a whole log, for `check --motion`.
+
+Find road users that appear or vanish within the picture of a shot, where viewers notice it.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.cast.fleet import build_fleet
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import UNPLACED, Location, Network
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import Trace, TrafficLog
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.traffic import Scenario, Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Trajectory
-from sumo3dviz_pt.motion import measures
-from sumo3dviz_pt.motion.lanes.graph import LaneGraph
-from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
+from sumo3dviz_pt.motion import laws
+from sumo3dviz_pt.motion.lanes import LaneGraph
+from sumo3dviz_pt.motion.laws import LaneKeeping
 from sumo3dviz_pt.motion.setting import body_length, is_euler
-from sumo3dviz_pt.pipeline.motion.pop_ups import pop_ups
-from sumo3dviz_pt.pipeline.production import read
-from sumo3dviz_pt.report.motion.report import (
+from sumo3dviz_pt.pipeline.production import life_of, read
+from sumo3dviz_pt.report.motion import (
     WORST,
     Extreme,
     Finding,
     MotionReport,
+    PopUps,
     UserGroup,
     in_words,
 )
+from sumo3dviz_pt.shot.cameras.aiming import Camera, build_camera
+
+_BESIDE = 3.0
+"""A body whose front is this far beside the picture can still reach into it [m]."""
+
+_FARTHEST = 1000.0
+"""Beyond this distance nobody notices: a car is only a few pixels high [m]."""
+
+
+def pop_ups(
+    job: Job,
+    scenario: Scenario,
+    trajectories: Sequence[Trajectory],
+    *,
+    births: Sequence[Finding],
+    deaths: Sequence[Finding],
+) -> tuple[PopUps, ...]:
+    """Return who appears or vanishes in the pictures of a job's shots.
+
+    If the job has no shots, each of its cameras is one. What stands between the eye and a road
+    user is not considered.
+
+    Args:
+        job: The scene file.
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        births: Where and when road users appear in the log.
+        deaths: Where and when they vanish from it.
+
+    Raises:
+        ConfigError: If a camera rides with an unknown road user.
+    """
+    shots = [(shot.camera, shot.start, shot.end) for shot in job.shots]
+    if not shots:
+        lives = tuple(trajectories)
+        shots = [(name, *life_of(camera, lives)) for name, camera in job.cameras.items()]
+    aspect = job.output.size[1] / job.output.size[0]
+    location = scenario.network.location
+    found = []
+    for name, start, end in shots:
+        camera = _camera(job.cameras[name], job, scenario, trajectories)
+        seen = [
+            tuple(_seen(camera, _between(events, start, end), location, aspect=aspect))
+            for events in (births, deaths)
+        ]
+        nearest = [tuple(sorted(some, key=lambda each: each.value)) for some in seen]
+        found.append(PopUps(name, start, end, *nearest))
+    return tuple(found)
+
+
+def _between(events: Sequence[Finding], start: float, end: float) -> list[Finding]:
+    """Return the events within a time [s]."""
+    return [event for event in events if start < event.time < end]
+
+
+def _camera(
+    settings: CameraSettings, job: Job, scenario: Scenario, trajectories: Sequence[Trajectory]
+) -> Camera:
+    """Build a camera with no body but that of the road user it rides with."""
+    riders: tuple[Trajectory, ...] = ()
+    if isinstance(settings, LagrangianCamera):
+        named = (settings.vehicle,)
+        riders = tuple(t for t in trajectories if t.id in named or t.key in named)
+    fleet = build_fleet(riders, scenario.vehicle_types, job.vehicles, seed=job.seed)
+    fleet = replace(fleet, location=scenario.network.location)
+    return build_camera(settings, fleet=fleet, left_hand=scenario.network.left_hand)
+
+
+def _seen(
+    camera: Camera, events: Sequence[Finding], location: Location, *, aspect: float
+) -> Iterator[Finding]:
+    """Yield the events that lie in the picture; their value is the distance from the eye [m]."""
+    for event in events:
+        try:
+            view = camera.view_at(event.time)
+        except ConfigError:
+            # The camera's own vehicle is not there then, so there is no picture.
+            continue
+        place = location.inside([event.x, event.y, event.z])
+        distance = _distance(view, place, aspect=aspect)
+        if distance is not None:
+            yield replace(event, value=distance)
+
+
+def _distance(view: View, place: Floats, *, aspect: float) -> float | None:
+    """Return the distance from the eye to a place [m]; None if it is outside the picture."""
+    place = place - view.position
+    local = place @ view.world_from_camera.matrix[:3, :3]
+    inside = bool(view.lens.sees(local, aspect, margin=_BESIDE))
+    distance = float(np.linalg.norm(place))
+    return distance if inside and distance < _FARTHEST else None
+
 
 _JUMP = "jump beyond the logged speed"
 _STRAY = "farther from the lane's centre than logged"
@@ -232,7 +329,7 @@ def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step
         keeping: The lanes; None if it does not keep to lanes.
         step: Time between frames [s].
     """
-    peaks: dict[str, measures.Peak] = {}
+    peaks: dict[str, laws.Peak] = {}
     census.users += 1
     for piece in user.trajectory.pieces:
         times = frame_grid(piece, step=step)
@@ -243,7 +340,7 @@ def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step
             curves[_STRAY] = _strays(user, keeping, motion, times, step=step)
         for name, values in curves.items():
             census.tallies[name].add(values)
-            found = measures.largest(values, times)
+            found = laws.largest(values, times)
             old = [peaks[name]] if name in peaks else []
             if found:
                 peaks[name] = max(*old, *found, key=_size) if old else found[0]
@@ -252,7 +349,7 @@ def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step
             census.tallies[name].worst.append(user.found(name, peak.time, peak.value))
 
 
-def _size(peak: measures.Peak) -> float:
+def _size(peak: laws.Peak) -> float:
     return abs(peak.value)
 
 
@@ -270,13 +367,13 @@ def _curves(
     """
     finite = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.yaws)
     census.broken += int((~finite).sum())
-    known = measures.measure(motion, step=step, length=user.length)
+    known = laws.measure(motion, step=step, length=user.length)
     # A move into a parking place is no jump: the log does not say how a car gets there.
     parking = [remark for remark in user.trajectory.remarks if remark.kind == "parking"]
     aside = np.zeros(len(times), dtype=np.bool_)
     for remark in parking:
         aside |= (times >= remark.begin - step) & (times <= remark.end)
-    beyond = measures.excess(known.jumps, user.speeds_around(times), step=step)
+    beyond = laws.excess(known.jumps, user.speeds_around(times), step=step)
     beyond = np.where(aside, np.nan, np.maximum(beyond, 0.0))
     census.jumps += int((beyond > 0.0).sum())
     return {

@@ -8,21 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.cast.finding import find_trajectory
+from sumo3dviz_pt.cast.fleet import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES
-from sumo3dviz_pt.motion import measures
-from sumo3dviz_pt.motion.lanes.graph import LaneGraph
-from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario
+from sumo3dviz_pt.motion import laws
+from sumo3dviz_pt.motion.lanes import LaneGraph
+from sumo3dviz_pt.motion.laws import LaneKeeping
 from sumo3dviz_pt.pipeline.motion.checks import User, users_of
 from sumo3dviz_pt.pipeline.production import check_target, read
 from sumo3dviz_pt.pipeline.reading import spare_inputs
-from sumo3dviz_pt.report.extra import check_extra
-from sumo3dviz_pt.report.motion.plot import Drive, MotionCourse, Road, motion_plot
+from sumo3dviz_pt.report.machine import check_extra
+from sumo3dviz_pt.report.motion import Drive, MotionCourse, Road, motion_plot
 
 _STEP = 0.02
 """Time between the points of a curve, unless there would be too many [s]."""
@@ -137,7 +136,7 @@ def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> Mo
     times = np.linspace(first, last, count)
     step = float(times[1] - times[0]) or _STEP
     motion = user.trajectory.sample(times)
-    known = measures.measure(motion, step=step, length=user.length)
+    known = laws.measure(motion, step=step, length=user.length)
     places = motion.positions[:, :2]
     return MotionCourse(
         times,
@@ -173,7 +172,7 @@ def _in_lane(places: Floats, lines: Sequence[Floats]) -> Floats:
     """Return signed distances from the lanes' centres, (n,) [m]; NaN outside the lanes."""
     found = np.full(len(places), np.nan)
     known = np.isfinite(places).all(axis=1)
-    found[known] = measures.offsets(places[known], lines)
+    found[known] = laws.offsets(places[known], lines)
     found[np.abs(found) > _OFF] = np.nan
     return found
 

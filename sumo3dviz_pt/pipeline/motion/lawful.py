@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.traffic import Scenario, Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion import LogMotion
 from sumo3dviz_pt.motion.laws import HEADING, MOVING, Breach, breaches

@@ -7,6 +7,9 @@ phase function of a ball of water, which we compute from Fresnel's equations for
 reflected, go through, or are reflected once inside. Light bent around drops is left to the lamp's
 halo. Flakes scatter alike into all directions.
 
+Places as a camera or a lamp sees them. Sums are written out: a library of linear algebra would
+wake threads for each of them, and add in another order on another processor.
+
 References:
     Garg, K. and Nayar, S. K., Photometric model of a rain drop, Columbia University, 2003: a drop
     shows 165 degrees of what is behind it, and .94 of its light.
@@ -21,7 +24,21 @@ import numpy as np
 
 from sumo3dviz_pt.model.falling import Falling, Glows, SkyLight, Throws
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.render.falling.frames import along, local
+
+
+def local(places: Floats, frame: Floats) -> Floats:
+    """Return places in the world, (n, 3) [m], in a rigid frame, (4, 4)."""
+    apart = [places[:, axis] - frame[axis, 3] for axis in range(3)]
+    found = np.empty_like(places)
+    for column in range(3):
+        found[:, column] = sum(apart[axis] * frame[axis, column] for axis in range(3))
+    return found
+
+
+def along(vectors: Floats, axis: Floats) -> Floats:
+    """Return how long vectors, (n, k), are along an axis, (k,)."""
+    return np.asarray(sum(vectors[:, k] * float(part) for k, part in enumerate(axis)))
+
 
 WATER = 1.333
 """Refractive index."""

@@ -15,9 +15,8 @@ from sumo3dviz_pt.model.falling import Falling, SkyLight, Windscreen
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.render.falling.chance import keys_of, shares
-from sumo3dviz_pt.render.falling.strokes import Strokes, draw
-from sumo3dviz_pt.render.falling.veil import Veil
+from sumo3dviz_pt.render.falling.drops import keys_of, shares
+from sumo3dviz_pt.render.falling.strokes import Strokes, Veil, draw
 
 _CELL = 0.014
 """Side of the squares on the pane that hold one drop at a time [m]."""

@@ -1,14 +1,150 @@
-"""Draws strokes: what small things cover that moved while the shutter was open, in depth."""
+"""Draws strokes: what small things cover that moved while the shutter was open, in depth.
+
+Strokes in pictures that go all around: what leaves at one edge comes in at the other.
+
+What is laid over a picture: shares of its pixels' light that something else gives instead. Shares
+add up as optical depths do, so the order in which they are laid does not matter.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
-from sumo3dviz_pt.render.falling.veil import Veil
+from sumo3dviz_pt.model.lens import Lens
+
+_ROOM, _LEAST_ROOM = np.float32(0.02), np.float32(0.02)
+"""How softly a surface hides what is behind it: share of the distance, and at least so far [m]."""
+
+
+class Veil:
+    """Collects what covers a picture, and the light that it gives.
+
+    Args:
+        distance: Of what each pixel sees, (h, w) [m]; any where it sees the sky.
+        hit: Share of the pixel that sees anything but the sky, (h, w).
+    """
+
+    def __init__(self, distance: Image, hit: Image) -> None:
+        self.size = distance.shape[1], distance.shape[0]
+        self.distance, self.hit = distance.reshape(-1), hit.reshape(-1)
+        self._depth: Floats = np.zeros(distance.size)
+        self._light: Floats = np.zeros((3, distance.size))
+
+    def seen(self, pixels: NDArray[Any], away: Image) -> Image:
+        """Return how much of things is not hidden, [0, 1].
+
+        Args:
+            pixels: Flat numbers of the pixels that they are before.
+            away: Their distances [m].
+        """
+        before = (self.distance[pixels] - away) / (_ROOM * away + _LEAST_ROOM) + np.float32(0.5)
+        hit = self.hit[pixels]
+        seen = 1 - hit + hit * np.clip(before, np.float32(0.0), np.float32(1.0))
+        return np.asarray(seen, dtype=np.float32)
+
+    def add(self, pixels: Ints, depths: Image, colours: Floats) -> None:
+        """Cover pixels.
+
+        Args:
+            pixels: Flat numbers, (n,); one may occur many times.
+            depths: Optical depths, (n,).
+            colours: Radiance that comes instead, (n, 3).
+        """
+        count = len(self._depth)
+        self._depth += np.bincount(pixels, weights=depths, minlength=count)
+        for light, colour in zip(self._light, colours.T, strict=True):
+            light += np.bincount(pixels, weights=depths * colour, minlength=count)
+
+    def over(self, radiance: Image) -> Image:
+        """Return a picture with what covers it, (h, w, 3)."""
+        covered = np.flatnonzero(self._depth > 0.0)
+        if not len(covered):
+            return radiance
+        depth = self._depth[covered]
+        share = -np.expm1(-depth)
+        laid = np.array(radiance, dtype=np.float32).reshape(-1, 3)
+        light = self._light[:, covered] * (share / depth)
+        laid[covered] = laid[covered] * (1.0 - share)[:, None] + light.T
+        return laid.reshape(radiance.shape)
+
+
+_BENT, _SHIFTED = 0.1, 0.35
+"""Shares of a stroke's length by which its middle may lie beside the line between its ends, and off
+the line's middle along it, where the camera comes nearer."""
+
+
+class Laid(NamedTuple):
+    """Strokes in a picture.
+
+    Attributes:
+        starts: Row and column of one end, (2, n) [px].
+        ends: Of the other end, (2, n) [px].
+        whose: Which of the given strokes each is, (n,).
+    """
+
+    starts: Floats
+    ends: Floats
+    whose: Ints
+
+
+def turn_of(lens: Lens, size: tuple[int, int]) -> float | None:
+    """Return how many columns a whole turn takes [px]; None where columns do not go around."""
+    if lens.projection != "equirectangular":
+        return None
+    return size[0] / lens.turn
+
+
+def laid(
+    starts: Floats, middles: Floats, ends: Floats, *, lens: Lens, size: tuple[int, int]
+) -> Laid:
+    """Return strokes as they are seen with a lens: each on both sides of a seam that it crosses.
+
+    Where straight things are not seen straight, at a zenith or right behind a fisheye, ends lie
+    far apart in the picture though they do not in the world; such strokes are left out.
+
+    Args:
+        starts: Where one end is projected, (2, n) [px].
+        middles: Where the place half-way is, (2, n) [px].
+        ends: Where the other end is, (2, n) [px].
+        lens: Of one eye.
+        size: Of its picture [px].
+    """
+    every = np.arange(starts.shape[1])
+    if not lens.sees_around:
+        return Laid(starts, ends, every)
+    turn = turn_of(lens, size)
+    if turn is not None:
+        middles, ends = (_beside(starts, places, turn) for places in (middles, ends))
+    line, off = ends - starts, middles - 0.5 * (starts + ends)
+    long = np.hypot(*line)
+    towards = line / np.maximum(long, 1e-9)
+    along, aside = (
+        np.abs((off * towards).sum(axis=0)),
+        np.abs(off[0] * towards[1] - off[1] * towards[0]),
+    )
+    kept = np.flatnonzero((along < _SHIFTED * long + 1.0) & (aside < _BENT * long + 1.0))
+    starts, ends = starts[:, kept], ends[:, kept]
+    if turn is None:
+        return Laid(starts, ends, kept)
+    shifts = np.repeat((0.0, -turn, turn), len(kept))
+    starts, ends = np.tile(starts, 3), np.tile(ends, 3)
+    starts[1] += shifts
+    ends[1] += shifts
+    return Laid(starts, ends, np.tile(kept, 3))
+
+
+def _beside(starts: Floats, places: Floats, turn: float) -> Floats:
+    """Return places, (2, n) [px], with columns that are less than half a turn from `starts`."""
+    nearer = places.copy()
+    nearer[1] -= turn * np.rint((places[1] - starts[1]) / turn)
+    return nearer
+
 
 WIDEST = 64.0
 """Strokes are at most so wide [px]."""

@@ -1,8 +1,14 @@
-"""What is in the air takes light away and adds its own, in closed form for every segment of a path.
+"""What rays may meet, and what the air between takes away and adds.
+
+What rays may meet: one scene of Mitsuba's, or what moves and what stands apart. Mitsuba builds the
+tree of a scene anew when anything in it has moved. Where what stands has a scene of its own, its
+tree is built once, and rays ask both.
+
+What is in the air takes light away and adds its own, in closed form for every segment of a path.
 
 The density of fog is even up to a height and falls exponentially above it; rain and snow that fall
 are the same at all heights. Light from the air itself is that of the fog's own sky (see
-`render/sky/weather.py`), so things that fade meet the horizon behind them. Sky and sun are given
+`render/sky/weathered.py`), so things that fade meet the horizon behind them. Sky and sun are given
 as they reach the ground, through all that lies above: paths to them lose nothing here.
 
 References:
@@ -13,6 +19,7 @@ References:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -20,7 +27,56 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.weather import ASYMMETRY, Weather
+from sumo3dviz_pt.render.backend import check_scenes
 from sumo3dviz_pt.render.loaded import LoadedScene
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solids:
+    """All that rays may meet.
+
+    Attributes:
+        scene: Mitsuba's, of everything or of what moves.
+        standing: Mitsuba's, of what stands; None where the other one holds that, too.
+    """
+
+    scene: Any
+    standing: Any = None
+
+    def __post_init__(self) -> None:
+        """Refuse two scenes where a kernel may ask only one."""
+        check_scenes(mi.variant(), 1 if self.standing is None else 2)
+
+    def nearest(self, ray: Any, coherent: Any, active: Any = True) -> Any:
+        """Return what a ray meets first, as Mitsuba's preliminary intersection.
+
+        Args:
+            ray: The ray.
+            coherent: Whether neighbouring rays run alike.
+            active: Which lanes count.
+        """
+        if self.standing is None:
+            return self.scene.ray_intersect_preliminary(ray, coherent, active=active)
+        stands = self.standing.ray_intersect_preliminary(ray, coherent, active=active)
+        shorter = mi.Ray3f(ray)
+        # The distance is inf where nothing stands. Where both are in one place, chance decided
+        # in one scene; here it is what moves.
+        shorter.maxt = dr.minimum(ray.maxt, stands.t)
+        moves = self.scene.ray_intersect_preliminary(shorter, coherent, active=active)
+        return dr.select(moves.is_valid(), moves, stands)
+
+    def hide(self, ray: Any, active: Any) -> Any:
+        """Return whether anything is in the way of a ray.
+
+        Args:
+            ray: It ends at its `maxt`.
+            active: Which lanes count.
+        """
+        if self.standing is None:
+            return self.scene.ray_test(ray, active)
+        hidden = self.standing.ray_test(ray, active)
+        return hidden | self.scene.ray_test(ray, active & ~hidden)
+
 
 _LEVEL = 0.05
 """Rise along a segment below which its density counts as that of its middle [m]."""
@@ -78,7 +134,7 @@ class Air:
         """Return the share of a lamp's light that reaches a place through segments.
 
         A share g^2 of what droplets scatter goes on as good as straight (delta scaling, see
-        `model/daylight.py`): it is lost for the lamp's image, but still lights things there.
+        `model/weather.py`): it is lost for the lamp's image, but still lights things there.
         """
         length = dr.select(active, distance, 0.0)
         return dr.exp((ASYMMETRY**2 - 1.0) * self.depth(start, d, length))

@@ -1,27 +1,115 @@
-"""Frames by our own kernel, which finds all layers with the picture."""
+"""Frames by our own kernel, which finds all layers with the picture.
+
+Shares a picture's samples out among the moments of an exposure, and sums what they see. Every row
+of a picture is seen at equally many moments, and gets its share of the samples at each, so that a
+moving shutter costs what the scene's own changes cost, and no further samples.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt.model.areas import PixelArea
+from sumo3dviz_pt.model.falling import reflected_share, reflection_samples
 from sumo3dviz_pt.model.geometry import Floats, Image
-from sumo3dviz_pt.model.layers import Layers, MovingPart, merged
-from sumo3dviz_pt.model.panes import reflected_share, reflection_samples
+from sumo3dviz_pt.model.layers import Layers, MovingPart, PixelArea, merged
 from sumo3dviz_pt.model.scene import FrameState, Moment, View
-from sumo3dviz_pt.render.clock import Clock
+from sumo3dviz_pt.render.kernel.eye import PaneEye
 from sumo3dviz_pt.render.kernel.integrator import CHANNELS, FIRST, Kernel, Limits
-from sumo3dviz_pt.render.kernel.pane_eye import PaneEye
 from sumo3dviz_pt.render.loaded import LoadedScene
-from sumo3dviz_pt.render.passes import guides
-from sumo3dviz_pt.render.passes.build import Accumulator, pass_seed
-from sumo3dviz_pt.render.passes.denoise import denoise
-from sumo3dviz_pt.render.passes.moments import MeanOfRows, PassOrder, shared_order, whole_order
-from sumo3dviz_pt.render.settings import AfterPass, RenderSettings, Traced
+from sumo3dviz_pt.render.passes import by_path
+from sumo3dviz_pt.render.passes.finish import denoise
+from sumo3dviz_pt.render.passes.samples import Accumulator, pass_seed
+from sumo3dviz_pt.render.settings import AfterPass, Clock, RenderSettings, Traced
+
+WHOLE_HEIGHT = (0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class PassOrder:
+    """What is traced of a picture at one moment.
+
+    Attributes:
+        seed: Of its first pass.
+        spp: Samples of a pass.
+        passes: How many there are.
+        glow_spp: Samples of lamps that are seen directly.
+        band: First and last row, shares of the picture's height.
+    """
+
+    seed: int
+    spp: int
+    passes: int
+    glow_spp: int
+    band: tuple[float, float] = WHOLE_HEIGHT
+
+    def of_moment(self, number: int, moment: Moment) -> PassOrder:
+        """Return the order of one of many moments; each has seeds of its own."""
+        seed = pass_seed(self.seed, number * self.passes)
+        return replace(self, seed=seed, band=moment.rows)
+
+    def rows(self, height: int) -> slice:
+        """Return the rows that are traced of a picture so high [px]."""
+        first, last = (round(share * height) for share in self.band)
+        return slice(first, last)
+
+
+def whole_order(settings: RenderSettings, seed: int, *, glow_spp: int) -> PassOrder:
+    """Return what is traced of a picture that is seen at one moment."""
+    return PassOrder(seed, settings.pass_spp, settings.passes, glow_spp)
+
+
+def shared_order(
+    settings: RenderSettings, seed: int, *, glow_spp: int, moments: Sequence[Moment]
+) -> PassOrder:
+    """Return what is traced of a picture at each moment of an exposure.
+
+    The samples of all moments are as many as the quality has, or one more for each moment where
+    they cannot be shared out evenly.
+    """
+    count = moments_of_a_row(moments)
+    spp = -(-settings.quality.spp // count)
+    of_pass = min(settings.quality.pass_spp, spp)
+    return PassOrder(seed, of_pass, -(-spp // of_pass), max(1, -(-glow_spp // count)))
+
+
+def moments_of_a_row(moments: Sequence[Moment]) -> int:
+    """Return at how many moments each row is seen."""
+    return round(sum(last - first for first, last in (moment.rows for moment in moments)))
+
+
+@dataclass(slots=True)
+class MeanOfRows:
+    """Averages layers of bands of rows.
+
+    Attributes:
+        height: Of the whole picture [px].
+    """
+
+    height: int
+    _sums: dict[str, Floats] = field(default_factory=dict)
+    _counts: dict[str, Floats] = field(default_factory=dict)
+
+    def add(self, layers: Layers, rows: slice) -> None:
+        """Add what was found in some rows; the layers have only these."""
+        for name, found in layers.items():
+            if name not in self._sums:
+                self._sums[name] = np.zeros((self.height, *found.shape[1:]))
+                self._counts[name] = np.zeros(self.height)
+            self._sums[name][rows] += found
+            self._counts[name][rows] += 1.0
+
+    def means(self) -> Layers:
+        """Return the mean of all rows."""
+        found = {}
+        for name, sums in self._sums.items():
+            counts = self._counts[name].reshape(-1, *(1,) * (sums.ndim - 1))
+            found[name] = np.asarray(sums / np.maximum(counts, 1.0), np.float32)
+        return Layers(found)
+
 
 _MORE = 2
 """Further passes over mirrors for each pass over the picture."""
@@ -79,12 +167,12 @@ class ByKernel:
             kernel = self.followed()
             passes = self._passes(kernel, order, after_pass)
             whole = passes[0] if len(passes) == 1 else merged(passes, _mean)
-            found = guides.as_guides(whole)
+            found = by_path.as_guides(whole)
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
             if self._apart:
                 found |= {"glow": self._glow(kernel, order)}
             found |= self._through_pane(self._reflected(kernel, order), found)
-            accumulator = Accumulator(guides.uncapped(found), white=self._settings.white)
+            accumulator = Accumulator(by_path.uncapped(found), white=self._settings.white)
             for traced in passes:
                 accumulator.add(traced["capped"], traced["lost"])
         return Traced(found, accumulator, kernel.movers)
@@ -127,9 +215,9 @@ class ByKernel:
                     numbers.add(Layers({k: one[k] for k in FIRST.places if k in one}), rows)
             if after_moment is not None:
                 after_moment(number + 1, len(moments))
-        found = guides.as_guides(means.means() | numbers.means())
+        found = by_path.as_guides(means.means() | numbers.means())
         found |= self._through_pane(reflected, found)
-        accumulator = Accumulator(guides.uncapped(found), white=settings.white)
+        accumulator = Accumulator(by_path.uncapped(found), white=settings.white)
         accumulator.add(found["capped"], found["lost"])
         return Traced(found, accumulator, movers)
 

@@ -23,12 +23,11 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.model.weather import ASYMMETRY
-from sumo3dviz_pt.render.kernel.air import Air, phase
+from sumo3dviz_pt.render.kernel.air import Air, Solids, phase
 from sumo3dviz_pt.render.kernel.eye import Eye
 from sumo3dviz_pt.render.kernel.lights import Lights
-from sumo3dviz_pt.render.kernel.solids import Solids
 from sumo3dviz_pt.render.kernels import aligned
-from sumo3dviz_pt.render.lights.sources import Sources, sources_of
+from sumo3dviz_pt.render.lights.standing import Sources, sources_of
 from sumo3dviz_pt.render.loaded import LoadedScene
 
 TILE = 20

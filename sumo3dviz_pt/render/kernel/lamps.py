@@ -1,17 +1,31 @@
-"""All lamps of a scene in one set of tables, however many meshes they belong to.
+"""All lamps of a scene in one set of tables, and where they and mirrors need more samples.
 
-Light is picked and weighed as `render/lights/emitter.py` does it for one mesh.
+All lamps of a scene in one set of tables, however many meshes they belong to. Light is picked and
+weighed as `render/lights/emitter.py` does it for one mesh.
+
+Where lamps may be seen directly: only there are many samples traced for them. Most lamps are
+smaller than a pixel and need many samples, but all together they cover a small part of a picture.
+So every face of a lamp that shines is projected, and rays are traced through the pixels around it.
+
+Where mirrors are seen: frames around cannot help there, so these places get more samples. What a
+mirror shows moves unlike the mirror, and by no motion that one could follow back to the frame
+before. So its pixels are averaged over their own samples alone. They are few: rectangles around
+the mirrors of the vehicle that a camera rides in.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.model.layers import PixelArea
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.emitter import LampSizes, lamp_sizes
@@ -192,3 +206,172 @@ class LampTables:
         pdf = dr.select(front, density * dr.square(distance) / cosine, 0.0)
         lamp = dr.minimum(mi.UInt32(-v * mi.Float(sizes.x)), sizes.x - 1)
         return LampAim(d, distance, pdf, self._shining(first_lamp + lamp, -d, front))
+
+
+_NEAREST = 0.01  # faces that reach behind the eye are cut here [m]
+_BEYOND = 1e6  # projected points are kept within this of the picture [px]
+
+
+def covered(corners: Floats, view: View, size: tuple[int, int]) -> Bools:
+    """Return the pixels that triangles may cover, (h, w); others are surely free of them.
+
+    Args:
+        corners: In the network's coordinates, (n, 3, 3) [m].
+        view: Of the camera.
+        size: Width, height [px].
+    """
+    width, height = size
+    seen = (corners - view.position) @ view.world_from_camera.matrix[:3, :3]
+    there = np.zeros((height, width), dtype=np.bool_)
+    for part, lens in view.lens.halves(size):
+        there[part] = _covered(seen, lens, view.lens.eye_size(size))
+    return there
+
+
+def _covered(seen: Floats, lens: Lens, size: tuple[int, int]) -> Bools:
+    """Return the pixels of one eye's picture that triangles may cover, (h, w).
+
+    Args:
+        seen: Corners in the camera's frame, (n, 3, 3) [m].
+        lens: Of the eye.
+        size: Width, height [px].
+    """
+    width, height = size
+    if lens.is_straight:
+        seen = seen[(seen[..., 0] > _NEAREST).any(axis=1)]
+    row, column = _spans(seen, lens, size)
+    inside = (row[1] >= 0) & (row[0] < height) & (column[1] >= 0) & (column[0] < width)
+    top, bottom = np.clip(row[:, inside], 0, height - 1)
+    left, right = np.clip(column[:, inside], 0, width - 1)
+    # Each rectangle is written by its corners; sums along both axes fill it.
+    edges = np.zeros((height + 1, width + 1), np.int32)
+    for rows, columns, sign in (
+        (top, left, 1),
+        (top, right + 1, -1),
+        (bottom + 1, left, -1),
+        (bottom + 1, right + 1, 1),
+    ):
+        np.add.at(edges, (rows, columns), sign)
+    return np.asarray(edges.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0)
+
+
+def _spans(seen: Floats, lens: Lens, size: tuple[int, int]) -> tuple[Ints, Ints]:
+    """Return the first and last rows, and columns, of triangles in a picture, (2, n) each.
+
+    Args:
+        seen: Corners in the camera's frame, (n, 3, 3) [m].
+        lens: Of one eye.
+        size: Width, height [px].
+    """
+    if lens.is_straight:
+        low, high = _ends_ahead(seen, lens, size)
+    else:
+        low, high = _ends_around(seen, lens, size)
+    # Whole numbers are at pixels' centres; one pixel more is kept for rounding.
+    room = 1.0 + _blur(seen, lens, size[0])
+    spans = np.clip(np.stack([np.floor(low) - room, np.ceil(high) + room]), -_BEYOND, _BEYOND)
+    return spans[:, 0].astype(int), spans[:, 1].astype(int)
+
+
+def _ends_ahead(seen: Floats, lens: Lens, size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return the first, and the last row and column of triangles before a plane picture, (2, n)."""
+    # Where an edge of a face passes the eye, it lies between the face's corners.
+    cut = seen.copy()
+    cut[..., 0] = _NEAREST
+    places = lens.project(np.concatenate([seen, cut], axis=1), size)[0]
+    ahead = seen[..., 0] > _NEAREST
+    reaches_behind = (~ahead).max(axis=1, keepdims=True)
+    counts = np.concatenate([ahead, np.broadcast_to(reaches_behind, ahead.shape)], axis=1)
+    low = np.where(counts, places, np.inf).min(axis=-1)
+    high = np.where(counts, places, -np.inf).max(axis=-1)
+    return low, high
+
+
+def _ends_around(seen: Floats, lens: Lens, size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return the same for other pictures, whose lines are curves and may go round behind."""
+    places = lens.project(seen, size)[0]
+    low, high = places.min(axis=-1), places.max(axis=-1)
+    # Lamps are small: where one takes up much of the picture, it is near, or cut by its edge.
+    wide = (high - low > 0.25 * np.array(size[::-1])[:, None]).any(axis=0)
+    bend = 0.25 * (high - low).max(axis=0)
+    return np.where(wide, -np.inf, low - bend), np.where(wide, np.inf, high + bend)
+
+
+def _blur(seen: Floats, lens: Lens, width: int) -> Floats:
+    """Return the radius into which a lens blurs triangles, (n,) [px]."""
+    if lens.aperture == 0.0:
+        return np.zeros(len(seen))
+    away = np.maximum(np.linalg.norm(seen, axis=-1).min(axis=1, initial=np.inf), 0.1)
+    apart = np.abs(1.0 / away - 1.0 / lens.focus)
+    return np.asarray(np.ceil(lens.aperture * apart / lens.pixel_width(width)))
+
+
+_LEAST = 100
+"""Pixels of a mirror that is worth it."""
+
+_MOST = 0.1
+"""Share of the picture that all mirrors together may take; larger ones are left out."""
+
+_SAME = 1e-5
+"""Corners nearer to each other than this are one [m]."""
+
+
+class Mirrors:
+    """Finds the mirrors in a view.
+
+    Args:
+        loaded: A scene that shows a frame.
+        names: Names of the meshes of mirrors, by the body that they are part of.
+    """
+
+    def __init__(self, loaded: LoadedScene, names: Iterable[tuple[str, str]]) -> None:
+        self._loaded = loaded
+        self._by_body: Mapping[str, Sequence[Floats]] = {
+            body: _pieces(loaded.parameters, name) for body, name in names
+        }
+
+    def areas(self, view: View, size: tuple[int, int]) -> tuple[PixelArea, ...]:
+        """Return a rectangle around each mirror that is seen, the largest ones first.
+
+        Args:
+            view: Of the camera, in the frame that the scene shows.
+            size: Width, height of the picture [px].
+        """
+        found = [PixelArea.around(covered(panes, view, size)) for panes in self._panes()]
+        large = [area for area in found if area is not None and area.pixels >= _LEAST]
+        kept, room = [], _MOST * size[0] * size[1]
+        for area in sorted(large, key=lambda each: -each.pixels):
+            if area.pixels <= room:
+                kept.append(area)
+                room -= area.pixels
+        return tuple(kept)
+
+    def covered(self, view: View, size: tuple[int, int]) -> Bools:
+        """Return the pixels that mirrors may cover, (h, w); arguments as in `areas`."""
+        panes = [np.zeros((0, 3, 3)), *self._panes()]
+        return covered(np.concatenate(panes), view, size)
+
+    def _panes(self) -> Iterator[Floats]:
+        """Go through the triangles of all mirrors in the frame, (n, 3, 3) each [m]."""
+        pool, origin = self._loaded.pool, self._loaded.origin
+        assert pool is not None and origin is not None, "show a frame first"
+        for slot in pool.shown:
+            matrix = pool.placed[slot][0]
+            for piece in self._by_body.get(pool.body_of_slot[slot], ()):
+                yield piece @ matrix[:3, :3].T + matrix[:3, 3] + origin
+
+
+def _pieces(parameters: Mapping[str, object], name: str) -> list[Floats]:
+    """Return the triangles of each connected piece of a mesh, (n, 3, 3) each [m]."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    vertices = np.array(parameters[f"{name}.vertex_positions"], dtype=np.float64).reshape(-1, 3)
+    faces: Ints = np.array(parameters[f"{name}.faces"], dtype=np.int64).reshape(-1, 3)
+    # Where a mesh is flat, each face has corners of its own.
+    _, same = np.unique(np.round(vertices / _SAME), axis=0, return_inverse=True)
+    corners = same.reshape(-1)[faces]
+    pairs = (corners[:, [0, 1]].ravel(), corners[:, [1, 2]].ravel())
+    joined = coo_array((np.ones(len(pairs[0])), pairs), shape=(len(vertices), len(vertices)))
+    piece = connected_components(joined, directed=False)[1][corners[:, 0]]
+    return [vertices[faces[piece == number]] for number in np.unique(piece)]

@@ -1,17 +1,207 @@
-"""Makes finished pictures of traced ones: denoised, mixed, with lamps, haze and what falls."""
+"""Makes finished pictures of traced ones: denoised, mixed, with lamps, haze and what falls.
+
+Intel Open Image Denoise through `mitsuba-oidn`, on linear radiance.
+
+Aerial perspective in linear radiance, before the picture is stored. Far things fade into the light
+of the horizon behind them: radiance x transmittance + horizon radiance x (1 - transmittance). Sky
+and sun lie behind the haze model and are left alone. The transmittance comes from a depth pass and
+its share of hit samples.
+
+By day rain and snow in the same air have the horizon's light, too. By night lamps light them, and
+then they count with the haze: of what far things fade into, haze gives its share of the extinction
+alone, and what lamps give is in the picture already.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
+from scipy.ndimage import maximum_filter, uniform_filter
 
 from sumo3dviz_pt.model.falling import Falling, SkyLight
-from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.geometry import Bools, Image, Ints
+from sumo3dviz_pt.model.layers import LUMINANCE, Layers
+from sumo3dviz_pt.model.lens import planes_of_rays
 from sumo3dviz_pt.model.scene import Haze, View
-from sumo3dviz_pt.render.passes.denoise import denoise, mixed, noisy_box
-from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.sky.baked import horizon_towards
+
+_LUMINANCE = LUMINANCE.astype(np.float32)
+_WINDOW = 5
+"""Side of the window that tells texture from noise [px]."""
+
+_THREADS = 4
+"""Of the denoiser: it adds in another order with another number (measured: 1, 2, 3, 5 and 16 gave
+four pictures), and pictures hang on no machine's or user's number of threads. Two cores take the
+same time with two."""
+
+_BLOCK = 16
+"""The denoiser's network halves pictures four times [px]."""
+
+
+def denoise(
+    radiance: Image,
+    *,
+    quality: str,
+    albedo: Image | None = None,
+    normal: Image | None = None,
+) -> Image:
+    """Remove noise from a sanitised, capped picture.
+
+    Args:
+        radiance: (h, w, 3), finite and non-negative; box-filtered pixels only.
+        quality: `fast`, `balanced` or `high`.
+        albedo: Reflectance guide, (h, w, 3), or None.
+        normal: Shading normal guide, (h, w, 3), or None; needs an albedo.
+
+    Returns:
+        The picture, (h, w, 3), non-negative.
+    """
+    import mitsuba_oidn as oidn
+
+    levels = {
+        "fast": oidn.Quality.Fast,
+        "balanced": oidn.Quality.Balanced,
+        "high": oidn.Quality.High,
+    }
+    # Guides go in as they are: filtering them first costs four times the denoising and
+    # gains less than the same time in samples (docs/internals/samples_to_picture.md).
+    result = oidn.denoise(
+        np.ascontiguousarray(radiance, np.float32),
+        None if albedo is None else np.ascontiguousarray(np.clip(albedo, 0.0, 1.0), np.float32),
+        None if normal is None else np.ascontiguousarray(normal, np.float32),
+        hdr=True,
+        quality=levels[quality],
+        device=_device(),
+    )
+    return np.maximum(np.array(result, dtype=np.float32), 0.0)
+
+
+def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
+    """Give some of the raw picture back: noise of one and blur of the other partly cancel.
+
+    Only textures get it, because there blur is seen and noise is not. A raw pixel brighter than
+    twice the smooth one would flash in a film, so it is cut to that. The open sky has no noise
+    and stays raw.
+
+    Args:
+        smooth: The denoised picture, (h, w, 3).
+        raw: The picture before, (h, w, 3).
+        hit: Share of samples that hit something, (h, w) in [0, 1].
+        share: Of the raw picture where nothing but texture is seen, in [0, 1].
+
+    Returns:
+        The mixture, (h, w, 3).
+    """
+    held = np.minimum(raw, 2 * smooth)
+    if share > 0:
+        own = np.float32(share) * texture(smooth, held)[..., None]
+        smooth = (smooth + own * (held - smooth)).astype(np.float32, copy=False)
+    return np.where(open_sky(hit)[..., None], raw, smooth)
+
+
+def noisy_box(hit: Image) -> tuple[slice, slice]:
+    """Return the rows and columns outside of which nothing but the sky is seen.
+
+    Between frames of a moving camera the box grows and shrinks by whole blocks of the denoiser's
+    network, or all that it finds would change a little.
+
+    Args:
+        hit: Share of samples that hit something, (h, w) in [0, 1].
+    """
+    noisy = ~open_sky(hit)
+    rows, columns = np.flatnonzero(noisy.any(axis=1)), np.flatnonzero(noisy.any(axis=0))
+    return _reach(rows, noisy.shape[0]), _reach(columns, noisy.shape[1])
+
+
+def _reach(lines: Ints, count: int) -> slice:
+    """Return the rows or columns of whole blocks that hold some lines, with a block at each side.
+
+    Args:
+        lines: Numbers of rows or columns, ascending.
+        count: How many rows or columns the picture has.
+    """
+    if not len(lines):
+        return slice(0, 0)
+    first, after = int(lines[0]) // _BLOCK - 1, int(lines[-1]) // _BLOCK + 2
+    return slice(max(first, 0) * _BLOCK, min(after * _BLOCK, count))
+
+
+def open_sky(hit: Image) -> Bools:
+    """Return the pixels of squares of 3 x 3 in which nothing but the sky is seen, (h, w).
+
+    Gaps in a tree do not count: which of them are found empty by a few samples differs from
+    frame to frame, and raw pixels among smooth ones would sparkle.
+    """
+    inner = maximum_filter(hit, 3, mode="nearest") <= 0
+    return np.asarray(maximum_filter(inner, 3, mode="constant"))
+
+
+def texture(smooth: Image, raw: Image) -> Image:
+    """Return how much of what varies nearby is texture rather than noise, (h, w) in [0, 1].
+
+    This is the local variance of the denoised luminance over the sum of that variance and the
+    power of what the denoiser took, as in Wiener's filter (Lee 1980,
+    doi:10.1109/TPAMI.1980.4766994).
+    """
+    light, taken = smooth @ _LUMINANCE, (raw - smooth) @ _LUMINANCE
+    mean = uniform_filter(light, _WINDOW)
+    contrast = np.maximum(uniform_filter(light * light, _WINDOW) - mean * mean, 0.0)
+    noise = uniform_filter(taken * taken, _WINDOW)
+    return np.asarray(contrast / (contrast + noise + 1e-12), dtype=np.float32)
+
+
+@cache
+def _device() -> Any:
+    """Return the process's only device: each keeps half a gigabyte of buffers at 1280x720."""
+    import mitsuba_oidn as oidn
+
+    device = oidn.Device(oidn.DeviceType.CPU)
+    device.num_threads = _THREADS
+    return device
+
+
+def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind: Image) -> Image:
+    """Lay haze between the camera and what it sees.
+
+    Args:
+        radiance: (h, w, 3).
+        haze: Extinction.
+        depth: Mean distance of the samples, 0 where they miss, (h, w) [m].
+        hit: Share of samples that hit something, (h, w) in [0, 1].
+        behind: Horizon radiance in each pixel's direction, (h, w, 3).
+
+    Returns:
+        Radiance with haze, (h, w, 3).
+    """
+    distance = depth / np.maximum(hit, np.float32(1e-6))
+    # In a pixel that sees far things and sky, both have the horizon's light. Without this, hazy
+    # hills would have a dark outline.
+    sky = np.where(hit > 0, 1 - hit, np.float32(0.0))
+    hazed = np.empty(radiance.shape, dtype=np.float32)
+    for channel, extinction in enumerate(haze.extinction):
+        fade = -np.expm1(distance * -(extinction + haze.falls))
+        fade *= extinction / max(extinction + haze.falls, 1e-12)
+        veil = (hit + sky * (fade * fade * fade)) * fade
+        plain = radiance[..., channel]
+        hazed[..., channel] = plain + (behind[..., channel] - plain) * veil
+    return hazed
+
+
+def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Image:
+    """Return the horizon's radiance in each pixel's direction, (h, w, 3).
+
+    Args:
+        horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
+        view: Of the camera.
+        size: Width, height [px].
+    """
+    rays = planes_of_rays(view.lens, size).reshape(3, -1)
+    turn = view.world_from_camera.matrix[:3, :3].astype(np.float32)
+    towards = (turn @ rays).reshape(3, size[1], size[0])
+    return horizon_towards(horizon, np.moveaxis(towards, 0, -1))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +276,7 @@ def hazed(seen: Layers, view: View, how: Finishing) -> Image:
     radiance = _hazed(seen, view, how)
     if how.falling is not None and how.light is not None:
         # Without weather nothing of it is loaded.
-        from sumo3dviz_pt.render.falling.build import with_falling
+        from sumo3dviz_pt.render.falling.drawn import with_falling
 
         radiance = with_falling(radiance, seen, view, how.falling, how.light)
     if "reflected" not in seen:

@@ -18,12 +18,12 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.model.scene import FrameState, View
+from sumo3dviz_pt.render.convert import WHOLE, PicturePart, part_parameters, sensor_entry
 from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
 from sumo3dviz_pt.render.kernel.integrator import Limits
 from sumo3dviz_pt.render.kernels import load
-from sumo3dviz_pt.render.passes import guides
-from sumo3dviz_pt.render.passes.denoise import denoise
-from sumo3dviz_pt.render.sensors import WHOLE, PicturePart, part_parameters, sensor_entry
+from sumo3dviz_pt.render.passes import by_path
+from sumo3dviz_pt.render.passes.finish import denoise
 from sumo3dviz_pt.render.session import Session
 
 Size = tuple[int, int]
@@ -65,7 +65,7 @@ class Quick:
         """
         quality = self._session.settings.quality
         limits = Limits(quality.max_depth, quality.rr_depth, self._session.limit)
-        found = guides.as_guides(self._traced(view, part, spp=1, seed=seed, limits=limits))
+        found = by_path.as_guides(self._traced(view, part, spp=1, seed=seed, limits=limits))
         return Layers({"radiance": found["capped"], "depth": found["depth"], "hit": found["hit"]})
 
     def hazed(self, seen: Layers, view: View) -> Image:
@@ -88,7 +88,7 @@ class Quick:
 
     def _guided(self, view: View, part: PicturePart, seed: int) -> Layers:
         """Trace what guides the denoiser."""
-        spp = guides.guide_spp(self._session.settings.quality)
+        spp = by_path.guide_spp(self._session.settings.quality)
         own = seed + part.row * part.of + part.column
         limits = Limits(_FIRST_SURFACE, _FIRST_SURFACE)
         return self._traced(view, part, spp=spp, seed=own, limits=limits)

@@ -23,10 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
-from sumo3dviz_pt.model.lamps import LampSet, RunningLights
-from sumo3dviz_pt.model.scene import FrameState, SceneData
+from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.scene import FrameState, LampSet, RunningLights, SceneData
 from sumo3dviz_pt.report.stress.cases import Case
 
 MARGIN = 1.05

@@ -1,15 +1,38 @@
-"""How a camera is aimed: by angles, or at a point."""
+"""Cameras by mode: where the eye is, how it is aimed, what it sees with.
+
+How a camera is aimed: by angles, or at a point. The lens that a scene file describes. Chooses the
+cameras of a scene file that must keep a clear view.
+
+Cameras: where the eye is and what it sees with, at any time. A camera is a pure function of time.
+The type of its settings decides which builder makes it; each mode's module in this folder
+registers its own.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import singledispatch
+from typing import Protocol
 
 import numpy as np
 
+from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import EulerianCamera, KeyFrame
+from sumo3dviz_pt.job.cameras import FOV
+from sumo3dviz_pt.job.settings import (
+    CameraSettings,
+    EulerianCamera,
+    KeyFrame,
+    LensSettings,
+    Settings,
+)
+from sumo3dviz_pt.model.camera import CameraPath, Shutter
 from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.network import UNPLACED, Location
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.world.placement.clearance import Clearance
 
 _NEAREST = 1e-6
 """A target must be further away than this [m]."""
@@ -64,3 +87,103 @@ def aim_at(direction: Floats, *, roll: float = 0.0) -> Aim:
         raise ConfigError("look_at is the camera's own position", key="cameras")
     yaw = np.arctan2(direction[1], direction[0]) if level > _NEAREST else np.pi / 2
     return Aim(float(yaw), float(np.arctan2(direction[2], level)), roll)
+
+
+ALWAYS = (float("-inf"), float("inf"))
+"""All of time [s]."""
+
+
+class Camera(Protocol):
+    """Anything that has a view at any time."""
+
+    @property
+    def shutter(self) -> Shutter:
+        """When it lets light in."""
+
+    def view_at(self, time: float) -> View:
+        """Return the view at a time [s].
+
+        Raises:
+            ConfigError: If the camera rides with a road user that does not exist then.
+        """
+
+    def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
+        """Return increasing times whose views stand for all of its way [s].
+
+        Args:
+            times: First and last of interest [s]. A camera that rides with a road user has no
+                moments if the road user does not exist between them; other cameras may ignore
+                them.
+        """
+
+
+@singledispatch
+def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """Make the camera that a scene file asks for.
+
+    Args:
+        settings: One of the job's camera settings.
+        fleet: Road users that a camera can ride with.
+        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+
+    Raises:
+        ConfigError: If the road user that it rides with or its view is unknown, or if it looks
+            at the point where it stands.
+    """
+    raise TypeError(f"{type(settings).__name__} is no camera")
+
+
+def lens_of(settings: LensSettings, *, degrees: float = FOV) -> Lens:
+    """Return the lens that settings ask for: the only place that reads their projection.
+
+    Args:
+        settings: Of the lens.
+        degrees: Opening angle of a perspective lens that does not say it [deg].
+    """
+    if settings.width is not None:
+        return Lens(0.0, "orthographic", width=settings.width)
+    degrees = settings.degrees(degrees)
+    focus = settings.focus if isinstance(settings.focus, float) else float("inf")
+    return Lens(
+        float(np.radians(degrees)),
+        settings.projection,
+        aperture=settings.aperture(degrees),
+        focus=focus,
+        distortion=settings.distortion,
+        stereo=settings.stereo,
+        eye_distance=settings.eye_distance,
+    )
+
+
+_VIEWS = 60
+"""Views that stand for the way of a camera that moves, beside those at its moments."""
+
+
+def clearance_of(
+    cameras: Iterable[CameraSettings], *, aspect: float, location: Location = UNPLACED
+) -> Clearance:
+    """Return the ways of all cameras that ride in no vehicle and want a clear view.
+
+    Args:
+        cameras: All of a scene file.
+        aspect: Height / width of the picture.
+        location: From where the world's places are counted.
+
+    Raises:
+        ConfigError: If a camera looks at the point where it stands.
+    """
+    found = [_views(camera, location) for camera in clearing(cameras)]
+    return Clearance(tuple(CameraPath.of(views, aspect=aspect) for views in found if views))
+
+
+def clearing(cameras: Iterable[CameraSettings]) -> list[CameraSettings]:
+    """Return those cameras that ride in no vehicle and want a clear view."""
+    return [camera for camera in cameras if getattr(camera, "clear_view", False)]
+
+
+def _views(settings: CameraSettings, location: Location) -> list[View]:
+    """Views along a camera's way."""
+    camera = build_camera(settings, fleet=Fleet((), (), (), {}, location=location))
+    moments = camera.moments()
+    between = np.linspace(moments[0], moments[-1], _VIEWS) if len(moments) > 1 else moments
+    return [camera.view_at(time) for time in sorted({*moments, *map(float, between)})]

@@ -1,38 +1,253 @@
-"""Cameras that ride with a road user; what their views are is data in `scene_templates/camera`.
+"""Cameras that ride with a road user, their eyes, and the wet pane before a driver.
 
-All views are pure functions of time: a camera that swings after its vehicle averages
-the vehicle's heading over the last second instead of remembering its own.
+Keeps an eye out of the body that it rides with: out of heads, bonnets and closed cabins. The wet
+pane before a driver's eye: where it is, and how its wipers move.
+
+Cameras that ride with a road user; what their views are is data in `scene_templates/camera`. All
+views are pure functions of time: a camera that swings after its vehicle averages the vehicle's
+heading over the last second instead of remembering its own.
+
+References:
+    Distance from a point to a triangle: Ericson, Real-Time Collision Detection (2005), 5.1.5.
+    Rays and triangles: Moeller and Trumbore, Journal of Graphics Tools 2 (1997).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.cast.articulation import UnitLinks
-from sumo3dviz_pt.cast.bodies import Body
-from sumo3dviz_pt.cast.cockpits import cabin_of
+from sumo3dviz_pt.cast.axles import UnitLinks
+from sumo3dviz_pt.cast.bodies import Body, cabin_of, has_windscreen
+from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.cast.fleet import Fleet, find_rider
-from sumo3dviz_pt.cast.gait import effort, head_rise, stride_phase
-from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
+from sumo3dviz_pt.cast.poses import effort, first_frame, head_rise, links_of, stride_phase, sway_of
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import LagrangianCamera, LensSettings
-from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, has_dashboard
-from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.job.settings import Job, LagrangianCamera, LensSettings
+from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin as CutawayCabin
+from sumo3dviz_pt.library.vehicles.interior.cutaway import has_dashboard
+from sumo3dviz_pt.model.camera import INSTANT, Shutter
+from sumo3dviz_pt.model.falling import Cabin, Pane, Windscreen
+from sumo3dviz_pt.model.geometry import Floats, Ints, Transform
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.panes import Pane
-from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.model.shutter import INSTANT, Shutter
+from sumo3dviz_pt.model.scene import Prototype, View
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
-from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
-from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
-from sumo3dviz_pt.shot.cameras.eyes import clear_eye
-from sumo3dviz_pt.shot.cameras.lenses import lens_of
-from sumo3dviz_pt.shot.falling.windscreen import pane_of
+from sumo3dviz_pt.model.weather import WeatherCourse
+from sumo3dviz_pt.shot.cameras.aiming import ALWAYS, Aim, Camera, aim_at, build_camera, lens_of
+
+CLEAR = 0.17
+"""Nothing of the own body is nearer to an eye [m]; springs and steps move it by 2 cm."""
+
+_FREE = 4.0
+"""And nothing of it stands straight before an eye within this way [m]."""
+
+_STEP = 0.03
+"""Of the search [m]."""
+
+
+def clear_eye(eye: Floats, body: Body, *, opened: bool) -> Floats:
+    """Move an eye forward until its own body is not before it.
+
+    Args:
+        eye: In the body's frame, (3,) [m].
+        body: The body.
+        opened: Whether its first unit is cut away around the eye; the others are drawn whole, and
+            a ship's bridge is on the last.
+
+    Returns:
+        The first free place, (3,) [m]: at the latest just ahead of the body.
+    """
+    units = body.assembly.units[1:] if opened else body.assembly.units
+    if not units:
+        return eye
+    corners = np.concatenate([each for unit in units for each in _triangles(body, unit)])
+    reach = max(float(corners[..., 0].max()) + CLEAR - eye[0], 0.0)
+    # Only what is about as high and as far aside can be near the way.
+    across = corners[..., 1:] - eye[1:]
+    near = corners[((across.min(axis=1) < CLEAR) & (across.max(axis=1) > -CLEAR)).all(axis=1)]
+    for ahead in np.append(np.arange(0.0, reach, _STEP), reach):
+        place = eye + np.array([ahead, 0.0, 0.0])
+        if not _blocked(place, near) and _distance(place, near) >= CLEAR:
+            break
+    return np.asarray(place)
+
+
+def _triangles(body: Body, unit: Unit) -> Iterator[Floats]:
+    """All triangles of a unit in all its poses, in the body's frame, (m, 3, 3) each [m]."""
+    for vertices, faces in _shapes(unit.prototype):
+        scale = body.scale * [unit.stretch, 1.0, 1.0]
+        yield (scale * vertices + body.scale * [unit.at, 0.0, 0.0])[faces]
+
+
+def _shapes(prototype: Prototype) -> Iterator[tuple[Floats, Ints]]:
+    """Vertices and faces of a body, once for each of its poses."""
+    meshes = [part.mesh for part in prototype.parts]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = np.concatenate([m.faces + first for m, first in zip(meshes, starts, strict=False)])
+    if prototype.poses is None:
+        yield np.concatenate([mesh.vertices for mesh in meshes]), faces
+        return
+    for vertices in prototype.poses.vertices:
+        yield vertices, faces
+
+
+def _blocked(place: Floats, triangles: Floats) -> bool:
+    """Whether a triangle stands straight before a place."""
+    a = triangles[:, 0] - place
+    first, second = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    # The ray runs along +x: whether it passes is a matter of y and z alone.
+    scale = _cross(first, second)
+    flat = np.abs(scale) < 1e-12
+    scale = np.where(flat, 1.0, scale)
+    u, v = _cross(-a, second) / scale, _cross(first, -a) / scale
+    away = a[:, 0] + u * first[:, 0] + v * second[:, 0]
+    inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & ~flat
+    return bool((inside & (away > 0.0) & (away < _FREE)).any())
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Cross product of what vectors are across x, (n, 3); (n,)."""
+    return np.asarray(a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1])
+
+
+def _distance(place: Floats, triangles: Floats) -> float:
+    """From a place to the nearest of some triangles [m]."""
+    near = (triangles[..., 0].min(axis=1) < place[0] + CLEAR) & (
+        triangles[..., 0].max(axis=1) > place[0] - CLEAR
+    )
+    corners = triangles[near] - place
+    if not len(corners):
+        return np.inf
+    sides = [_to_side(corners[:, k], corners[:, (k + 1) % 3]) for k in range(3)]
+    return float(min(*(side.min() for side in sides), _to_inner(corners).min(initial=np.inf)))
+
+
+def _to_side(a: Floats, b: Floats) -> Floats:
+    """From the origin to the nearest points of lines between points, (n, 3); (n,) [m]."""
+    way = b - a
+    squared = np.maximum((way * way).sum(axis=1), 1e-18)
+    share = np.clip(-(a * way).sum(axis=1) / squared, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(a + share[:, None] * way, axis=1))
+
+
+def _to_inner(corners: Floats) -> Floats:
+    """From the origin to the planes of those triangles that its foot lies in, (m,) [m]."""
+    a, b, c = corners.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    long = np.maximum(np.linalg.norm(normal, axis=1), 1e-18)
+    high = (a * normal).sum(axis=1) / long
+    foot = high[:, None] * normal / long[:, None]
+    inside = np.ones(len(a), dtype=np.bool_)
+    for start, end in ((a, b), (b, c), (c, a)):
+        inside &= (np.cross(end - start, foot - start) * normal).sum(axis=1) >= 0.0
+    return np.asarray(np.abs(high[inside]))
+
+
+_RATES = ((0.0, 0.0), (0.2, 0.1), (1.0, 0.2), (4.0, 0.45), (10.0, 0.75), (25.0, 1.0), (50.0, 1.1))
+"""Turns of wipers each second by the rate of rain [mm/h]: from an interval of ten seconds to the
+65 a minute of the faster step."""
+
+_RAISED = 0.12  # from the roof down to the pane's upper edge [m]
+_BEFORE = 0.32  # from the eye to the upper edge, along the vehicle [m]
+_WIDE = 0.8  # share of the vehicle's width
+_SETTLING = (
+    28.0  # drops large enough to be seen that settle on a square metre in a second, at 1 mm/h
+)
+
+
+_RARELY = 0.01  # turns each second that stand for wipers at rest
+
+
+def has_pane(course: WeatherCourse | None, job: Job) -> bool:
+    """Return whether rides look through a wet pane, with wipers, at any time.
+
+    Args:
+        course: The weather over time, or None.
+        job: The scene file.
+    """
+    if course is None or not course.rains:
+        return False
+    return job.weather is None or job.weather.windscreen is not False
+
+
+def windscreen_of(
+    body: Body, cabin: Cabin, view: View, *, course: WeatherCourse, time: float
+) -> Windscreen | None:
+    """Return the pane before a camera that sits in a vehicle; it is dry while no rain falls.
+
+    Ships, aircraft, containers and such have none.
+
+    Args:
+        body: What the vehicle shows.
+        cabin: Where it is.
+        view: The camera.
+        course: The weather over time.
+        time: [s].
+    """
+    if not has_windscreen(body):
+        return None
+    weather = course.at(time)
+    rate = 0.0 if weather.rain is None else weather.rain.rate
+    pane = pane_of(body)
+    frame, (across, tall) = pane.world_from_pane.matrix, pane.size
+    camera = view.world_from_camera.matrix
+    placed = np.linalg.inv(camera) @ cabin.world_from_body @ frame
+    # Two blades side by side that turn the same way, from the passenger's side.
+    side = 1.0 if (np.linalg.inv(cabin.world_from_body) @ camera)[1, 3] >= 0.0 else -1.0
+    pivots = np.array([[side * 0.36 * across, -0.04], [-side * 0.12 * across, -0.04]])
+    long = min(0.47 * across, 0.95 * tall)
+    turns = turned(course, time)
+    per_second = max(_turns(rate), _RARELY)
+    wet = _SETTLING * rate**0.8
+    return Windscreen(
+        placed, (across, tall), pivots, (0.1 * long, long), turns, 1.0 / per_second, wet
+    )
+
+
+def pane_of(body: Body) -> Pane:
+    """Return the windscreen of a body, placed in the body's own frame."""
+    _, width, height = body.size
+    foot, eye = body.seat.cowl, body.seat.eye
+    top = np.array([min(eye[0] + _BEFORE, foot[0] - 0.05), 0.0, height - _RAISED])
+    top[2] = max(top[2], foot[2] + 0.3)
+    frame, tall = _frame(np.array([foot[0], 0.0, foot[2]]), top)
+    return Pane(Transform(frame), (_WIDE * width, tall))
+
+
+def _frame(foot: Floats, top: Floats) -> tuple[Floats, float]:
+    """Return the pane's placement in the body's frame, (4, 4), and its height [m]."""
+    up = top - foot
+    tall = float(np.linalg.norm(up))
+    up /= tall
+    left = np.array([0.0, 1.0, 0.0])
+    frame = np.eye(4)
+    frame[:3, 0], frame[:3, 1], frame[:3, 2] = left, up, np.cross(left, up)
+    frame[:3, 3] = foot
+    return frame, tall
+
+
+def turned(course: WeatherCourse, time: float) -> float:
+    """Return how often wipers have turned since time 0."""
+    low, high = sorted((0.0, time))
+    moments = [low, *(at for at in course.times if low < at < high), high]
+    # Finer steps between moments, as turns do not follow the rate evenly.
+    times = np.unique(np.concatenate([np.linspace(a, b, 17) for a, b in pairwise(moments)]))
+    rates = [course.at(float(at)).rain for at in times]
+    each = np.array([_turns(0.0 if rain is None else rain.rate) for rain in rates])
+    total = float((0.5 * (each[1:] + each[:-1]) * np.diff(times)).sum())
+    return total if time >= 0.0 else -total
+
+
+def _turns(rate: float) -> float:
+    """Return the turns of wipers each second in a rain [mm/h]."""
+    rates, turns = np.array(_RATES).T
+    return float(np.interp(rate, rates, turns))
+
 
 _LAG_SAMPLES = 49
 _ON_BODY = frozenset({"eye", "bonnet"})
@@ -245,7 +460,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
-        mirrors=inside and cabin is Cabin.ROAD,
+        mirrors=inside and cabin is CutawayCabin.ROAD,
         pane=pane_of(body) if inside and settings.reflections else None,
     )
 

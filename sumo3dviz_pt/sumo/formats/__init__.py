@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sumo3dviz_pt.sumo.formats.csv import CsvFormat
 from sumo3dviz_pt.sumo.formats.format import ElementSink, LogFormat
-from sumo3dviz_pt.sumo.formats.parquet import ParquetFormat
+from sumo3dviz_pt.sumo.formats.table import CsvFormat, ParquetFormat
 from sumo3dviz_pt.sumo.formats.xml import XmlFormat
 from sumo3dviz_pt.sumo.stream import may_be_xml
 

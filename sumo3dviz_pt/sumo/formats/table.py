@@ -1,20 +1,32 @@
-"""Vehicle logs that are tables: a row of the table is a road user at one time.
+"""Vehicle logs that are tables: text with any separator, or Parquet.
 
-SUMO writes persons and containers into the columns of vehicles. They have an edge and no lane. If
-the log has a `tag`, it stands in a column that the first vehicle gave another name, because
-SUMO fills the columns of a person one after the other. So only the columns that all kinds share are
-read of persons and containers.
+SUMO's vehicle log as a table of text, plain or gzipped, with any separator. SUMO's vehicle log as
+a Parquet table; reading it needs the package pyarrow.
+
+Vehicle logs that are tables: a row of the table is a road user at one time. SUMO writes persons
+and containers into the columns of vehicles. They have an edge and no lane. If the log has a `tag`,
+it stands in a column that the first vehicle gave another name, because SUMO fills the columns of a
+person one after the other. So only the columns that all kinds share are read of persons and
+containers.
 """
 
 from __future__ import annotations
 
+import csv
+import gzip
 import re
+import zlib
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import islice
 from pathlib import Path
-from typing import cast
+from types import ModuleType
+from typing import Any, cast
 
+from sumo3dviz_pt.errors import InputError, MissingExtraError, cut
+from sumo3dviz_pt.files.atomic import open_plain
 from sumo3dviz_pt.sumo.formats.format import (
     ATTRIBUTES,
     KINDS,
@@ -24,7 +36,7 @@ from sumo3dviz_pt.sumo.formats.format import (
     LogFormat,
     Rows,
 )
-from sumo3dviz_pt.sumo.stream import Element
+from sumo3dviz_pt.sumo.stream import Element, TruncatedError, unpacked
 
 _PREFIX = re.compile(r"^(?:timestep_)?(?:(vehicle|person|container)_)?(?=\w)")
 
@@ -209,3 +221,350 @@ def _kinds(block: Block, kind: str, *, lanes: bool) -> list[str]:
         if not ids[row]:
             kinds[row] = ""
     return kinds
+
+
+_HEAD = 8192
+"""Number of bytes in which the first line must end."""
+
+_MARK = "\ufeff"
+_SEPARATOR = re.compile(r'[^\w"]+')
+_FIRST = re.compile(rb'[^\w<]{0,6}"?[A-Za-z]')
+
+_CSV_NUMBERS = {"z": "0", "slope": "0", "speed": "nan", "pos": "nan", "signals": "-1"}
+"""What stands for an empty cell, as such a number need not be logged."""
+
+_PART = 1 << 16
+"""Number of bytes that are cut into cells at once."""
+
+_LONGEST = 1 << 20
+"""Longest line that is read [bytes]."""
+
+_PEEK = 20
+"""Number of blocks in which a lane must be named."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """How a table is written.
+
+    Attributes:
+        header: Its columns.
+        separator: What stands between cells.
+    """
+
+    header: Header
+    separator: str
+
+
+class CsvFormat(TableFormat):
+    """Text with a header line, as SUMO writes it for names that end in `.csv`."""
+
+    def recognises(self, file: Path) -> bool:
+        """Whether the first line names the columns of a vehicle log."""
+        way = _way(file)
+        return way is not None and way.header.is_log
+
+    def header(self, file: Path) -> Header:
+        """Return the columns of a file that is recognised."""
+        return _known(file).header
+
+    def has_lanes(self, file: Path) -> bool:
+        """Whether rows near the beginning name a lane."""
+        try:
+            return any(
+                any(block.columns.get("lane", ())) for block in islice(self.blocks(file), _PEEK)
+            )
+        except InputError:
+            return False
+
+    def blocks(self, file: Path) -> Iterator[Block]:
+        """Yield the rows of the table in order."""
+        way = _known(file)
+        rest, line = b"", 1
+        try:
+            for chunk in unpacked(file):
+                data = rest + chunk
+                whole = data.rfind(b"\n") + 1
+                rest = data[whole:]
+                if len(rest) > _LONGEST:
+                    message = "the line is longer than 1 MB; no vehicle log has such lines"
+                    raise InputError(message, file=file, line=line + data.count(b"\n", 0, whole))
+                for part in _parts(data, whole):
+                    yield from _blocks(part, way, file, line)
+                    line += part.count(b"\n")
+        except EOFError:
+            raise _broken(file, line) from None
+        except (OSError, zlib.error) as error:
+            raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
+        if rest:
+            raise _broken(file, line)
+
+
+def _way(file: Path) -> _Way | None:
+    """Return how a file is written, or None if it is no table with a header."""
+    try:
+        with open_plain(file) as stream:
+            head = stream.read(_HEAD)
+        if head.startswith(b"\x1f\x8b"):
+            with gzip.open(file, "rb") as packed:
+                head = packed.read1(_HEAD)
+        if not _FIRST.match(head) or b"\0" in head:
+            return None
+        line = head.split(b"\n")[0].decode().rstrip("\r")
+    except (OSError, EOFError, zlib.error, UnicodeDecodeError, InputError):
+        return None
+    found = _SEPARATOR.search(line.removeprefix(_MARK))
+    separator = found[0] if found else ";"
+    names = line.removeprefix(_MARK).split(separator)
+    return _Way(header_of(name.strip('"') for name in names), separator)
+
+
+def _known(file: Path) -> _Way:
+    """Return how a file is written that must be a log."""
+    way = _way(file)
+    if way is None or not way.header.is_log:
+        raise InputError(
+            "its first line does not name the columns of a vehicle log (time, id, x, y, ...); give"
+            " what sumo writes for --fcd-output (with --output.column-header plain), and none of"
+            " its other outputs",
+            file=file,
+        )
+    return way
+
+
+def _broken(file: Path, line: int) -> TruncatedError:
+    return TruncatedError(
+        "the file ends in the middle; copy or write it again", file=file, line=line
+    )
+
+
+def _parts(data: bytes, end: int) -> Iterator[bytes]:
+    """Yield the lines up to a place in parts that stay in a processor's cache."""
+    start = 0
+    while start < end:
+        cut = data.rfind(b"\n", start, start + _PART) + 1 or data.find(b"\n", start) + 1
+        yield data[start:cut]
+        start = cut
+
+
+def _blocks(data: bytes, way: _Way, file: Path, line: int) -> Iterator[Block]:
+    """Yield the rows of some whole lines.
+
+    Args:
+        data: The lines, the header among them if they are the first.
+        way: How the table is written.
+        file: For messages.
+        line: Number of the first line.
+    """
+    try:
+        text = data.decode()
+    except UnicodeDecodeError:
+        raise InputError("is not written in UTF-8; write it again", file=file, line=line) from None
+    if line == 1:
+        _, _, text = text.partition("\n")
+        line = 2
+    if "\r" in text:
+        text = text.replace("\r\n", "\n")
+    if text:
+        cells = _csv_cells(text, way) or _cells_one_by_one(text, way, file, line)
+        names = way.header.names
+        columns = {name: _filled(name, cells[at :: len(names)]) for at, name in enumerate(names)}
+        yield Block(columns, line)
+
+
+def _csv_cells(text: str, way: _Way) -> list[str] | None:
+    """Return the cells of all rows one after the other; None where a row is irregular."""
+    width, count = len(way.header.names), text.count("\n")
+    if '"' in text:
+        return None
+    if width == 1:
+        return text.splitlines()
+    # A mark at the end of each line shows whether all lines have the same number of cells.
+    cells = text.replace("\n", f"\n{way.separator}").split(way.separator)
+    cells.pop()
+    lasts = "".join(cells[width - 1 :: width])
+    if len(cells) != width * count or lasts.count("\n") != count:
+        return None
+    cells[width - 1 :: width] = lasts.split("\n")[:-1]
+    return cells
+
+
+def _cells_one_by_one(text: str, way: _Way, file: Path, line: int) -> list[str]:
+    """Return the cells of all rows, which may be quoted.
+
+    Args:
+        text: Whole lines.
+        way: How the table is written.
+        file: For messages.
+        line: Number of the first line.
+
+    Raises:
+        InputError: If a row has too many or too few cells.
+    """
+    cells: list[str] = []
+    width = len(way.header.names)
+    plain = partial(csv.reader, delimiter=way.separator) if len(way.separator) == 1 else None
+    for number, each in enumerate(text.splitlines(), start=line):
+        row = next(plain([each]), []) if plain else each.split(way.separator)
+        if len(row) != width:
+            shown = cut(each)
+            raise InputError(
+                f"the row {shown!r} has {len(row)} cells, and the header {width};"
+                " run the simulation again",
+                file=file,
+                line=number,
+            )
+        cells += row
+    return cells
+
+
+def _filled(name: str, cells: list[str]) -> Cells:
+    """Return a column in which numbers stand for empty cells that need not be logged."""
+    missing = _CSV_NUMBERS.get(name)
+    if missing is None or "" not in cells:
+        return cells
+    return [cell or missing for cell in cells]
+
+
+_MAGIC = b"PAR1"
+_TAIL = 8  # bytes: the length of the footer and the magic number again
+_BATCH = 65_536
+_NAMES = (b"time", b"id", b"x", b"y")
+_PARQUET_NUMBERS: dict[str, float] = {
+    "z": 0.0,
+    "slope": 0.0,
+    "signals": -1,
+    **dict.fromkeys(("x", "y", "angle", "speed", "pos"), float("nan")),
+}
+"""What stands for a number that a row does not have."""
+
+
+class ParquetFormat(TableFormat):
+    """A table by columns, as SUMO writes it for names that end in `.parquet`."""
+
+    def recognises(self, file: Path) -> bool:
+        """Whether a file is Parquet with the columns of a log, judging without pyarrow."""
+        try:
+            footer = _footer(file)
+        except (OSError, InputError):
+            return False
+        if footer is None:
+            return False
+        return not footer or b"timestep_time" in footer or all(name in footer for name in _NAMES)
+
+    def header(self, file: Path) -> Header:
+        """Return the columns of a file that is recognised."""
+        return header_of(_opened(file).schema_arrow.names)
+
+    def has_lanes(self, file: Path) -> bool:
+        """Whether any row names a lane."""
+        parquet = _opened(file)
+        places = [n for n, name in enumerate(self.header(file).names) if name == "lane"]
+        groups = range(parquet.metadata.num_row_groups)
+        for column in (parquet.metadata.row_group(g).column(n) for g in groups for n in places):
+            known = column.statistics
+            if known is None or not known.has_null_count or known.null_count < column.num_values:
+                return True
+        return False
+
+    def blocks(self, file: Path) -> Iterator[Block]:
+        """Yield the rows of the table in order."""
+        parquet = _opened(file)
+        names = self.header(file).names
+        if not self.header(file).is_log:
+            raise InputError(
+                "is a Parquet file without the columns of a vehicle log (time, id, x, y);"
+                " name the right file",
+                file=file,
+            )
+        wanted = [
+            own
+            for own, name in zip(parquet.schema_arrow.names, names, strict=True)
+            if name in ATTRIBUTES or name in ("time", "tag")
+        ]
+        line = 1
+        arrow: Any = _arrow()
+        _check_types(parquet.schema_arrow, wanted, file)
+        try:
+            for batch in parquet.iter_batches(_BATCH, columns=wanted):
+                own = header_of(batch.schema.names).names
+                columns = {
+                    name: _parquet_cells(name, column)
+                    for name, column in zip(own, batch.columns, strict=True)
+                }
+                yield Block(columns, line)
+                line += batch.num_rows
+        except (OSError, arrow.ArrowException) as error:
+            raise InputError(
+                f"cannot be read ({error}); write it again", file=file, line=line
+            ) from error
+
+
+def _check_types(schema: Any, wanted: list[str], file: Path) -> None:
+    """Refuse columns of lists and other things within things."""
+    for name in wanted:
+        kind = schema.field(name).type
+        if _arrow().types.is_nested(kind):
+            message = f"the column {name} holds {kind}, and should hold numbers or text"
+            raise InputError(message, file=file)
+
+
+def _parquet_cells(name: str, column: Any) -> Cells:
+    """Return a column as a list without nulls."""
+    missing = _PARQUET_NUMBERS.get(name)
+    if name == "time":
+        cells: Cells = column.to_numpy(zero_copy_only=False).tolist()
+        return cells
+    if missing is not None:
+        if column.null_count == len(column):
+            return [missing] * len(column)
+        filled = column.fill_null(missing) if column.null_count else column
+        numbers: list[float] = filled.to_numpy(zero_copy_only=False).tolist()
+        return numbers
+    # Few texts repeat many times; each is made once.
+    coded = column.cast("string").fill_null("").dictionary_encode()
+    texts: list[str] = coded.dictionary.to_pylist()
+    return [texts[code] for code in coded.indices.to_numpy().tolist()]
+
+
+def _footer(file: Path) -> bytes | None:
+    """Return the description of a Parquet file, empty if it is broken; None for other files."""
+    with open_plain(file) as stream:
+        if stream.read(len(_MAGIC)) != _MAGIC:
+            return None
+        size = stream.seek(0, 2)
+        if size < 2 * len(_MAGIC) + _TAIL:
+            return b""
+        stream.seek(size - _TAIL)
+        tail = stream.read(_TAIL)
+        length = int.from_bytes(tail[:4], "little")
+        if tail[4:] != _MAGIC or length + _TAIL > size:
+            return b""
+        stream.seek(size - _TAIL - length)
+        return stream.read(length)
+
+
+def _arrow() -> ModuleType:
+    """Return pyarrow.
+
+    Raises:
+        MissingExtraError: If it is not installed.
+    """
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError as error:
+        raise MissingExtraError("vehicle logs in Parquet need pyarrow", extra="parquet") from error
+    module: ModuleType = pyarrow
+    return module
+
+
+def _opened(file: Path) -> Any:
+    """Return a Parquet file, open."""
+    arrow: Any = _arrow()
+    if not _footer(file):
+        raise TruncatedError("the file ends in the middle; copy or write it again", file=file)
+    try:
+        return arrow.parquet.ParquetFile(file)
+    except (OSError, arrow.ArrowException) as error:
+        raise InputError(f"cannot be read ({error}); write it again", file=file) from error

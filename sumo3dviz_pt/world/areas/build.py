@@ -11,10 +11,20 @@ import shapely
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.mesh.planar import union
-from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
-from sumo3dviz_pt.world.areas.built_up import TILE, Houses, built_up, houses_of
-from sumo3dviz_pt.world.areas.covers import WATER, LandCovers, land_covers
+from sumo3dviz_pt.model.traffic import Scenario
+from sumo3dviz_pt.world.areas.covers import (
+    WATER,
+    ZONES_FAMILY,
+    Area,
+    Areas,
+    LandCovers,
+    Pool,
+    areas_of,
+    land_covers,
+    shore_walls,
+    water_parts,
+)
 from sumo3dviz_pt.world.areas.drape import GroundFaces
 from sumo3dviz_pt.world.areas.meshes import (
     LIFT,
@@ -26,24 +36,17 @@ from sumo3dviz_pt.world.areas.meshes import (
     pattern_parts,
 )
 from sumo3dviz_pt.world.areas.patterns import Drawn, drawn_on
-from sumo3dviz_pt.world.areas.planting import Grown, Stand, grow
+from sumo3dviz_pt.world.areas.planting import TILE, Grown, Houses, Stand, built_up, grow, houses_of
 from sumo3dviz_pt.world.areas.slabs import SlabGround, SlabParts, build_slabs
-from sumo3dviz_pt.world.areas.water import (
-    Pool,
-    shore_walls,
-    water_parts,
-)
-from sumo3dviz_pt.world.areas.zones import FAMILY, Area, Areas, areas_of
-from sumo3dviz_pt.world.land.build import GroundParts
 from sumo3dviz_pt.world.land.cuts import with_hole
-from sumo3dviz_pt.world.objects.build import merged
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
-from sumo3dviz_pt.world.plants.build import Plot, why_nowhere
-from sumo3dviz_pt.world.roads.build import RoadParts
-from sumo3dviz_pt.world.roads.heights import heights_near
+from sumo3dviz_pt.world.land.ground import GroundParts
+from sumo3dviz_pt.world.objects.objects import merged
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, Tile, tiles_seen
+from sumo3dviz_pt.world.plants.trees import Plot, why_nowhere
+from sumo3dviz_pt.world.roads.cells import heights_near
+from sumo3dviz_pt.world.roads.roads import RoadParts
 from sumo3dviz_pt.world.roads.strips import BoundsXY
-from sumo3dviz_pt.world.street.build import standing_height
+from sumo3dviz_pt.world.street.street import standing_height
 
 REACH = 1900.0
 """Areas nearer to a camera than this are cut out along roads [m]; beyond, none are built."""
@@ -139,7 +142,7 @@ def build_areas(
     """
     roads, ground, slabs = below.roads, below.ground, below.slabs
     if (why := _why_none(job)) is not None:
-        return AreaParts((), {}, ground, left_out=(LeftOut(FAMILY, why),))
+        return AreaParts((), {}, ground, left_out=(LeftOut(ZONES_FAMILY, why),))
     covers, memory = land_covers(), around.memory
     areas: Areas = memory.of(
         ("areas",), partial(areas_of, scenario.polygons, covers, seed=around.seed)
@@ -155,7 +158,7 @@ def build_areas(
         laid += _yards(setting, pools)
     left_out = (*areas.left_out, *slabs.left_out)
     if not (laid or pools or far or slabs.parts):
-        none = () if left_out else (LeftOut(FAMILY, "the scenario has none in view"),)
+        none = () if left_out else (LeftOut(ZONES_FAMILY, "the scenario has none in view"),)
         return AreaParts((), {}, ground, left_out=(*left_out, *none))
     laid += _distant(far)
     drawn = _drawn(setting, laid)
@@ -179,7 +182,7 @@ def build_areas(
     )
     parts += [coloured(part) for part in slabs.parts]
     return AreaParts(
-        tuple(merged(FAMILY, parts)),
+        tuple(merged(ZONES_FAMILY, parts)),
         {
             part.material: cover_material(part.material, covers)
             for part in parts

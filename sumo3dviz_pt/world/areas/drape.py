@@ -14,10 +14,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.library.mesh.planar import polygon_parts
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
-from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.library.mesh.planar import polygon_parts, triangulate_many
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, area_vectors, unit
 
 _NONE: Ints = np.zeros(0, dtype=np.int64)
 _LEVEL = 1e-6  # heights that differ less are one [m]

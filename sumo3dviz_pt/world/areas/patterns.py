@@ -12,7 +12,7 @@ import shapely
 from sumo3dviz_pt.library.mesh.planar import common, polygon_parts
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.random import share_of
-from sumo3dviz_pt.world.areas.zones import Area
+from sumo3dviz_pt.world.areas.covers import Area
 
 WHITE: Colour = (0.52, 0.52, 0.50)
 """Reflectance of lines that are no road markings."""

@@ -1,7 +1,8 @@
-"""Trees and shrubs of woods, parks and gardens: near ones in detail, far ones cheap.
+"""Ground between houses: mown lawn around them, gravel at walls, paving up to near sidewalks.
 
-Where they may stand depends on seed and place only: every cell of a grid over the world has
-one place. Which of them are there depends on what the shot's camera sees.
+Trees and shrubs of woods, parks and gardens: near ones in detail, far ones cheap. Where they may
+stand depends on seed and place only: every cell of a grid over the world has one place. Which of
+them are there depends on what the shot's camera sees.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.plants.woods import CORE_FACES, far_trees
+from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
+from sumo3dviz_pt.library.plants.greenery import CORE_FACES, far_trees
 from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.model.traffic import Poi
-from sumo3dviz_pt.world.areas.covers import Cover
-from sumo3dviz_pt.world.areas.zones import Area
-from sumo3dviz_pt.world.land.far_woods import grown
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.areas.covers import Area, Cover
+from sumo3dviz_pt.world.land.horizon import grown
+from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, in_the_way
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.plants.build import Plot, planted
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, Tile
+from sumo3dviz_pt.world.plants.trees import Plot, planted
 
 NEAR_REACH = 130.0
 """Trees farther from every camera than this are cheap far trees [m]."""
@@ -222,3 +224,97 @@ def _far(spots: _Spots, index: Ints, around: Surroundings) -> tuple[StaticPart, 
         name = "groves" if grove else "trees"
         parts.append(StaticPart(f"areas/{name}", "areas", Part(mesh, "leaf", tint)))
     return tuple(parts)
+
+
+TILE = 250.0
+"""Width of the squares in which it is found [m]."""
+
+_GARDEN, _EDGE = 16.0, 6.0  # around houses, and how far it draws back from open land [m]
+_STRIP = 0.55  # of gravel along walls [m]
+_NEAR = 6.0  # between a front and a sidewalk: paved if it is narrower [m]
+_LEAST = 30.0  # footprints of houses with a garden, at least [m2]
+_MARGIN = 40.0  # what lies this far around a tile counts [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Houses:
+    """Footprints of buildings.
+
+    Attributes:
+        shapes: Outlines [m].
+        tree: Of them.
+    """
+
+    shapes: tuple[shapely.Geometry, ...]
+    tree: shapely.STRtree
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BuiltUp:
+    """The ground around houses in one tile, without overlaps.
+
+    Attributes:
+        pavement: Between fronts and sidewalks near them.
+        apron: Along all other walls.
+        lawn: The rest.
+    """
+
+    pavement: shapely.Geometry
+    apron: shapely.Geometry
+    lawn: shapely.Geometry
+
+
+def houses_of(polygons: Sequence[Polygon]) -> Houses:
+    """Return the footprints of a scenario's building polygons."""
+    shapes = tuple(
+        shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
+        for item in polygons
+        if len(item.shape) > 2 and kind_of(item.type, item.source) == "buildings"
+    )
+    return Houses(shapes, shapely.STRtree(shapes))
+
+
+def built_up(
+    tile: Tile,
+    houses: Houses,
+    *,
+    paved: Sequence[shapely.Geometry],
+    covered: Sequence[shapely.Geometry],
+) -> BuiltUp | None:
+    """Return the ground around the houses of a tile, or None where there are none.
+
+    Args:
+        tile: The square.
+        houses: All footprints.
+        paved: Roads and footways.
+        covered: Areas of the scenario near the tile, which are on top.
+    """
+    wide = tile.box(_MARGIN)
+    near = [houses.shapes[k] for k in sorted(houses.tree.query(wide, "intersects").tolist())]
+    large = [shape for shape in near if shape.area > _LEAST]
+    if not large:
+        return None
+    walls = union(near)
+    low, high = np.reshape(wide.bounds, (2, 2))
+    clipped = shapely.clip_by_rect(list(paved), *low, *high) if len(paved) else []
+    roads = union([area for area in clipped if not area.is_empty])
+    taken = union([roads, *covered])
+    garden = union(large).buffer(_GARDEN, quad_segs=3).buffer(-_EDGE, quad_segs=3)
+    # What lies between a front and a sidewalk touches both.
+    between = subtract(closing(union([walls, roads]), _NEAR / 2.0), [walls, roads])
+    touching = [
+        part
+        for part in polygon_parts(between)
+        if part.area > 1.0 and part.distance(walls) < 0.05 and part.distance(roads) < 0.05
+    ]
+    box = tile.box()
+    pavement = _in(box, subtract(union(touching), [taken, walls]))
+    strip = union([walls]).buffer(_STRIP, join_style="mitre")
+    apron = _in(box, subtract(strip, [walls, taken, pavement]))
+    lawn = _in(box, subtract(garden, [walls, taken, pavement, apron]))
+    return BuiltUp(pavement, apron, lawn)
+
+
+def _in(box: shapely.Polygon, shape: shapely.Geometry) -> shapely.Geometry:
+    """What of a shape lies in a tile."""
+    return shapely.MultiPolygon(polygon_parts(shapely.intersection(shape, box)))

@@ -12,17 +12,20 @@ from functools import partial
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.materials.by_key import KERB, metres_per_tile, planar_uvs
-from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.library.mesh.walls import walls
+from sumo3dviz_pt.library.materials import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.mesh.bands import walls
+from sumo3dviz_pt.library.mesh.planar import (
+    closing,
+    polygon_parts,
+    subtract,
+    triangulate_many,
+    union,
+)
 from sumo3dviz_pt.library.street.furniture import FURNITURE, SHELTER
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, arc_length
 from sumo3dviz_pt.model.network import Lane, Network
-from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import LeftOut, Part
-from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Stop
-from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Scenario, Stop
 from sumo3dviz_pt.world.land.cuts import Paving
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 from sumo3dviz_pt.world.street.places import offset

@@ -14,13 +14,12 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, union
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes, unit
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.model.vectors import unit
 from sumo3dviz_pt.world.areas.drape import without
-from sumo3dviz_pt.world.land.build import GroundParts
+from sumo3dviz_pt.world.land.ground import GroundParts
 from sumo3dviz_pt.world.placement.surroundings import HeightAt
-from sumo3dviz_pt.world.structures.concrete import MATERIAL, concrete
+from sumo3dviz_pt.world.structures.bridges import MATERIAL, concrete
 
 WALLS = "ground/paving walls"
 """Id of the walls that hold back the ground beside paving."""

@@ -1,20 +1,24 @@
-"""The kinds of static objects, in one table: what they are called and what they cost."""
+"""The kinds of static objects, in one table: names, costs, how finely they are drawn.
+
+Which POIs and polygons are objects of a kind. How finely objects are drawn, by their distance from
+the cameras. How long lines and outlines of objects may be: they are built as a whole, seen or not.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
+from pathlib import Path
 
 import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
-from sumo3dviz_pt.library.materials.by_key import colour_of
-from sumo3dviz_pt.library.plants.build import SHRUBS, SPECIES, tree
-from sumo3dviz_pt.library.plants.clumps import (
+from sumo3dviz_pt.library.materials import colour_of
+from sumo3dviz_pt.library.plants.leaves import (
     HIDDEN,
     PAIRS,
     Direction,
@@ -22,12 +26,14 @@ from sumo3dviz_pt.library.plants.clumps import (
     seen_shares,
     some_leaves,
 )
-from sumo3dviz_pt.library.plants.seasons import bare, leaf_tints
-from sumo3dviz_pt.library.plants.species import Species
+from sumo3dviz_pt.library.plants.species import Species, bare, leaf_tints
+from sumo3dviz_pt.library.plants.tree import SHRUBS, SPECIES, tree
 from sumo3dviz_pt.library.street.barriers import MODELS as BARRIERS
-from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
 TREE_VARIANTS = 4
 """How many crowns of a species are told apart."""
@@ -305,3 +311,98 @@ def _species(name: str) -> Species:
 def _seen_leaves(species: str, variant: int, level: int, season: str, eye: Direction) -> Floats:
     """Return which share an eye sees of each leaf of a crown, (n,)."""
     return seen_shares(_tree(species, variant, level, season)[1].mesh, eye)
+
+
+def chosen(
+    kind: Kind,
+    settings: ObjectSettings | None,
+    pois: Sequence[Poi],
+    polygons: Sequence[Polygon],
+) -> list[Poi] | list[Polygon]:
+    """Return the objects of a kind, each id of a file once.
+
+    Args:
+        kind: Which kind.
+        settings: Its `file`, if given, says alone what belongs to it; None counts as no file.
+        pois: All points of interest.
+        polygons: All polygons and lines.
+    """
+    file = None if settings is None else settings.file
+
+    def belongs(item: Poi | Polygon) -> bool:
+        if file is not None:
+            return _same(Path(item.source), file)
+        return kind_of(item.type, item.source) == kind.name
+
+    if kind.form == "point":
+        return [poi for poi in pois if belongs(poi)]
+    fits = [polygon for polygon in polygons if belongs(polygon) and len(polygon.shape) > 1]
+    if kind.form == "area":
+        return [polygon for polygon in fits if len(polygon.shape) > 2]
+    return fits
+
+
+def _same(one: Path, other: Path) -> bool:
+    """Whether two paths mean the same file."""
+    return one == other or one.resolve() == other.resolve()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Staging:
+    """What objects are built by beside their kind and settings.
+
+    Attributes:
+        around: Roads, ground, cameras and the seed.
+        shrink: Factor of the distances at which a kind's levels of detail change, by its name; 1
+            where it has none.
+    """
+
+    around: Surroundings
+    shrink: Mapping[str, float] = field(default_factory=dict)
+
+    def levels(self, kind: Kind, distances: Floats) -> Ints:
+        """Return levels of detail of things at distances from the camera, (n,) [m], as (n,)."""
+        return levels_of(kind, distances, shrink=self.shrink.get(kind.name, 1.0))
+
+    def level(self, kind: Kind, distance: float) -> int:
+        """Return the level of detail of a thing at a distance from the camera [m]."""
+        return int(self.levels(kind, np.array([distance]))[0])
+
+
+def levels_of(kind: Kind, distances: Floats, *, shrink: float) -> Ints:
+    """Return levels of detail, (n,); 0 is the finest.
+
+    Args:
+        kind: Has the distances at which they change.
+        distances: From the nearest camera, (n,) [m].
+        shrink: Factor of those distances.
+    """
+    return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
+
+
+LONGEST = 50_000.0
+"""Of one fence, hedge or wall of a building [m]."""
+
+LONGEST_TOGETHER = 500_000.0
+"""Of all of a kind [m]: ten times what stands along the motorways of a large city."""
+
+
+def check_extents(kind: Kind, items: Sequence[Poi | Polygon]) -> None:
+    """Refuse lines and outlines that are too long to be real.
+
+    Raises:
+        InputError: Names the polygon and its file.
+    """
+    together = 0.0
+    for item in items:
+        if not isinstance(item, Polygon):
+            continue
+        way = float(np.linalg.norm(np.diff(item.shape[:, :2], axis=0), axis=1).sum())
+        together += way
+        if way > LONGEST or together > LONGEST_TOGETHER:
+            most = f"at most {LONGEST / 1e3:g} km are drawn, {LONGEST_TOGETHER / 1e3:g} km in all"
+            raise InputError(
+                f"{together / 1e3:,.0f} km of {kind.name}, and {most}; mend or remove it",
+                file=item.source,
+                element=f'poly "{cut(item.id)}"',
+            )

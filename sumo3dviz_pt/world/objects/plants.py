@@ -1,4 +1,7 @@
-"""Trees and shrubs at their places: near ones whole, of others in detail what cameras see."""
+"""How many triangles objects ask for where they stand, and which levels of detail they get.
+
+Trees and shrubs at their places: near ones whole, of others in detail what cameras see.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.plants.clumps import Direction, directions
-from sumo3dviz_pt.model.camera_path import in_picture
-from sumo3dviz_pt.model.geometry import Transform, belonging
-from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.world.objects.kinds import Kind, Plant, body_of, seen_body
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.placement.things import thing_of
-from sumo3dviz_pt.world.plants.near_leaves import near_leaves
+from sumo3dviz_pt.library.plants.leaves import Direction, directions
+from sumo3dviz_pt.model.camera import in_picture
+from sumo3dviz_pt.model.geometry import Floats, Transform, belonging
+from sumo3dviz_pt.model.scene import LeftOut, Part
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.objects.kinds import PLANTS, Kind, Plant, body_of, levels_of, seen_body
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_of
+from sumo3dviz_pt.world.plants.near import near_leaves
+from sumo3dviz_pt.world.plants.trees import BEHIND
 
 WHOLE = 20.0
 """Crowns that a camera comes nearer to than this keep all their leaves [m]."""
@@ -103,3 +107,125 @@ def _eyes(
         some = directions(towards)
         found[number] = some[:: max(1, -(-len(some) // _MOST_EYES))]
     return found
+
+
+_MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
+_REAR = 0.4  # by how much each row before a plant makes it count as farther away
+_UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
+
+Item = Poi | Polygon
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectGroup:
+    """The objects of a kind that are drawn, and the settings of that kind."""
+
+    kind: Kind
+    settings: ObjectSettings
+    items: list[Item]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Gone:
+    """Objects of a kind that are not drawn, and why."""
+
+    said: LeftOut
+    kind: Kind
+    items: Sequence[Item]
+
+    def weighed(self, around: Surroundings, shrinks: Mapping[str, float]) -> LeftOut:
+        """Return what was left out, with the triangles that it would have had.
+
+        Args:
+            around: Roads, ground, cameras and the seed.
+            shrinks: How much level limits move, by kind; those of a kind that is not drawn at all
+                would move as far as the nearest.
+        """
+        if not self.items:
+            return self.said
+        demand = _Demand.of(self.kind, self.items, around)
+        others = min(shrinks.values(), default=_MOST_STRETCH)
+        shrink = shrinks.get(self.kind.name, others)
+        return replace(self.said, triangles=round(demand.triangles(shrink)))
+
+
+def shrunk_levels(
+    groups: Sequence[ObjectGroup], around: Surroundings, budget: int, *, each: int | None
+) -> dict[str, float]:
+    """By how much level limits move, by kind: out where triangles leave room, else in.
+
+    All kinds share a budget, unless `each` has its own: then none hangs on what else stands.
+    """
+    measured = [_Demand.of(group.kind, group.items, around) for group in groups]
+    if each is None:
+        common = _shrink(measured, budget)
+        return {demand.kind.name: common for demand in measured}
+    return {demand.kind.name: _shrink([demand], each) for demand in measured}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Demand:
+    """What the objects of a kind ask for.
+
+    Attributes:
+        kind: Of all of them.
+        distances: That count for their levels of detail, (n,) [m].
+        pieces: How many of the kind's unit each of them is, (n,).
+    """
+
+    kind: Kind
+    distances: Floats
+    pieces: Floats
+
+    @classmethod
+    def of(cls, kind: Kind, items: Sequence[Item], around: Surroundings) -> _Demand:
+        """Measure the objects of a kind."""
+        pieces = np.ones(len(items))
+        if kind.form != "point":  # walls and fences by their length
+            steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
+            pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
+        return cls(kind, level_distances(kind, items, around), pieces)
+
+    def triangles(self, shrink: float) -> float:
+        """Return about how many triangles they take, where level limits are multiplied."""
+        levels = levels_of(self.kind, self.distances, shrink=shrink)
+        return float((np.array(self.kind.cost)[levels] * self.pieces).sum())
+
+
+def _shrink(demands: Sequence[_Demand], budget: int) -> float:
+    """The factor of level limits by which some kinds keep a budget."""
+    shrink = _MOST_STRETCH
+    while shrink > 0.05 and sum(demand.triangles(shrink) for demand in demands) > budget:
+        shrink *= 0.85
+    return shrink
+
+
+def level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) -> Floats:
+    """Distances that choose levels of detail, (n,) [m].
+
+    Plants beside or behind the camera show only shadows and reflections, and those in the
+    rear of a belt only their tops, so they count as far ones.
+    """
+    places = places_of(items)
+    distances = around.distances(places)
+    if kind.name not in PLANTS:
+        return distances
+    rows = [_row(item) for item in items]
+    distances = distances * (1.0 + _REAR * np.array(rows))
+    unseen = ~around.pictured(places, radius=CROWN)
+    return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
+
+
+def places_of(items: Sequence[Item]) -> Floats:
+    """One place per object, (n, 2) [m]."""
+    places = [
+        np.array(item.position) if isinstance(item, Poi) else item.shape[:, :2].mean(axis=0)
+        for item in items
+    ]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _row(item: Item) -> float:
+    """How far in the rear of a belt a plant stands; users' own ones stand in no belt."""
+    behind = item.params.get(BEHIND, "") if isinstance(item, Poi) else ""
+    return float(behind) if behind.isdecimal() and len(behind) < 3 else 0.0

@@ -17,7 +17,7 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 
 KEEP_CLEAR = 1.0

@@ -12,12 +12,11 @@ from functools import partial
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.geometry import Bools, Floats, settled
-from sumo3dviz_pt.model.vectors import unit
+from sumo3dviz_pt.model.camera import CameraPath
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled, unit
 from sumo3dviz_pt.world.objects.kinds import Space
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR, Clearance
-from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.placement.lanes import LaneIndex
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
 _FARTHEST = 110.0  # up to this distance roads must stay in sight [m]

@@ -17,16 +17,20 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.mesh.bands import band_along
-from sumo3dviz_pt.library.mesh.polyline import offset
+from sumo3dviz_pt.library.mesh.bands import band_along, offset
 from sumo3dviz_pt.library.street.barriers import quad_mesh, swept, upright_boxes
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Mesh, arc_length, merge_meshes
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.lines import Paint
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, distance_to, lane_line
-from sumo3dviz_pt.world.roads.style import BALLAST, GRASS_TRACK
+from sumo3dviz_pt.world.roads.strips import (
+    BALLAST,
+    GRASS_TRACK,
+    BoundsXY,
+    Strip,
+    distance_to,
+    lane_line,
+)
 
 HEAD, RUST, GROOVE, SLEEPER = "rail_head", "rail_rust", "rail_groove", "sleeper"
 

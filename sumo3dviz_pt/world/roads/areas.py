@@ -11,20 +11,24 @@ import shapely
 from scipy import spatial
 
 from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.mesh.bands import densified
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
-from sumo3dviz_pt.library.mesh.polyline import densified
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.rails.ways import bare_ways
 from sumo3dviz_pt.world.roads.cells import STOREY, Cells, Polygons, area_cells, fitted_heights
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region, junction_of, kept_strips
-from sumo3dviz_pt.world.roads.style import (
+from sumo3dviz_pt.world.roads.strips import (
     PAVING,
+    BoundsXY,
+    Strip,
     bicycle_surface,
+    in_region,
     is_footway,
     is_skipped,
+    junction_of,
     junction_surface,
+    kept_strips,
     look_of,
     style_of,
 )

@@ -1,9 +1,11 @@
-"""The road surface as cells: small polygons of known height that never overlap.
+"""Heights of the road surface that meet without steps where cells meet.
 
-Lanes become quads between their borders; walking areas and junctions become whole
-polygons. Where two overlap, the later one is cut, so lanes win over footways,
-footways over walking areas and those over junctions. Cells more than a storey apart
-are a bridge and the road below it and leave each other alone.
+Where cells of the road surface lie above others.
+
+The road surface as cells: small polygons of known height that never overlap. Lanes become quads
+between their borders; walking areas and junctions become whole polygons. Where two overlap, the
+later one is cut, so lanes win over footways, footways over walking areas and those over junctions.
+Cells more than a storey apart are a bridge and the road below it and leave each other alone.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ import shapely
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.library.mesh.planar import GRID, areal, common, subtract, union
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 from sumo3dviz_pt.world.roads.strips import Strip
 
 STOREY = 2.5
@@ -331,3 +333,144 @@ def _distance_to_line(points: Floats, start: Floats, end: Floats) -> Floats:
     length = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     away = points - start[:, :2]
     return np.asarray(np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]) / length)
+
+
+_SMALLEST = 0.01
+"""Overlaps below this area [m2] are no crossings."""
+
+_MOST = 12
+"""Levels that are told apart."""
+
+
+class Crossings(NamedTuple):
+    """Where cells lie above others.
+
+    Attributes:
+        lower: Cells below, (m,).
+        upper: The cells above them, (m,).
+        shared: What both cover from above, (m,) geometries.
+        gap: Heights between them, (m,) [m].
+    """
+
+    lower: Ints
+    upper: Ints
+    shared: Polygons
+    gap: Floats
+
+
+def crossings_of(cells: Cells) -> Crossings:
+    """Return the pairs of cells that overlap from above, a storey apart or more."""
+    none = np.zeros(0, np.int64)
+    if cells.is_flat:
+        return Crossings(none, none, np.zeros(0, dtype=object), np.zeros(0))
+    one, other = shapely.STRtree(cells.polygons).query(cells.polygons, predicate="intersects")
+    one, other = one[one < other], other[one < other]
+    # Most neighbours lie at one height; only the others can be a storey apart.
+    low, high = _spans(cells)
+    apart = np.maximum(high[one] - low[other], high[other] - low[one]) >= STOREY
+    one, other = one[apart], other[apart]
+    shared = shapely.intersection(cells.polygons[one], cells.polygons[other], grid_size=GRID)
+    real = shapely.area(shared) > _SMALLEST
+    one, other, shared = one[real], other[real], shared[real]
+    middle = shapely.get_coordinates(shapely.point_on_surface(shared)).reshape(-1, 2)
+    gap = cells.heights(other, middle) - cells.heights(one, middle)
+    apart = np.abs(gap) >= STOREY
+    above = gap > 0
+    lower, upper = np.where(above, one, other), np.where(above, other, one)
+    return Crossings(lower[apart], upper[apart], shared[apart], np.abs(gap[apart]))
+
+
+def _spans(cells: Cells) -> tuple[Floats, Floats]:
+    """The lowest and the highest height of each cell, (n,) each [m]."""
+    low, high = cells.quads[..., 2].min(axis=1), cells.quads[..., 2].max(axis=1)
+    for cell, knots in cells.knots.items():
+        low[cell], high[cell] = knots[:, 2].min(), knots[:, 2].max()
+    return low, high
+
+
+def stacked(crossings: Crossings, count: int) -> Ints:
+    """Return the level of each of `count` cells, (n,): one more than of the highest below it."""
+    levels = np.zeros(count, dtype=np.int64)
+    for _ in range(_MOST):
+        raised = levels.copy()
+        np.maximum.at(raised, crossings.upper, levels[crossings.lower] + 1)
+        if (raised == levels).all():
+            break
+        levels = raised
+    return np.minimum(levels, _MOST)
+
+
+def surface_heights(cells: Cells, index: Ints, points: Floats) -> Floats:
+    """Return heights as `Cells.heights` does, but areas meet the lanes beside them without a step.
+
+    Args:
+        cells: The surface.
+        index: Which cell each point belongs to, (m,).
+        points: (m, 2) [m].
+    """
+    if cells.is_flat:
+        return np.full(len(points), _any_height(cells))
+    heights = cells.heights(index, points)
+    area = np.flatnonzero(np.isnan(cells.quads[index, 0, 0]))
+    spots = shapely.points(points[area])
+    near, lane = cells.lane_tree.query(spots, predicate="dwithin", distance=0.02)
+    offered = cells.heights(cells.lanes[lane], points[area[near]])
+    fits = np.abs(offered - heights[area[near]]) < STOREY
+    # Written in reverse, so that the cell with the highest precedence wins.
+    order = np.lexsort((-lane[fits], near[fits]))
+    heights[area[near[fits][order]]] = offered[fits][order]
+    return heights
+
+
+def _any_height(cells: Cells) -> float:
+    """The one height of a flat surface [m]."""
+    if len(cells.quads) and np.isfinite(cells.quads[0, 0, 2]):
+        return float(cells.quads[0, 0, 2])
+    return float(next(iter(cells.knots.values()))[0, 2]) if cells.knots else 0.0
+
+
+def heights_near(cells: Cells, points: Floats, *, among: Ints | None = None) -> Floats:
+    """Return the height of the cells nearest to points.
+
+    Args:
+        cells: The surface; at least one cell.
+        points: (m, 2) [m].
+        among: Numbers of the cells that count; default all.
+
+    Returns:
+        (m,) [m].
+    """
+    if cells.is_flat:
+        return np.full(len(points), _any_height(cells))
+    tree = cells.tree if among is None else shapely.STRtree(cells.polygons[among])
+    asked, cell = tree.query_nearest(shapely.points(points), all_matches=False)
+    heights = np.zeros(len(points))
+    number = cell if among is None else among[cell]
+    heights[asked] = surface_heights(cells, number, points[asked])
+    return heights
+
+
+def draped(points: Floats, meshes: Sequence[Mesh]) -> Floats:
+    """Return points moved up or down onto the nearest triangle above or below them.
+
+    Args:
+        points: (n, 3) [m]; their height tells which level they belong to.
+        meshes: The surface.
+
+    Returns:
+        (n, 3) [m]; points without a triangle within a storey stay.
+    """
+    corners = np.concatenate([np.zeros((0, 3, 3)), *(m.vertices[m.faces] for m in meshes)])
+    tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
+    asked, face = tree.query(shapely.points(points[:, :2]), predicate="intersects")
+    a, b, c = (corners[face, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    away = points[asked, :2] - a[:, :2]
+    found = a[:, 2] - (away * normal[:, :2]).sum(axis=1) / np.maximum(normal[:, 2], 1e-9)
+    miss = np.abs(found - points[asked, 2])
+    # The nearest triangle is written last and so stays.
+    order = np.argsort(-miss, kind="stable")
+    order = order[miss[order] < STOREY]
+    moved = points.copy()
+    moved[asked[order], 2] = found[order]
+    return moved

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.mesh.planar import GRID, areal, polygon_parts
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
+from sumo3dviz_pt.library.mesh.planar import GRID, areal, polygon_parts, triangulate_many
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.world.roads.cells import Polygons
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.job.settings import RoadSettings
-from sumo3dviz_pt.library.materials.by_key import (
+from sumo3dviz_pt.library.materials import (
     KERB,
     material_name,
     metres_per_tile,
@@ -21,15 +21,17 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.world.rails.tracks import flush_paint
 from sumo3dviz_pt.world.roads.graded import Graded
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.markings.build import decal_meshes, graded_paint, lifted, road_paint
-from sumo3dviz_pt.world.roads.markings.cycles import cycle_paint
 from sumo3dviz_pt.world.roads.markings.lines import Paint
-from sumo3dviz_pt.world.roads.strips import BoundsXY
-from sumo3dviz_pt.world.roads.style import BICYCLES, PAVING
-from sumo3dviz_pt.world.roads.wear.details import is_fast, road_details
-from sumo3dviz_pt.world.roads.wear.junction_details import junction_details
-from sumo3dviz_pt.world.roads.wear.junctions import junction_wear
-from sumo3dviz_pt.world.roads.wear.lanes import lane_wear
+from sumo3dviz_pt.world.roads.markings.markings import (
+    decal_meshes,
+    graded_paint,
+    lifted,
+    road_paint,
+)
+from sumo3dviz_pt.world.roads.markings.symbols import cycle_paint
+from sumo3dviz_pt.world.roads.strips import BICYCLES, PAVING, BoundsXY
+from sumo3dviz_pt.world.roads.wear.details import is_fast, junction_details, road_details
+from sumo3dviz_pt.world.roads.wear.lanes import junction_wear, lane_wear
 from sumo3dviz_pt.world.roads.wear.stains import STAINED, stained_mesh
 
 

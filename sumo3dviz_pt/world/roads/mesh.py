@@ -9,21 +9,38 @@ from functools import partial
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.materials.by_key import KERB, metres_per_tile, planar_uvs
-from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract, union
-from sumo3dviz_pt.library.mesh.polyline import mitres
-from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
-from sumo3dviz_pt.library.mesh.walls import between, walls
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
-from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.library.materials import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.mesh.bands import between, mitres, walls
+from sumo3dviz_pt.library.mesh.planar import (
+    Triangles,
+    common,
+    polygon_parts,
+    subtract,
+    triangulate_all,
+    union,
+)
+from sumo3dviz_pt.model.geometry import (
+    Floats,
+    Ints,
+    Mesh,
+    area_vectors,
+    merge_meshes,
+    settled,
+    unit,
+)
 from sumo3dviz_pt.world.memory import Memory, digest_of
-from sumo3dviz_pt.world.roads.cells import Cells, Polygons
-from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
+from sumo3dviz_pt.world.roads.cells import (
+    Cells,
+    Crossings,
+    Polygons,
+    crossings_of,
+    heights_near,
+    stacked,
+    surface_heights,
+)
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
-from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
-from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
-from sumo3dviz_pt.world.roads.style import PAVING
-from sumo3dviz_pt.world.roads.uneven import is_uneven, pieces_of
+from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, is_uneven, pieces_of, rise_at
+from sumo3dviz_pt.world.roads.strips import PAVING
 from sumo3dviz_pt.world.roads.wear.stains import (
     STAINED,
     Tile,

@@ -11,17 +11,16 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.library.materials.by_key import metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.materials import metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.mesh.bands import walls
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.mesh.planar import polygon_parts
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.library.mesh.walls import walls
+from sumo3dviz_pt.library.mesh.planar import polygon_parts, triangulate_many
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.world.placement.surroundings import HeightAt
+from sumo3dviz_pt.world.roads.cells import heights_near
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT
-from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.style import PAVING
+from sumo3dviz_pt.world.roads.strips import PAVING
 
 _ABOVE = 0.004  # how far forecourts lie above footways, whose rim and small stones they cover [m]
 _DEEP = 0.5  # of their sides [m]

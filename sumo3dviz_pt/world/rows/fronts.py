@@ -1,5 +1,8 @@
 """Where closed rows of houses stand along city streets that bring none of their own.
 
+Houses in rows, yards between them, and the land between streets that they stand on. Which streets
+are a city's: sampled, with what decides whether houses stand beside them.
+
 Streets with footways, or in a dense net, and not too fast, have houses side by side
 behind their pavements. A building line runs around everything that is paved; houses
 stand on it wherever its nearest street is such a street. What the scenario brings
@@ -11,25 +14,262 @@ larger than `MARGIN` is divided along the borders of tiles.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.library.buildings.parcels import Lot
+from sumo3dviz_pt.library.buildings.styles import Lot, lots_along
 from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
-from sumo3dviz_pt.model.geometry import Floats, settled
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.placement.lanes import Nearest
 from sumo3dviz_pt.world.placement.sightlines import hides
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
-from sumo3dviz_pt.world.rows.lots import DEPTHS, MARGIN, SOURCE, Block, House, Rows, Yard
-from sumo3dviz_pt.world.rows.streets import AROUND, Streets, streets_in
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, Tile, edges_in, tiles_seen
+
+SOURCE = "street_fronts"
+"""The `source` of areas that rows take."""
+
+DEPTHS = (12.5, 9.5, 7.0)
+"""Depths of houses, the first that fits [m]."""
+
+MARGIN = 250.0
+"""Blocks of land up to this size belong to one tile [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class House:
+    """A house in a row.
+
+    Attributes:
+        id: Unique.
+        plan: Counter-clockwise corners, (n, 2) [m]; its front walls come first.
+        fronts: How many walls look at a street.
+        blind: Numbers of walls that neighbours share.
+        corner: Whether it stands at a corner.
+        main: Whether its street has two lanes or more each way.
+    """
+
+    id: str
+    plan: Floats
+    fronts: int
+    blind: tuple[int, ...]
+    corner: bool
+    main: bool
+
+    @property
+    def name(self) -> tuple[str | bytes | int | tuple[int, ...], ...]:
+        """Everything that its mesh depends on, as a name in a memory."""
+        return self.id, self.plan.tobytes(), self.fronts, self.blind, self.corner, self.main
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Yard:
+    """A lot in a row on which no house stands.
+
+    Attributes:
+        id: Unique.
+        plan: As a house's, (n, 2) [m].
+        fronts: How many sides look at a street.
+    """
+
+    id: str
+    plan: Floats
+    fronts: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Rows of houses.
+
+    Attributes:
+        houses: Tile by tile.
+        forecourts: What is paved between pavements and houses.
+        yards: Lots that stay open; they may overlap houses of another street.
+        why: Why there are none, where the scene has none.
+    """
+
+    houses: tuple[House, ...] = ()
+    forecourts: tuple[shapely.Polygon, ...] = ()
+    yards: tuple[Yard, ...] = ()
+    why: str = ""
+
+    def polygons(self) -> tuple[Polygon, ...]:
+        """Return houses and forecourts as areas on which nothing else may stand."""
+        found = [
+            Polygon(f"row:{house.id}", "building", house.plan, True, None, SOURCE)
+            for house in self.houses
+        ]
+        for number, area in enumerate(self.forecourts):
+            ring = shapely.get_coordinates(area.exterior)
+            found.append(Polygon(f"court:{number}", "forecourt", ring, True, None, SOURCE))
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """Land between streets, as far as one tile knows it.
+
+    Attributes:
+        land: Its outline, cut off at a margin around the tile.
+        tile: The tile whose houses are wanted.
+    """
+
+    land: shapely.Polygon
+    tile: Tile
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it belongs to one tile as a whole."""
+        x0, y0, x1, y1 = self.land.bounds
+        return bool(max(x1 - x0, y1 - y0) <= MARGIN)
+
+    @property
+    def room(self) -> shapely.Geometry:
+        """Where the tile's houses may stand."""
+        if not self.is_small:
+            return shapely.intersection(self.land, self.tile.box())
+        x0, y0, x1, y1 = self.land.bounds
+        own = self.tile.holds(np.array([[x0 + x1, y0 + y1]]) / 2.0)[0]
+        # What ends at the margin is the rest of a larger block, far from the tile.
+        whole = self.tile.box(MARGIN - 0.01).covers(shapely.box(x0, y0, x1, y1))
+        return self.land if own and whole else shapely.Polygon()
+
+    def lots(self, fit: Callable[[Floats], Bools], seed: int) -> list[Lot]:
+        """Divide its building lines, those of a larger block only within the tile.
+
+        Args:
+            fit: Which places, (n, 2) [m], may bear a front.
+            seed: Of widths.
+        """
+
+        def share(place: Floats, word: str) -> float:
+            """Return a random number of a place, whatever else is built."""
+            return share_of(seed, "row", f"{place[0]:.0f}", f"{place[1]:.0f}", word)
+
+        area = shapely.orient_polygons(self.land)
+        lines = [shapely.get_coordinates(ring) for ring in (area.exterior, *area.interiors)]
+        if not self.is_small:
+            lines = [piece for line in lines for piece in self._cut(line)]
+        return [
+            lot for line in lines for lot in lots_along(line, fit, depth=DEPTHS[0], share=share)
+        ]
+
+    def _cut(self, ring: Floats) -> list[Floats]:
+        """Those pieces of a ring that lie in the tile, in the ring's direction."""
+        inside = shapely.intersection(shapely.LineString(ring), self.tile.box())
+        parts = shapely.get_parts(shapely.line_merge(inside, directed=True))
+        lines = [part for part in parts if part.geom_type == "LineString"]
+        return [shapely.get_coordinates(line) for line in lines]
+
+
+FASTEST = 61.0 / 3.6
+"""On faster roads nobody lives at the kerb [m/s]."""
+
+AROUND = 200.0
+"""Radius within which streets are counted [m]."""
+
+_DENSE = 2200.0  # metres of streets within that radius make a town [m]
+_NOISE = 16.0  # distance from fast roads [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Streets:
+    """Sampled streets and what they are."""
+
+    tree: Nearest
+    city: Bools
+    main: Bools
+    walks: Bools
+    fast: shapely.Geometry
+
+    def fit(self, places: Floats, reach: float) -> Bools:
+        """Return whether places, (n, 2) [m], lie at a city street, not farther than a reach [m]."""
+        away, nearest = self.tree.query(places)
+        good = self.city[nearest] & (away < reach)
+        if not self.fast.is_empty:
+            shapely.prepare(self.fast)
+            good &= ~shapely.contains_xy(self.fast, places)
+        return np.asarray(good)
+
+
+def streets_in(network: Network, box: shapely.Polygon, memory: Memory) -> Streets | None:
+    """Sample the streets in a box.
+
+    Args:
+        network: The road network.
+        box: Upright [m].
+        memory: Of the network's world.
+
+    Returns:
+        None where no street runs.
+    """
+    points, rank, length, fast = [], [], [], []
+    for edge in edges_in(network, box, memory):
+        roads = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus", "delivery"}]
+        if edge.function != "normal" or not roads:
+            continue
+        line = shapely.LineString(roads[0].shape[:, :2])
+        at = np.linspace(0.0, line.length, max(int(line.length / 5.0), 1) + 1)
+        quick = _is_fast(edge)
+        fast += [_beyond(network, edge, end) for end in (0, -1)]
+        walks = any(lane.allowed and lane.allowed <= {"pedestrian"} for lane in edge.lanes)
+        if quick:
+            fast.append(line.buffer(_width(edge) + _NOISE, cap_style="flat"))
+        for lane in edge.lanes:  # all lanes, so that the nearest point is the nearest street's
+            track = shapely.LineString(lane.shape[:, :2])
+            spots = shapely.line_interpolate_point(track, at / line.length, normalized=True)
+            points.append(shapely.get_coordinates(spots))
+            rank += [(not quick, len(roads) > 1, walks)] * len(at)
+            own = lane is roads[0]
+            length += [line.length / len(at) * own] * len(at)
+    if not points:
+        return None
+    places, kinds = settled(np.concatenate(points)), np.array(rank, dtype=np.bool_)
+    tree = Nearest(places)
+    total = _density(places, np.array(length) * kinds[:, 0])
+    city = kinds[:, 0] & (kinds[:, 2] | (total > _DENSE))
+    return Streets(tree, city, kinds[:, 1], kinds[:, 2], shapely.union_all(fast))
+
+
+def _density(places: Floats, length: Floats) -> Floats:
+    """Metres of streets around places, (n,), counted on a grid of cells."""
+    cell = np.floor(places / AROUND).astype(np.int64)
+    keys, own = np.unique(cell, axis=0, return_inverse=True)
+    sums = np.bincount(own.ravel(), weights=length)
+    near = cKDTree(keys.astype(np.float64)).query_ball_point(keys, 1.01)
+    mean = np.array([sums[some].sum() / 5.0 for some in near])
+    return np.asarray(mean[own.ravel()] * np.pi)  # a disc has pi cells of its radius
+
+
+def _width(edge: Edge) -> float:
+    """Of all lanes of an edge [m]."""
+    return sum(lane.width for lane in edge.lanes)
+
+
+def _beyond(network: Network, edge: Edge, end: int) -> shapely.Geometry:
+    """Where a road that ends at the network's rim would go on."""
+    junction = network.junctions.get(edge.to_junction if end else edge.from_junction)
+    if junction is None or junction.type != "dead_end":
+        return shapely.Polygon()
+    shape = edge.lanes[0].shape[:, :2]
+    step = shape[-1] - shape[-2] if end else shape[0] - shape[1]
+    away = shape[end] + 60.0 * step / max(float(np.hypot(*step)), 1e-6)
+    return shapely.LineString([shape[end], away]).buffer(_width(edge) + 1.0, cap_style="flat")
+
+
+def _is_fast(edge: Edge) -> bool:
+    """Whether a road is too fast for houses."""
+    named = any(word in edge.type for word in ("motorway", "trunk"))
+    return named or edge.told_speed > FASTEST
+
 
 REACH = 620.0
 """Houses stand at most this far from a camera [m]."""

@@ -12,20 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.materials.by_key import KERB
-from sumo3dviz_pt.library.mesh.planar import polygon_parts
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.library.mesh.walls import between
+from sumo3dviz_pt.library.materials import KERB
+from sumo3dviz_pt.library.mesh.bands import between
+from sumo3dviz_pt.library.mesh.planar import polygon_parts, triangulate_many
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi
-from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.placement.lanes import LaneIndex
 from sumo3dviz_pt.world.placement.sightlines import SHRUB, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.plants.build import planted
-from sumo3dviz_pt.world.roads.heights import heights_near
+from sumo3dviz_pt.world.plants.trees import planted
+from sumo3dviz_pt.world.roads.cells import heights_near
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 
 FAMILY = "traffic islands"

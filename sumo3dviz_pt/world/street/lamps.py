@@ -18,8 +18,7 @@ from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.library.street.lamp import LENS, head, lens, pole
-from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.library.street.furniture import LENS, head, lens, pole
 from sumo3dviz_pt.model.geometry import (
     Bools,
     Colour,
@@ -29,12 +28,11 @@ from sumo3dviz_pt.model.geometry import (
     belonging,
     merge_meshes,
 )
-from sumo3dviz_pt.model.lamps import LampSet, Lobe
-from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.scene import LampSet, Lobe, Part
 from sumo3dviz_pt.model.traffic import Poi
-from sumo3dviz_pt.world.objects.build import facing_roads
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.placement.things import thing_at
+from sumo3dviz_pt.world.objects.objects import facing_roads
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_at
 from sumo3dviz_pt.world.street.places import Border, Site, is_urban, spread
 
 LAMP_SET = "street_lamps"

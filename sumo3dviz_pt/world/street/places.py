@@ -11,12 +11,10 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.geometry import Bools, Floats, arc_length, settled
 from sumo3dviz_pt.model.network import Edge, Lane, Network
-from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.memory import Memory
-from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
-from sumo3dviz_pt.world.placement.tiles import Tile, edges_in
+from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings, Tile, edges_in
 
 MARGIN = 0.25
 """Distance that everything keeps from carriageways and bicycle lanes [m]."""

@@ -8,17 +8,14 @@ from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt.library.street import national_signs as national
+from sumo3dviz_pt.library.street import road_styles as national
 from sumo3dviz_pt.library.street import signs as shapes
-from sumo3dviz_pt.library.street.national_signs import shown_limit
-from sumo3dviz_pt.library.street.road_styles import SignStyle
-from sumo3dviz_pt.model.geometry import Transform, belonging
+from sumo3dviz_pt.library.street.road_styles import SignStyle, shown_limit
+from sumo3dviz_pt.model.geometry import Transform, arc_length, belonging
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.model.vectors import arc_length
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.placement.things import thing_at
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_at
 from sumo3dviz_pt.world.street.places import Border, Site
 
 REACH = 400.0

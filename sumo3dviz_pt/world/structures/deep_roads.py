@@ -15,15 +15,18 @@ import shapely
 from scipy import sparse, spatial
 from scipy.sparse.csgraph import connected_components
 
-from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract, union
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
-from sumo3dviz_pt.model.vectors import arc_length, unit
+from sumo3dviz_pt.library.mesh.planar import (
+    common,
+    polygon_parts,
+    subtract,
+    triangulate_many,
+    union,
+)
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, arc_length, unit
 from sumo3dviz_pt.world.land.terrain import STEEPEST
 from sumo3dviz_pt.world.roads.cells import STOREY
 from sumo3dviz_pt.world.roads.drops import cut_on_grid
-from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.levels import levels_of
+from sumo3dviz_pt.world.roads.layout import RoadLayout, levels_of
 
 DEEP = 6.0
 """How far below the ground, or below an upper road, a road in a tunnel lies [m], at least."""

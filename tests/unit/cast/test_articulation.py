@@ -7,7 +7,7 @@ import pytest
 from analytic_motion import PathPiece
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.articulation import unit_frames
+from sumo3dviz_pt.cast.axles import unit_frames
 from sumo3dviz_pt.cast.bodies import Body, build_body
 from sumo3dviz_pt.cast.choice import Model, ModelChoice, choose, models_for
 from sumo3dviz_pt.cast.drawing import Stance

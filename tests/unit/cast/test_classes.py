@@ -16,6 +16,7 @@ from sumo3dviz_pt.cast.choice import (
     Choice,
     FigureChoice,
     ModelChoice,
+    OwnLooks,
     PlainChoice,
     UserChoice,
     choose,
@@ -24,11 +25,10 @@ from sumo3dviz_pt.cast.choice import (
     models_for,
 )
 from sumo3dviz_pt.cast.colours import ARMY, paint_of
-from sumo3dviz_pt.cast.own_looks import OwnLooks
 from sumo3dviz_pt.job.values import OwnLook
-from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
+from sumo3dviz_pt.library.vehicles.plain_bodies import UNLIT
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 
 MODELS, LOOKS = models_for({}), looks_for(())
 CARS = {model.name for model in MODELS if "passenger" in model.vclasses}

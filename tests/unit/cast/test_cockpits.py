@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.bodies import build_body
+from sumo3dviz_pt.cast.bodies import build_body, has_windscreen, open_cockpit
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
-from sumo3dviz_pt.cast.cockpits import has_windscreen, open_cockpit
 from sumo3dviz_pt.cast.fleet import Fleet
-from sumo3dviz_pt.library.vehicles.interior.dials import NEEDLE, needle_angles, shown_speed
+from sumo3dviz_pt.library.vehicles.interior.controls import NEEDLE, needle_angles, shown_speed
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Mover, View

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.cast.coupling import Carriages, coupled, numbered, pitch_of, spare_units
+from sumo3dviz_pt.cast.choice import Carriages, coupled, numbered, pitch_of, spare_units
 
 TRAIN = [
     {"model": "engine", "at": 0.0},

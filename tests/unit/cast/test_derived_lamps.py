@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.derived_lamps import derived_lamps
+from sumo3dviz_pt.cast.lamps import derived_lamps
 from sumo3dviz_pt.model.trajectory import Motion, Remark
 
 

@@ -5,7 +5,7 @@ import pytest
 from builders import cube
 
 from sumo3dviz_pt.cast.drawing import Assembly, Stance, Unit
-from sumo3dviz_pt.library.vehicles.parts import WheelPlace
+from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import Mover, Poses, Prototype
 

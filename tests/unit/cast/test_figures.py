@@ -5,7 +5,7 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast import figures
-from sumo3dviz_pt.library.people.build import figure
+from sumo3dviz_pt.library.people.people import figure
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedalling
 
 LOOK, BIKE = "girl", "bicycle"

@@ -16,9 +16,9 @@ from sumo3dviz_pt.cast.choice import (
     models_for,
 )
 from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
-from sumo3dviz_pt.cast.fitted_models import model_scale
+from sumo3dviz_pt.cast.fitting import model_scale
 from sumo3dviz_pt.cast.fleet import build_fleet, find_rider
-from sumo3dviz_pt.cast.lights import VehicleLights, _Log
+from sumo3dviz_pt.cast.lamps import VehicleLights, _Log
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.model.geometry import Transform
@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 
 CAR = VehicleType("car", "passenger", 5.0, 1.8, 1.5)
 BUS = VehicleType("bus", "bus", 12.0, 2.5, 3.4)

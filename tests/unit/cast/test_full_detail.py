@@ -9,9 +9,8 @@ from builders import cube
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
-from sumo3dviz_pt.cast.drawing import Unit
-from sumo3dviz_pt.cast.full_detail import counted, counted_bodies, full_bodies, full_prototypes
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.cast.drawing import Unit, counted, counted_bodies, full_bodies, full_prototypes
+from sumo3dviz_pt.library.materials import MATERIALS
 
 SMALL = "e_scooter"
 
@@ -90,5 +89,5 @@ def test_counting_reads_no_bodies(monkeypatch):
     def read(path):
         raise AssertionError(path)
 
-    monkeypatch.setattr("sumo3dviz_pt.cast.full_detail.read_levels", read)
+    monkeypatch.setattr("sumo3dviz_pt.cast.drawing.read_levels", read)
     assert counted_bodies([unit_of("sedan")])["sedan/full"].triangles > 20_000

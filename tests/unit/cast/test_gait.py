@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.cast.gait import effort, head_rise, stride_phase
+from sumo3dviz_pt.cast.poses import effort, head_rise, stride_phase
 
 
 def test_a_stride_is_two_steps_long():

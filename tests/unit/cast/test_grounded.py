@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.grounded import GroundedPiece, grounded
+from sumo3dviz_pt.cast.poses import GroundedPiece, grounded
 from sumo3dviz_pt.model.trajectory import Trajectory
 
 TIMES = np.linspace(0.0, 4.0, 101)

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.kept_bodies import kept_files, kept_folder
-from sumo3dviz_pt.files.kept import read_whole
+from sumo3dviz_pt.cast.figures import kept_files, kept_folder
+from sumo3dviz_pt.files.atomic import read_whole
 
 LOOK = "girl"
 FILES = {"near.npz": b"arms and legs" * 20, "far.npz": b"a head" * 20}
@@ -114,7 +114,7 @@ def test_two_processes_build_at_once(cache, broken):
         kept_files(target, build)
         lose(sorted(cache.glob("*/*.npz"))[0])
     code = (
-        "import pathlib, time; from sumo3dviz_pt.cast.kept_bodies import kept_files as h\n"
+        "import pathlib, time; from sumo3dviz_pt.cast.figures import kept_files as h\n"
         f"def make(): time.sleep(0.3); return {FILES!r}\n"
         f"print(len(h(pathlib.Path({str(target)!r}), make)))"
     )

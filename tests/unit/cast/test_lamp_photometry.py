@@ -14,10 +14,9 @@ import colour
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.cast.lights import running_lights
-from sumo3dviz_pt.model.colour import LUMINANCE
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
-from sumo3dviz_pt.model.scene import Prototype
+from sumo3dviz_pt.cast.lamps import running_lights
+from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Prototype, VehicleLamp
 from sumo3dviz_pt.model.weather import CONTRAST, Fog, Weather, WeatherCourse
 
 _RED = 110.0 / 460.0

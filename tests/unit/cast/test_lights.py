@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.cast.derived_lamps import DerivedLamps
-from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
-from sumo3dviz_pt.model.scene import Prototype
+from sumo3dviz_pt.cast.lamps import DerivedLamps, in_fog, running_lights, vehicle_lights
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Prototype, VehicleLamp
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.model.weather import CONTRAST, Fog, Rain, Snow, Weather, WeatherCourse
 

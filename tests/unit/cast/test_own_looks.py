@@ -5,9 +5,8 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice
+from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice, OwnLooks, idle
 from sumo3dviz_pt.cast.colours import EUROPEAN, paint_of
-from sumo3dviz_pt.cast.own_looks import OwnLooks, idle
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.model.traffic import VehicleType

@@ -6,24 +6,24 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast import figures, people_counts
+from sumo3dviz_pt.cast import counts, figures
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice, models_for
-from sumo3dviz_pt.cast.full_detail import counted
-from sumo3dviz_pt.cast.people_counts import counted_people
+from sumo3dviz_pt.cast.counts import counted_people
+from sumo3dviz_pt.cast.drawing import counted
 from sumo3dviz_pt.catalog import digest_of
 
 FAST = "man_bald"
-WHO = [(family, name) for family, some in people_counts._known().items() for name in some]
+WHO = [(family, name) for family, some in counts._known().items() for name in some]
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path))
-    for kept in (figures.person, people_counts._shapeless):
+    for kept in (figures.person, counts._shapeless):
         kept.cache_clear()
     yield tmp_path
-    for kept in (figures.person, people_counts._shapeless):
+    for kept in (figures.person, counts._shapeless):
         kept.cache_clear()
 
 
@@ -38,7 +38,7 @@ def test_all_people_and_riders_are_counted_as_their_recipes_are_now():
     """If this fails, run tools/count_people.py."""
     assert {name for family, name in WHO if family == "people"} == set(catalog.names("people"))
     for family, name in WHO:
-        known = people_counts._known()[family][name]
+        known = counts._known()[family][name]
         assert known["made_from"] == digest_of(catalog.find(family, name).meta), name
 
 
@@ -71,5 +71,5 @@ def test_whose_shape_is_needed_is_not_counted():
 
 def test_who_has_another_recipe_is_not_counted(monkeypatch):
     known = {"people": {FAST: {"made_from": "another"}}, "vehicles": {}}
-    monkeypatch.setattr(people_counts, "_known", lambda: known)
+    monkeypatch.setattr(counts, "_known", lambda: known)
     assert counted_people([choice_of("people", FAST), FigureChoice("boy", 1.3)]) == {}

@@ -9,7 +9,7 @@ import pytest
 from analytic_motion import PathPiece
 
 from sumo3dviz_pt.cast.fleet import build_fleet
-from sumo3dviz_pt.cast.sway import SPRINGS, sway_at
+from sumo3dviz_pt.cast.poses import SPRINGS, sway_at
 from sumo3dviz_pt.job.settings import LagrangianCamera, VehicleSettings
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.presence import BLOCK, Presence
+from sumo3dviz_pt.cast.poses import BLOCK, Presence
 from sumo3dviz_pt.model.trajectory import Trajectory
 
 FRAMES = 3.0 + np.arange(3 * BLOCK) / 25.0

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.articulation import rigid_frames
+from sumo3dviz_pt.cast.axles import Hub, Rolling, rigid_frames
 from sumo3dviz_pt.cast.drawing import wheel_matrix
-from sumo3dviz_pt.cast.rolling import Hub, Rolling
-from sumo3dviz_pt.library.vehicles.parts import WheelPlace
+from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
 
 PLACES = tuple(
     WheelPlace((x, y, 0.33), 0.33, steered=x > -2.0) for x in (-0.9, -3.7) for y in (0.75, -0.75)

@@ -8,13 +8,12 @@ import pytest
 from any_traffic import LANES, STEPS, network, traffic
 from drives import TYPES, WAYS, Way, between, drive, log_of, shown
 
-from sumo3dviz_pt.cast.articulation import joined, unit_frames
+from sumo3dviz_pt.cast.axles import joined, unit_frames
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.motion import smooth_log
-from sumo3dviz_pt.motion.alignment import sharpest
-from sumo3dviz_pt.motion.resting import resting
+from sumo3dviz_pt.motion.manoeuvres import resting, sharpest
+from sumo3dviz_pt.motion.samples import split
 from sumo3dviz_pt.motion.setting import is_railed
-from sumo3dviz_pt.motion.splitting import split
 
 LINKS = {
     "articulated bus": joined([0.0, 7.0], [6.67, 5.0], [(1.73, 6.8), (0.0, 3.3)], hinged=False),

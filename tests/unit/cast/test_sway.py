@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.sway import SPRINGS, Sway, lean_at, sway_at
+from sumo3dviz_pt.cast.poses import SPRINGS, Sway, lean_at, sway_at
 
 CAR, HEAVY = SPRINGS["car"], SPRINGS["heavy"]
 

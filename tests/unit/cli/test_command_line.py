@@ -13,7 +13,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cli import build_parser, main
 from sumo3dviz_pt.cli.program import notes_on_stderr
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.meanings import meaning
+from sumo3dviz_pt.job.settings import meaning
 from sumo3dviz_pt.video import CODECS
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sumo3dviz_pt.cli import build_parser
-from sumo3dviz_pt.cli.demo import _COMPILED, _SCALAR, _extent
+from sumo3dviz_pt.cli.render import _COMPILED, _SCALAR, _extent
 
 
 def test_with_compiled_kernels_it_is_as_the_manual_says(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from matplotlib import image
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.pipeline.production import example
-from sumo3dviz_pt.report import extra
+from sumo3dviz_pt.report import machine
 
 
 def checked(scene, capsys, *more):
@@ -142,7 +142,7 @@ def test_wrong_orders_end_in_one_sentence(arguments, words, tmp_path, capsys):
 
 
 def test_without_matplotlib_one_sentence(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(extra, "find_spec", lambda name: None)
+    monkeypatch.setattr(machine, "find_spec", lambda name: None)
     scene = write_scenario(tmp_path, vehicles=2)
     assert main(["motion", str(scene), "--vehicle", "v0", "-o", str(tmp_path / "a.png")]) == 2
     err = capsys.readouterr().err

@@ -13,7 +13,7 @@ import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.cli.options import PROGRAM
 from sumo3dviz_pt.pipeline.films.frames import frame_file
-from sumo3dviz_pt.pipeline.films.locks import LOCK, held
+from sumo3dviz_pt.pipeline.films.reuse import LOCK, held
 
 SHOT = ["--camera", "post", "--from", "4", "--to", "4.2"]
 
@@ -127,7 +127,7 @@ def test_two_scenes_of_one_name_are_refused(out, capsys):
 HOLD = """
 import sys
 from pathlib import Path
-from sumo3dviz_pt.pipeline.films.locks import held
+from sumo3dviz_pt.pipeline.films.reuse import held
 with held(Path(sys.argv[1]), what="this is done"):
     print("held", flush=True)
     sys.stdin.read()
@@ -190,7 +190,7 @@ def test_a_lock_of_the_wrong_kind_says_little(tmp_path):
 def test_pictures_are_saved_over_others_as_everywhere_in_python(tmp_path):
     import numpy as np
 
-    from sumo3dviz_pt.pipeline.stills.still import Still
+    from sumo3dviz_pt.pipeline.still import Still
 
     still = Still(np.ones((4, 6, 3), np.float32), 0.0, "srgb", 0.0, True, {"seed": 3}, None)
     for _ in range(2):

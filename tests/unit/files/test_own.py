@@ -5,7 +5,7 @@ import os
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.own import own_folder
+from sumo3dviz_pt.files.atomic import own_folder
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="temporary folders are one's own there")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.whole import open_plain, read_plain, refuse_special, whole, write_whole
+from sumo3dviz_pt.files.atomic import open_plain, read_plain, refuse_special, whole, write_whole
 
 
 def test_what_exists_is_replaced_as_a_whole(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.image.bloom import bloom
+from sumo3dviz_pt.image.optics import bloom
 from sumo3dviz_pt.image.tonemap import develop_float
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.image.clutter import edge_density, edges
+from sumo3dviz_pt.image.metrics import edge_density, edges
 
 
 def test_flat_pictures_have_no_edges():

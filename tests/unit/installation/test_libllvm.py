@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from sumo3dviz_pt.installation import libllvm
-from sumo3dviz_pt.installation.libllvm import VARIABLE, find_llvm
+from sumo3dviz_pt.installation import dependencies
+from sumo3dviz_pt.installation.dependencies import VARIABLE, find_llvm
 
 HAVE = pytest.mark.skipif(bool(find_llvm().problem), reason="no libLLVM of 16 or newer here")
 
@@ -20,9 +20,9 @@ HAVE = pytest.mark.skipif(bool(find_llvm().problem), reason="no libLLVM of 16 or
 def nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """A machine on which nothing is installed but what lies in this folder."""
     monkeypatch.delenv(VARIABLE, raising=False)
-    monkeypatch.setattr(libllvm, "_FOLDERS", (f"{tmp_path}/llvm*/lib", str(tmp_path)))
-    monkeypatch.setattr(libllvm, "_SEARCH_PATHS", {})
-    monkeypatch.setattr(libllvm, "_LOADERS_OWN", {})
+    monkeypatch.setattr(dependencies, "_FOLDERS", (f"{tmp_path}/llvm*/lib", str(tmp_path)))
+    monkeypatch.setattr(dependencies, "_SEARCH_PATHS", {})
+    monkeypatch.setattr(dependencies, "_LOADERS_OWN", {})
     return tmp_path
 
 
@@ -80,7 +80,7 @@ def test_the_newest_that_works_is_taken(nowhere: Path) -> None:
 
 def real() -> str:
     """The libLLVM of this machine, asked for in a process with all its folders."""
-    code = "from sumo3dviz_pt.installation.libllvm import find_llvm; print(find_llvm().path)"
+    code = "from sumo3dviz_pt.installation.dependencies import find_llvm; print(find_llvm().path)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
@@ -94,7 +94,9 @@ def test_versions_in_names_order_what_is_asked() -> None:
         "/opt/homebrew/Cellar/llvm/20.1.8/lib/libLLVM.dylib",
         "/opt/conda/lib/libLLVM.21.1.dylib",
     )
-    assert sorted(map(Path, names), key=libllvm._version_by_name) == [Path(name) for name in names]
+    assert sorted(map(Path, names), key=dependencies._version_by_name) == [
+        Path(name) for name in names
+    ]
 
 
 def test_a_users_own_choice_is_never_replaced(
@@ -115,6 +117,6 @@ def test_the_users_search_path_is_looked_through(
     nowhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     old(nowhere / "module" / "libLLVM-15.so")
-    monkeypatch.setattr(libllvm, "_SEARCH_PATHS", {sys.platform: "A_SEARCH_PATH"})
+    monkeypatch.setattr(dependencies, "_SEARCH_PATHS", {sys.platform: "A_SEARCH_PATH"})
     monkeypatch.setenv("A_SEARCH_PATH", str(nowhere / "module"))
     assert "libLLVM-15.so, which is older" in find_llvm().problem

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from sumo3dviz_pt.installation.nvidia import find_driver
+from sumo3dviz_pt.installation.dependencies import find_driver
 
 LIBCUDA, OPTIX = "libcuda.so.1", "libnvoptix.so.1"
 
@@ -47,8 +47,8 @@ def machine(**libraries):
 
 @pytest.fixture(autouse=True)
 def linux(monkeypatch):
-    monkeypatch.setattr("sumo3dviz_pt.installation.nvidia._WINDOWS", False)
-    monkeypatch.setattr("sumo3dviz_pt.installation.nvidia._CUDA", LIBCUDA)
+    monkeypatch.setattr("sumo3dviz_pt.installation.dependencies._WINDOWS", False)
+    monkeypatch.setattr("sumo3dviz_pt.installation.dependencies._CUDA", LIBCUDA)
 
 
 def test_a_whole_driver_tells_version_and_device() -> None:

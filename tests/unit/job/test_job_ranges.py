@@ -6,7 +6,7 @@ from builders import complaints, write_scenario
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.model.bounds import MOST_FRAMES
+from sumo3dviz_pt.model.numbers import MOST_FRAMES
 from sumo3dviz_pt.pipeline.production import frame_times
 from sumo3dviz_pt.pipeline.scene_file import make_job
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from sumo3dviz_pt.job.lens import ExposureSettings, LensSettings, ShutterSettings
+from sumo3dviz_pt.job.cameras import ExposureSettings, LensSettings, ShutterSettings
 from sumo3dviz_pt.job.settings import EulerianCamera
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from sumo3dviz_pt.job.quantities import Quantity
+from sumo3dviz_pt.job.values import Quantity
 
 LENGTH = TypeAdapter(Annotated[float, Quantity("m", 0.001, 5000.0)])
 

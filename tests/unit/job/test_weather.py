@@ -4,7 +4,7 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.weather import WeatherSettings
+from sumo3dviz_pt.job.surroundings import WeatherSettings
 from sumo3dviz_pt.pipeline.scene_file import make_job
 
 SCENE = {"scenario": {"network": "net.xml"}}

@@ -10,16 +10,16 @@ import yaml
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library import materials
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_asset, read_family
 from sumo3dviz_pt.library.buildings import palettes, styles
-from sumo3dviz_pt.library.materials import named
 from sumo3dviz_pt.library.plants import species
 
 KINDS = {
     "plants": species._PlantFile,
     "buildings": styles._BuildingFile,
     "palettes": palettes._PalettesFile,
-    "materials": named._MaterialsFile,
+    "materials": materials._MaterialsFile,
 }
 SHIPPED = catalog.data_root("assets")
 HEAD = {"kind": "lamp", "order": 1, "about": "a lamp", "licence": "BSD-3-Clause"}
@@ -126,12 +126,12 @@ def test_no_two_buildings_of_a_kind_have_the_same_name():
 
 
 def test_no_material_stands_in_two_files(monkeypatch):
-    found = read_family("materials", named._MaterialsFile)
-    assert sum(len(file.recipe) for file in found.values()) == len(named.MATERIALS)
+    found = read_family("materials", materials._MaterialsFile)
+    assert sum(len(file.recipe) for file in found.values()) == len(materials.MATERIALS)
     one = next(iter(found.values()))
-    monkeypatch.setattr(named, "read_family", lambda *_: {"one": one, "other": one})
+    monkeypatch.setattr(materials, "read_family", lambda *_: {"one": one, "other": one})
     with pytest.raises(ConfigError, match=r"materials/other: .* is in another file, too"):
-        named._read_materials()
+        materials._read_materials()
 
 
 def test_colours_are_looked_up_in_palettes():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.areas import PixelArea
+from sumo3dviz_pt.model.layers import PixelArea
 
 AREA = PixelArea((3, 7), (2, 12))
 

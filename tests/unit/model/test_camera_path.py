@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.camera_path import CameraPath, in_mirrors, in_picture, in_view
+from sumo3dviz_pt.model.camera import CameraPath, in_mirrors, in_picture, in_view
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot import crowd
 
 PLAIN = View(Transform.from_pose((5.0, 0.0, 1.2)), Lens.of_degrees(60.0))
 MIRRORS = replace(PLAIN, mirrors=np.array([-1.0, 0.0, 0.0]))
@@ -70,5 +70,5 @@ def test_what_only_mirrors_show_looks_farther_away():
 @pytest.mark.parametrize(("view", "drawn"), [(PLAIN, False), (MIRRORS, True)])
 def test_a_car_behind_is_drawn_for_mirrors_alone(view, drawn):
     alive = np.ones((1, 1), dtype=bool)
-    chosen = visibility.choose(path_of(view), alive, POINTS[1:2, None], limit=10)
+    chosen = crowd.choose(path_of(view), alive, POINTS[1:2, None], limit=10)
     assert bool((chosen.near | chosen.far).any()) is drawn

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sumo3dviz_pt.model.colour import LUMINANCE, linear_from_srgb
+from sumo3dviz_pt.model.layers import LUMINANCE, linear_from_srgb
 
 
 def test_transfer_curve():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.model.falling import GLASS, Pane, reflectance, reflected_share, reflection_samples
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.panes import GLASS, Pane, reflectance, reflected_share, reflection_samples
 
 COSINES = np.linspace(0.0, 1.0, 1001)
 

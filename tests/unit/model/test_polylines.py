@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.model.polylines import evenly_along, from_above
-from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.model.geometry import arc_length, evenly_along, from_above
 
 
 def lines():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.precipitation import (
+from sumo3dviz_pt.model.falling import (
     drop_speed,
     flake_diameter,
     flake_speed,

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.projections import folds
+from sumo3dviz_pt.model.lens import Lens, folds
 
 SIZE = (64, 32)
 LENSES = {

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.model.shutter import INSTANT, Shutter, frame_step
+from sumo3dviz_pt.model.camera import INSTANT, Shutter, frame_step
 
 MOMENTS = st.floats(-1e5, 1e5)
 

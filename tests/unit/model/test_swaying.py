@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.plants.build import tree
+from sumo3dviz_pt.library.plants.tree import tree
 from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
 from sumo3dviz_pt.model.swaying import FARTHEST, Sway, Swaying
 from sumo3dviz_pt.model.weather import Wind

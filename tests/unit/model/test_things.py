@@ -2,7 +2,7 @@
 
 import pytest
 
-from sumo3dviz_pt.model.things import LABELS, Thing, murmur3, number_of, thing_named
+from sumo3dviz_pt.model.layers import LABELS, Thing, murmur3, number_of, thing_named
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.vectors import arc_length, area_vectors, areas, unit
+from sumo3dviz_pt.model.geometry import arc_length, area_vectors, areas, unit
 
 CORNER = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 4.0], [3.0, 12.0, 4.0]])
 TRIANGLES = np.array([[0, 1, 2], [0, 2, 1]])

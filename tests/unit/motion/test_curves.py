@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from sumo3dviz_pt.motion.curves import (
+from sumo3dviz_pt.motion.front import (
     Hermite,
     eased,
     eased_rate,

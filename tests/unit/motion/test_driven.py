@@ -7,10 +7,9 @@ import pytest
 from drives import Way, drive, network_of, road, trace_of
 
 from sumo3dviz_pt.motion.driven import STEP, Driven
-from sumo3dviz_pt.motion.samples import absolute_times
+from sumo3dviz_pt.motion.samples import absolute_times, split
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.smoothers.hermite import bridge
-from sumo3dviz_pt.motion.splitting import split
 
 RADIUS = 20.0
 

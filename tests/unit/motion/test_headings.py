@@ -4,19 +4,11 @@ import numpy as np
 import pytest
 from drives import arc, between, trace_of
 
-from sumo3dviz_pt.motion.alignment import FASTEST_TURN, aligned, calmed, leeway
-from sumo3dviz_pt.motion.curves import Hermite, eased
-from sumo3dviz_pt.motion.driven import Driven
-from sumo3dviz_pt.motion.headings import (
-    STEEPEST,
-    chord,
-    chords,
-    logged,
-    slopes_of,
-    tractrix,
-)
+from sumo3dviz_pt.motion.driven import STEEPEST, Driven, chord, chords, logged, slopes_of, tractrix
+from sumo3dviz_pt.motion.front import Hermite, eased
+from sumo3dviz_pt.motion.manoeuvres import FASTEST_TURN, aligned, calmed, leeway
+from sumo3dviz_pt.motion.samples import split
 from sumo3dviz_pt.motion.smoothers.hermite import CurveFront
-from sumo3dviz_pt.motion.splitting import split
 
 TIMES = np.arange(0.0, 10.0, 0.1)
 

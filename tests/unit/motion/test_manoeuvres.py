@@ -8,7 +8,7 @@ import pytest
 from drives import drive, road, trace_of
 
 from sumo3dviz_pt.motion.manoeuvres import stretches
-from sumo3dviz_pt.motion.splitting import split
+from sumo3dviz_pt.motion.samples import split
 
 PARKING_TIME = 3.0  # as the manual says [s]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.trajectory import Motion
-from sumo3dviz_pt.motion import measures
+from sumo3dviz_pt.motion import laws
 
 STEP = 0.04
 TIMES = np.arange(0.0, 10.0, STEP)
@@ -21,7 +21,7 @@ def motion(places, yaws):
 
 
 def measured(places, yaws, *, length=5.0):
-    return measures.measure(motion(places, yaws), step=STEP, length=length)
+    return laws.measure(motion(places, yaws), step=STEP, length=length)
 
 
 def inner(values, *, margin=2):
@@ -51,7 +51,7 @@ def test_circle_to_the_left():
     np.testing.assert_allclose(inner(known.accelerations), 0.0, atol=1e-6)
     np.testing.assert_allclose(inner(known.jerks), speed**3 / radius**2, rtol=1e-3)
     np.testing.assert_allclose(known.heading_rates[:-1], speed / radius, rtol=1e-9)
-    turned = -measures.REAR_AXLE * 5.0 * speed / radius
+    turned = -laws.REAR_AXLE * 5.0 * speed / radius
     np.testing.assert_allclose(inner(known.crabs), turned, rtol=1e-3)
 
 
@@ -69,7 +69,7 @@ def test_standing_still_is_nothing():
 
 def test_heading_turns_the_shorter_way_and_flips_are_seen_in_full():
     yaws = np.array([3.1, -3.1, -3.1, -3.1 + np.pi * 0.9])
-    rates = measures.heading_rates(yaws, step=0.5)
+    rates = laws.heading_rates(yaws, step=0.5)
     np.testing.assert_allclose(rates[:3], [(2 * np.pi - 6.2) / 0.5, 0.0, 0.9 * np.pi / 0.5])
     assert np.isnan(rates[3])
 
@@ -93,25 +93,25 @@ def test_nothing_is_measured_across_a_gap():
 
 def test_excess_is_what_a_frame_may_not():
     ways = np.array([0.40, 0.80, 0.83])
-    beyond = measures.excess(ways, np.array([10.0, 10.0, 13.0]), step=0.04)
+    beyond = laws.excess(ways, np.array([10.0, 10.0, 13.0]), step=0.04)
     np.testing.assert_allclose(beyond, [-0.22, 0.18, 0.03])
 
 
 def test_largest_are_peaks_apart_with_their_sign():
     values = np.array([0.0, np.nan, -9.0, 8.5, 1.0, 0.0, 0.0, 7.0, 2.0])
     times = 0.5 * np.arange(9)
-    found = measures.largest(values, times, count=3, apart=1.2)
+    found = laws.largest(values, times, count=3, apart=1.2)
     assert [(peak.value, peak.time) for peak in found][:2] == [(-9.0, 1.0), (7.0, 3.5)]
-    assert measures.largest(np.array([np.nan]), np.zeros(1)) == []
-    assert measures.largest(np.empty(0), np.empty(0)) == []
-    assert len(measures.largest(np.zeros(3), np.zeros(3), count=9)) == 1
+    assert laws.largest(np.array([np.nan]), np.zeros(1)) == []
+    assert laws.largest(np.empty(0), np.empty(0)) == []
+    assert len(laws.largest(np.zeros(3), np.zeros(3), count=9)) == 1
 
 
 def test_offsets_are_signed_and_of_the_nearest_line():
     lines = [np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]]), np.array([[0.0, 4.0], [6.0, 4.0]])]
     places = np.array([[5.0, 1.0], [5.0, -1.0], [9.0, 8.0], [3.0, 3.5], [-3.0, 0.0], [12.0, 5.0]])
-    found = measures.offsets(places, lines)
+    found = laws.offsets(places, lines)
     np.testing.assert_allclose(found, [1.0, -1.0, 1.0, -0.5, 3.0, -2.0])
-    assert np.isnan(measures.offsets(places, [])).all()
+    assert np.isnan(laws.offsets(places, [])).all()
     many = np.repeat(places, 300, axis=0)
-    np.testing.assert_array_equal(measures.offsets(many, lines), np.repeat(found, 300))
+    np.testing.assert_array_equal(laws.offsets(many, lines), np.repeat(found, 300))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.motion.retiming import delayed, paced
+from sumo3dviz_pt.motion.samples import delayed, paced
 
 
 def bend(n=13, step=1.0):

@@ -8,8 +8,7 @@ from drives import TYPES, drive, log_of, road, straight, trace_of
 
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.motion import settings_of
-from sumo3dviz_pt.motion.lanes.graph import LaneGraph
-from sumo3dviz_pt.motion.lanes.track import Tracks
+from sumo3dviz_pt.motion.lanes import LaneGraph, Tracks
 from sumo3dviz_pt.motion.setting import LogSettings, Setting, body_length, is_euler
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.traffic import Trace
-from sumo3dviz_pt.motion.splitting import split
+from sumo3dviz_pt.motion.samples import split
 
 
 def cut_of(times, x, speeds, *, step=1.0):

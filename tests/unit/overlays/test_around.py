@@ -7,7 +7,7 @@ import pytest
 from unit.overlays.drawing import GREY, film_of
 
 from sumo3dviz_pt.job.overlays import StillOverlay
-from sumo3dviz_pt.overlays.around import (
+from sumo3dviz_pt.overlays.canvas import (
     captions_text,
     faded,
     still_count,

@@ -9,13 +9,9 @@ from unit.overlays.drawing import GREY, KEYS, SIZE, changed, film_of
 
 from sumo3dviz_pt.job.overlays import ClockOverlay, OverlaySettings
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.overlays.build import drawn
-from sumo3dviz_pt.overlays.canvas import Canvas, rgba
-from sumo3dviz_pt.overlays.colours import speed_colour
-from sumo3dviz_pt.overlays.facts import facts_of, facts_text
-from sumo3dviz_pt.overlays.following import Shown, label_text
-from sumo3dviz_pt.overlays.projected import box_corners, frame_around
-from sumo3dviz_pt.overlays.standing import speed_of, time_text
+from sumo3dviz_pt.overlays.canvas import Canvas, rgba, speed_colour
+from sumo3dviz_pt.overlays.drawing import Shown, drawn, label_text, speed_of, time_text
+from sumo3dviz_pt.overlays.facts import box_corners, facts_of, facts_text, frame_around
 
 NOBODY = Shown(frozenset(), np.zeros((180, 320), dtype=bool))
 ALL = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import view_at
 
-from sumo3dviz_pt.overlays.projected import box_corners, frame_around, place_of, segment
+from sumo3dviz_pt.overlays.facts import box_corners, frame_around, place_of, segment
 
 SIZE = (201, 101)
 VIEW = view_at((0.0, 0.0, 1.0), heading=90.0, fov=90.0)  # at the origin, looking east

@@ -11,7 +11,7 @@ from builders import write_scenario
 from needed import package
 
 import sumo3dviz_pt as sv
-from sumo3dviz_pt.pipeline.stills.still import Still
+from sumo3dviz_pt.pipeline.still import Still
 
 
 @pytest.fixture(scope="module")

@@ -4,19 +4,19 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.pipeline import asset_table
+from sumo3dviz_pt.pipeline import catalogue
 
 
 def test_families():
     others = ["areas", "buildings", "materials", "palettes", "people", "plants", "road_styles"]
-    assert list(asset_table.families()) == [*others, "skies", "surfaces", "vehicles"]
+    assert list(catalogue.families()) == [*others, "skies", "surfaces", "vehicles"]
 
 
 def test_table_lists_every_asset_once():
-    head, *rows = asset_table.listing([])
+    head, *rows = catalogue.listing([])
     assert head.split()[:2] == ["family", "name"]
     named = [tuple(row.split()[:2]) for row in rows]
-    assert named == [(f, name) for f in asset_table.families() for name in catalog.names(f)]
+    assert named == [(f, name) for f in catalogue.families() for name in catalog.names(f)]
     assert all(row.endswith("BSD-3-Clause") for row in rows)
     # Columns stand under each other.
     at = head.index("licence")
@@ -24,7 +24,7 @@ def test_table_lists_every_asset_once():
 
 
 def test_row_says_size_and_triangles():
-    (row,) = (row for row in asset_table.listing(["vehicles"]) if row.split()[1] == "sedan")
+    (row,) = (row for row in catalogue.listing(["vehicles"]) if row.split()[1] == "sedan")
     meta = catalog.find("vehicles", "sedan").meta
     near = sum(meta["parts"].values())
     far = sum(meta["far"].values())
@@ -34,9 +34,9 @@ def test_row_says_size_and_triangles():
 
 
 def test_a_family_can_be_chosen():
-    assert {row.split()[0] for row in asset_table.listing(["skies"])[1:]} == {"skies"}
+    assert {row.split()[0] for row in catalogue.listing(["skies"])[1:]} == {"skies"}
 
 
 def test_unknown_families_are_refused_with_a_suggestion():
     with pytest.raises(ConfigError, match="did you mean 'vehicles'"):
-        asset_table.listing(["vehicle"])
+        catalogue.listing(["vehicle"])

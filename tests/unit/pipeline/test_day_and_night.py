@@ -9,10 +9,9 @@ from builders import write_scenario
 from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.render.lights.beams import Beams
-from sumo3dviz_pt.render.lights.running import GlowingLenses
-from sumo3dviz_pt.report.stress.sky import under_sky
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+from sumo3dviz_pt.render.lights.running import Beams, GlowingLenses
+from sumo3dviz_pt.report.stress.stress import under_sky
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 
 pytestmark = pytest.mark.slow
 

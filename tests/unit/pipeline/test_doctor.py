@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.installation.libllvm import VARIABLE
+from sumo3dviz_pt.installation.dependencies import VARIABLE
 from sumo3dviz_pt.installation.packages import ATOMIC, LLVM
 from sumo3dviz_pt.pipeline import doctor
 from sumo3dviz_pt.render.backend import VARIANTS
@@ -132,7 +132,7 @@ def test_what_is_lacking_is_named_for_the_package_manager(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
-    llvm = doctor.libllvm.Library("", "", "there is none")
+    llvm = doctor.dependencies.Library("", "", "there is none")
     trial = doctor.Trial(problems=("a",), missing=("libatomic.so.1", "libunknown.so.3"))
     assert list(doctor._lacks(trial, llvm)) == [ATOMIC, LLVM]
 

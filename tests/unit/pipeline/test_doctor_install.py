@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.cli.doctor import _agreed
+from sumo3dviz_pt.cli.installed import _agreed
 from sumo3dviz_pt.installation.packages import LLVM, MANAGERS, InstallOrder
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="programs here are shell scripts")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.pipeline import driven
+from sumo3dviz_pt.pipeline import worlds
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 
@@ -18,7 +18,7 @@ def scene(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def _nothing_remembered():
-    driven._whole.cache_clear()
+    worlds._whole.cache_clear()
 
 
 def tracks(scene, *times, **changes):
@@ -42,7 +42,7 @@ def test_who_is_left_out_leaves_no_tracks(scene):
 @pytest.mark.parametrize("weather", [None, {"wetness": 1.0}, {"snow": {"depth": "0 cm"}}])
 def test_the_whole_log_is_read_only_where_snow_lies(scene, weather):
     prepare(load_job(scene, {"weather": weather}), Request(camera="post"), np.array([2.0]))
-    assert driven._whole.cache_info().misses == 0
+    assert worlds._whole.cache_info().misses == 0
 
 
 def test_who_stands_through_the_log_is_parked_in_every_frame(tmp_path):

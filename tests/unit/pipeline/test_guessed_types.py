@@ -4,9 +4,9 @@ from builders import fcd_xml, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.cli.program import notes_on_stderr
-from sumo3dviz_pt.model.scenario import TypeGuess
-from sumo3dviz_pt.pipeline.guessed_types import guesses_in_words, type_lines
+from sumo3dviz_pt.model.traffic import TypeGuess
 from sumo3dviz_pt.pipeline.production import read
+from sumo3dviz_pt.pipeline.reading import guesses_in_words, type_lines
 from sumo3dviz_pt.pipeline.scene_file import load_job
 
 

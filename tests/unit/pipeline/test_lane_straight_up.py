@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from builders import network_xml, write_scenario
 
-from sumo3dviz_pt.pipeline.proposal import propose
+from sumo3dviz_pt.proposals.proposal import propose
 
 
 def test_it_is_proposed(tmp_path):

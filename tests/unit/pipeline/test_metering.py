@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.lens import ExposureSettings
+from sumo3dviz_pt.job.cameras import ExposureSettings
 from sumo3dviz_pt.job.settings import EulerianCamera
 from sumo3dviz_pt.pipeline.metering import (
     KEY,

@@ -6,7 +6,7 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
-from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.studies.file import load_study
 
 POST = {"mode": "eulerian", "position": [0, 0, 5], "heading": 90}
 SCENARIO = {"network": "a.net.xml", "trajectories": "fcd.xml"}

@@ -4,17 +4,15 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.news import heard_by
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.pipeline.checks import check_scene
-from sumo3dviz_pt.pipeline.outlooks import Outing, outlooks
-from sumo3dviz_pt.pipeline.progress.build import WorkCourse
-from sumo3dviz_pt.pipeline.progress.expectations import checking_steps
+from sumo3dviz_pt.pipeline.checks import Outing, check_scene, outlooks
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.world.shared import seen_of
+from sumo3dviz_pt.pipeline.steps import WorkCourse, checking_steps
+from sumo3dviz_pt.world.outlook import seen_of
 
 CAMERAS = """
   near: {mode: eulerian, position: [10, -12, 6], look_at: [40, 0, 1]}

@@ -11,7 +11,7 @@ from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.news import Doing, News, heard_by
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.pipeline.sheets import (
+from sumo3dviz_pt.pipeline.catalogue import (
     SKIES,
     SheetOrder,
     _exposed,
@@ -21,9 +21,8 @@ from sumo3dviz_pt.pipeline.sheets import (
     sheet_names,
 )
 from sumo3dviz_pt.shot import showroom
-from sumo3dviz_pt.shot.showroom import Exhibit
-from sumo3dviz_pt.shot.still_life import still_life
-from sumo3dviz_pt.world.sky.build import build_sky
+from sumo3dviz_pt.shot.showroom import Exhibit, still_life
+from sumo3dviz_pt.world.sky import build_sky
 
 SIZE = (96, 54)
 

@@ -6,8 +6,8 @@ import pytest
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.pipeline.smoothing import Survey
-from sumo3dviz_pt.world.shared import Outlook
+from sumo3dviz_pt.pipeline.traffic import Survey
+from sumo3dviz_pt.world.outlook import Outlook
 
 BEGIN, END = 452.0, 460.0
 

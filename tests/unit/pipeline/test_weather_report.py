@@ -3,10 +3,10 @@
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job.weather import WeatherSettings
+from sumo3dviz_pt.job.surroundings import WeatherSettings
+from sumo3dviz_pt.pipeline.accounts import preset_weather, weather_account, weather_report
 from sumo3dviz_pt.pipeline.scene_file import make_job
-from sumo3dviz_pt.pipeline.weather_report import preset_weather, weather_account, weather_report
-from sumo3dviz_pt.world.weather.course import weather_course
+from sumo3dviz_pt.world.weather import weather_course
 
 
 def report(**weather):

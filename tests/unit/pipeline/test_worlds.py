@@ -7,7 +7,7 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.pipeline import worlds
-from sumo3dviz_pt.pipeline.accounts.digests import plan_digest, world_digest
+from sumo3dviz_pt.pipeline.accounts import plan_digest, world_digest
 from sumo3dviz_pt.pipeline.production import Request, example, prepare, read, scenario_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of

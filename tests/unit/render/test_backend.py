@@ -3,8 +3,8 @@
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
-from sumo3dviz_pt.installation import libllvm
-from sumo3dviz_pt.installation.nvidia import Driver
+from sumo3dviz_pt.installation import dependencies
+from sumo3dviz_pt.installation.dependencies import Driver
 from sumo3dviz_pt.render import backend
 from sumo3dviz_pt.render.backend import choose_backend, llvm_description, try_out
 
@@ -51,8 +51,10 @@ def test_a_triangle_that_is_not_seen_refuses_the_variant(monkeypatch):
 
 
 def test_an_old_llvm_falls_back_and_says_how_to_mend_it(monkeypatch, caplog):
-    monkeypatch.setattr(libllvm, "OLDEST", 99)
-    monkeypatch.setattr(backend, "LIBRARY", libllvm.Library("", "", "there is none; install it"))
+    monkeypatch.setattr(dependencies, "OLDEST", 99)
+    monkeypatch.setattr(
+        backend, "LIBRARY", dependencies.Library("", "", "there is none; install it")
+    )
     found = choose_backend("llvm")
     assert found.variant == "scalar_rgb" and not found.jit
     assert found.note.endswith("there is none; install it")

@@ -4,8 +4,15 @@ from measurements import depths, ladder, presets
 from PIL import Image
 
 from sumo3dviz_pt.report.convergence.table import grouped
-from sumo3dviz_pt.report.films.galleries import crops_plot, flip_maps, pair_plot
-from sumo3dviz_pt.report.plots import depth_changes, depth_plot, error_plot, time_plot
+from sumo3dviz_pt.report.plots import (
+    crops_plot,
+    depth_changes,
+    depth_plot,
+    error_plot,
+    flip_maps,
+    pair_plot,
+    time_plot,
+)
 
 RNG = np.random.default_rng(4)
 

@@ -4,18 +4,18 @@ import numpy as np
 from builders import view_at
 
 from sumo3dviz_pt.cast.drawing import Drawn
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.shot.crowd import (
     MOST_FULL_MODELS,
     MOST_SLOTS,
+    Choice,
     CrowdFrames,
     CrowdPlan,
     can_be_full,
     fitting,
     plan_crowd,
 )
-from sumo3dviz_pt.shot.visibility import Choice
 
 CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/full", *(["sedan/wheel"] * 4)))
 TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.model.shutter import INSTANT, Shutter
+from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.shot.exposing import shutter_of
+from sumo3dviz_pt.shot.road_users import shutter_of
 
 
 @pytest.mark.parametrize(

@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.job.settings import LagrangianCamera
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.motion import LogMotion
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
-from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot import crowd
 from sumo3dviz_pt.shot.build import moments_of
-from sumo3dviz_pt.shot.cameras.build import build_camera
-from sumo3dviz_pt.shot.in_view import users_in_view
-from sumo3dviz_pt.shot.road_users import everyone, with_seat
+from sumo3dviz_pt.shot.cameras.aiming import build_camera
+from sumo3dviz_pt.shot.road_users import everyone, users_in_view, with_seat
 
 
 @pytest.fixture(scope="module", params=["crossing", "ronda"])
@@ -38,7 +37,7 @@ def test_nobody_who_is_drawn_is_left_out(read):
         moments = moments_of(built, times)
         path = CameraPath.of([built.view_at(each) for each in moments.tolist()], aspect=9 / 16)
         alive, positions = fleet.positions(moments)
-        drawn = visibility.choose(path, alive, positions, limit=120, lengths=fleet.lengths)
+        drawn = crowd.choose(path, alive, positions, limit=120, lengths=fleet.lengths)
         shown = (drawn.near | drawn.far).any(axis=1)
 
         name = camera.vehicle if isinstance(camera, LagrangianCamera) else ""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from builders import plane, static
 
-from sumo3dviz_pt.library.plants.build import tree
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.library.plants.tree import tree
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import belonging, merge_meshes
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse, Wind

@@ -9,14 +9,14 @@ from PIL import Image as Pillow
 from PIL import ImageDraw
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.fitted_models import read_vehicle
+from sumo3dviz_pt.cast.fitting import read_vehicle
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.job.settings import VehicleSettings
-from sumo3dviz_pt.library.mesh.clustering import clustered_body
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.library.mesh.shading import clustered_body
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.shot.visibility import FULL_END, MOST_NEAR, NEAR_END, choose
+from sumo3dviz_pt.shot.crowd import FULL_END, MOST_NEAR, NEAR_END, choose
 
 EYE = (0.0, 0.0, 1.5)
 ALL = np.ones(1, dtype=bool)

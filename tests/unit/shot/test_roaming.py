@@ -8,11 +8,11 @@ from builders import view_at, write_scenario
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera
-from sumo3dviz_pt.job.weather import WeatherSettings
-from sumo3dviz_pt.library.vehicles.interior.dials import NEEDLE
+from sumo3dviz_pt.job.surroundings import WeatherSettings
+from sumo3dviz_pt.library.vehicles.interior.controls import NEEDLE
 from sumo3dviz_pt.pipeline.live import Ground
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.shot.roaming import build_roam, camera_view
+from sumo3dviz_pt.shot.picking import build_roam, camera_view
 from sumo3dviz_pt.world.build import World
 
 RIDE = LagrangianCamera(mode="lagrangian", vehicle="v1", view="driver")

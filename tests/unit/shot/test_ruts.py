@@ -5,7 +5,7 @@ import pytest
 
 from sumo3dviz_pt.model.network import Lane
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
-from sumo3dviz_pt.shot.ruts import ruts
+from sumo3dviz_pt.shot.tracks import ruts
 from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE
 
 WET = WeatherCourse((0.0,), (Weather(wetness=1.0, puddles=0.5),))

@@ -9,7 +9,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.choice import models_for
 from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.vehicles.parts import WheelPlace
+from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
 from sumo3dviz_pt.model.scene import is_tinted
 from sumo3dviz_pt.shot import showroom
 from sumo3dviz_pt.shot.showroom import FAMILIES, exhibits

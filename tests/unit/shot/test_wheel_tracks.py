@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.tyre_tracks import DrivenWay, DrivenWays
+from sumo3dviz_pt.model.trajectory import DrivenWay, DrivenWays
 from sumo3dviz_pt.model.weather import Snow, Weather, WeatherCourse
-from sumo3dviz_pt.shot.wheel_tracks import REACH, wheel_tracks
+from sumo3dviz_pt.shot.tracks import REACH, wheel_tracks
 
 WIDTHS = {"passenger": 1.8, "bicycle": 0.65, "rail": 2.8}
 EYE = np.zeros((1, 3))

@@ -9,8 +9,8 @@ import pytest
 from damage import NETWORK, OBJECTS, SIGNALS, TYPES, log_text, write_town
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.scenario import ScenarioFiles
-from sumo3dviz_pt.sumo import bounds, read_scenario
+from sumo3dviz_pt.model.traffic import ScenarioFiles
+from sumo3dviz_pt.sumo import read_scenario, values
 from sumo3dviz_pt.sumo.values import parse_points
 
 LONG = "9" * 5000
@@ -90,9 +90,9 @@ def test_shapes_without_end(tmp_path):
     ):
         error = complaint(tmp_path, name, text.replace(old, tangle))
         assert "these go to and fro" in str(error) and error.element
-    many = shape([(k, 0) for k in range(bounds.MOST_POINTS + 1)])
+    many = shape([(k, 0) for k in range(values.MOST_POINTS + 1)])
     error = complaint(tmp_path, "objects.add.xml", OBJECTS.replace("-40.00,4.00 -20.00,4.00", many))
-    assert f"at most {bounds.MOST_POINTS} can be drawn" in str(error)
+    assert f"at most {values.MOST_POINTS} can be drawn" in str(error)
 
 
 def test_long_shapes_of_roads_stay():
@@ -138,7 +138,7 @@ def test_impossible_speeds_and_places_on_lanes_count_as_none(value, tmp_path):
     traces = read_scenario(town(tmp_path, "fcd.xml", text)).traffic.traces
     driving = [trace for trace in traces if trace.kind == "vehicle"]
     assert all(np.isnan(trace.speeds).all() for trace in driving)
-    limit = bounds.COORDINATE.high
+    limit = values.COORDINATE.high
     assert all((np.isnan(t.offsets) | (np.abs(t.offsets) <= limit)).all() for t in driving)
 
 

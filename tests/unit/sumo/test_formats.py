@@ -6,10 +6,10 @@ import pytest
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import formats, read_roster, read_trajectories, whereabouts
 from sumo3dviz_pt.sumo.belonging import first_rows
+from sumo3dviz_pt.sumo.find import survey_files, vehicle_logs
 from sumo3dviz_pt.sumo.formats import LogFormat
-from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
+from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError
-from sumo3dviz_pt.sumo.survey import survey_files, vehicle_logs
 
 XML = (
     '<fcd-export>\n<timestep time="{time}">\n'

@@ -6,7 +6,7 @@ import pytest
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import read_trajectories
-from sumo3dviz_pt.sumo.formats.forward import FastForward
+from sumo3dviz_pt.sumo.formats.xml import FastForward
 
 HEAD = b"<?xml version='1.0'?>\n<!-- a > b\n<c/> -->\n<fcd-export>\n"
 STEPS = [

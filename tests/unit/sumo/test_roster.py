@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.roster import Point
-from sumo3dviz_pt.sumo import fcd, read_roster, read_trajectories
-from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
-from sumo3dviz_pt.sumo.logs import kept, reader
+from sumo3dviz_pt.model.traffic import Point
+from sumo3dviz_pt.sumo import fcd, read_roster, read_trajectories, reader
+from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 
 
 def vehicle(name, x, y=0.0, *, of="car", speed=10.0, lane="a_0"):
@@ -183,7 +182,7 @@ def test_the_same_people_as_the_reader_of_traces(tmp_path):
 
 def test_a_kept_log_gives_the_same_without_being_read(tmp_path, monkeypatch):
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(kept, "_LEAST", 0)
+    monkeypatch.setattr(reader, "_LEAST", 0)
     rng = np.random.default_rng(6)
     steps = [
         (

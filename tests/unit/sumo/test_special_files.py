@@ -6,14 +6,12 @@ from pathlib import Path
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.sumo.additional import read_additional
+from sumo3dviz_pt.sumo.additional import read_additional, read_parking, read_stops
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.find import find_scenario
 from sumo3dviz_pt.sumo.formats import is_log
 from sumo3dviz_pt.sumo.network import network_of, read_location
-from sumo3dviz_pt.sumo.parking import read_parking
 from sumo3dviz_pt.sumo.signals import read_signals
-from sumo3dviz_pt.sumo.stops import read_stops
 from sumo3dviz_pt.sumo.types import read_vehicle_types
 
 READERS = {

@@ -12,9 +12,8 @@ import pytest
 from needed import skip_if
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.sumo.additional import read_parking, read_stops
 from sumo3dviz_pt.sumo.network import read_network
-from sumo3dviz_pt.sumo.parking import read_parking
-from sumo3dviz_pt.sumo.stops import read_stops
 
 NET = """<net version="1.20">
 <location netOffset="0,0" convBoundary="0,0,300,0" origBoundary="0,0,300,0" projParameter="!"/>

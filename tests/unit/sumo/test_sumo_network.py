@@ -7,7 +7,7 @@ import pytest
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import read_network
-from sumo3dviz_pt.sumo.classes import ALL_CLASSES, allowed_classes
+from sumo3dviz_pt.sumo.types import ALL_CLASSES, allowed_classes
 
 NET = """<net version="1.20" lefthand="true">
 <location netOffset="-10.5,20" convBoundary="0,0,100,50" origBoundary="9,50,10,51"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.scenario import ScenarioFiles, TypeGuess
+from sumo3dviz_pt.model.traffic import ScenarioFiles, TypeGuess
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
 HILLS = '<net><edge id="a"><lane id="a_0" shape="0,0,10 100,0,20"/></edge></net>'

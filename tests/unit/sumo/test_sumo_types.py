@@ -4,7 +4,7 @@ import pytest
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import default_vehicle_type, read_vehicle_types
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS, DEFAULT_TYPES
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS, DEFAULT_TYPES
 
 FILE = """<routes>
 <vType id="plain"/>

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.colour import linear_from_srgb
+from sumo3dviz_pt.model.layers import linear_from_srgb
 from sumo3dviz_pt.sumo.values import (
     parse_colour,
     parse_flag,

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.cast.choice import PlainChoice, choose, looks_for, models_for
-from sumo3dviz_pt.model.scenario import ScenarioFiles
+from sumo3dviz_pt.model.traffic import ScenarioFiles
 from sumo3dviz_pt.motion import smooth_log
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 from sumo3dviz_pt.sumo.scenario import read_scenario
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 
 pytestmark = [
     pytest.mark.slow,

@@ -10,7 +10,7 @@ from bakers.skies.recipe import CloudRecipe
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import read_exr, write_exr
-from sumo3dviz_pt.library.skies.maps import cloud_image, cloud_layer
+from sumo3dviz_pt.library.pictures import cloud_image, cloud_layer
 
 SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24, texels=32)
 

@@ -5,7 +5,7 @@ import pytest
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.video import encode
-from sumo3dviz_pt.video.picture import film_picture
+from sumo3dviz_pt.video.ffmpeg import film_picture
 
 SHADES = (30, 90, 150, 210)
 

@@ -10,8 +10,7 @@ import pytest
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.video import encode
-from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
-from sumo3dviz_pt.video.picture import film_picture
+from sumo3dviz_pt.video.ffmpeg import ffmpeg_path, film_picture
 from sumo3dviz_pt.video.spherical import Spherical, read_boxes, spherical_of, write_boxes
 
 ROUND = Lens(2 * np.pi, "equirectangular")

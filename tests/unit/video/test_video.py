@@ -8,8 +8,8 @@ from PIL import Image
 
 from sumo3dviz_pt.errors import ConfigError, InputError, RenderError
 from sumo3dviz_pt.video import CODECS, encode, encoder, frame_rate, probe
+from sumo3dviz_pt.video.encoder import yuv709
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path, has_encoder
-from sumo3dviz_pt.video.yuv import yuv709
 
 SIZE = (64, 48)
 

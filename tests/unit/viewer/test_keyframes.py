@@ -15,18 +15,18 @@ from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
-from sumo3dviz_pt.shot.cameras.flying import build_flight
-from sumo3dviz_pt.viewer.insertion import inserted
+from sumo3dviz_pt.shot.cameras.free import build_flight
 from sumo3dviz_pt.viewer.keyframes import (
+    Eye,
     camera_yaml,
     flight,
     free_name,
+    inserted,
     key_frame,
     path_yaml,
     save_camera,
     with_frame,
 )
-from sumo3dviz_pt.viewer.walk import Eye
 
 EYE = Eye(np.array([328.004, 279.996, 7.126]), 305.4321, -9.996, 0.0, 65.02)
 ENTRY = camera_yaml(EYE, "new")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.viewer.mean import Mean
+from sumo3dviz_pt.viewer.client import Mean
 
 
 class Linear:

@@ -3,17 +3,17 @@
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.viewer import messages_in
-from sumo3dviz_pt.viewer.messages_in import parsed
+from sumo3dviz_pt.viewer import messages
+from sumo3dviz_pt.viewer.messages import parsed
 
 
 def test_orders_keep_what_was_asked():
-    assert parsed({"do": "keys", "down": ["KeyW"], "id": 7}) == messages_in.Keys(
+    assert parsed({"do": "keys", "down": ["KeyW"], "id": 7}) == messages.Keys(
         do="keys", down=("KeyW",), id=7
     )
     assert parsed({"do": "time", "value": 492}).value == 492.0
     assert parsed({"do": "save", "name": "corner"}).name == "corner"
-    assert parsed({"do": "leave"}) == messages_in.Leave(do="leave")
+    assert parsed({"do": "leave"}) == messages.Leave(do="leave")
 
 
 @pytest.mark.parametrize(

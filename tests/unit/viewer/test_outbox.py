@@ -1,8 +1,8 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 
-from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
-from sumo3dviz_pt.viewer.outbox import MOST_NOTES, Outbox
+from sumo3dviz_pt.viewer.client import MOST_NOTES, Outbox
+from sumo3dviz_pt.viewer.messages import Frame, Message, Note
 
 
 def frame(seq: int) -> Frame:

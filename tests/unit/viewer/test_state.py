@@ -10,9 +10,9 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.viewer.messages_in import KeyFrameOrder, StandAt
+from sumo3dviz_pt.viewer.keyframes import Eye
+from sumo3dviz_pt.viewer.messages import KeyFrameOrder, StandAt
 from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, obeyed, said_of
-from sumo3dviz_pt.viewer.walk import Eye
 
 HERE = ViewerState(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
 

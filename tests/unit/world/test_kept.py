@@ -9,7 +9,7 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.scene import LeftOut
 from sumo3dviz_pt.pipeline import worlds
 from sumo3dviz_pt.pipeline.production import read

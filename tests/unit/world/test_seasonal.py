@@ -4,7 +4,7 @@ import numpy as np
 from builders import plane, static
 
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
+from sumo3dviz_pt.world.build import grounds_in_season, in_season
 
 GREEN = np.tile((0.1, 0.2, 0.04), (2, 1))
 

@@ -13,7 +13,7 @@ from bakers.skies.build import make_clouds
 from bakers.skies.recipe import CloudRecipe
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import write_exr
-from sumo3dviz_pt.library.skies.maps import cloud_image
+from sumo3dviz_pt.library.pictures import cloud_image
 
 CLOUD_LOSS = 300.0
 """Level of DWAB compression: errors of 0.006 rms, a megabyte a sky."""

@@ -21,9 +21,9 @@ from bakery.grime import Dirt, grimed
 from bakery.halves import fit_to
 from bakery.wheel import build_wheel
 from sumo3dviz_pt.library.mesh.solids import by_material, moved, on_both_sides, solid_faces
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh, WheelPlace
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh, WheelPlace
 from sumo3dviz_pt.model.geometry import Floats, Transform
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 MIDDLE = CarFineness(spacing=0.055, faces=2500, step=0.2, sides=8)
 """Seen from ten metres on."""

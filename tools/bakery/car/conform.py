@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from bakery.car.body import CarShape
 from bakery.mesh.implicit import gradient
-from sumo3dviz_pt.library.mesh.grids import grid_faces
+from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.model.geometry import Floats, Mesh, settled
 

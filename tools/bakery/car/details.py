@@ -11,7 +11,7 @@ from bakery.car.conform import CarFineness, bar, closed, land, resampled
 from bakery.car.driver import driver
 from bakery.car.panels import handle_places
 from sumo3dviz_pt.library.mesh.solids import box, moved, on_both_sides, shaded, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 
 _PLATE = (0.26, 0.056)
 """Half sizes of a number plate [m]."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from bakery.car.body import CarShape
 from bakery.car.conform import CarFineness, land
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 _BEFORE = 0.0016

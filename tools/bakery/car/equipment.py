@@ -10,9 +10,9 @@ from bakery.car.body import CarShape
 from bakery.car.conform import CarFineness, land
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid
 from sumo3dviz_pt.library.street.strokes import lettering
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 _SIGN = (0.075, 0.23, 0.062)
 """Half sizes of a taxi sign [m]."""

@@ -17,7 +17,7 @@ from bakery.car.windows import cut_windows
 from bakery.mesh.cutting import Surface
 from bakery.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, on_both_sides, superellipsoid
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Ints
 
 _SPACING = 0.08  # of the body's grid [m]

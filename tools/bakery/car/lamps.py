@@ -11,7 +11,7 @@ from bakery.car.body import CarShape
 from bakery.car.conform import land
 from bakery.car.recipe import CarRecipe, Points
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 _CLEAR = 0.004
 """Distance of a lamp before the body [m]."""

@@ -10,7 +10,7 @@ from bakery.car.body import CarShape
 from bakery.car.conform import CarFineness, bar, land, resampled
 from bakery.car.recipe import BodyStrip, CarPanel, Disc
 from sumo3dviz_pt.library.mesh.solids import lathe, on_both_sides
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, settled
 
 Profile = Sequence[tuple[float, float]]

@@ -19,7 +19,7 @@ from bakery.mesh.simplify import simplify
 from bakery.wheel import well_shell
 from sumo3dviz_pt.library.mesh.shading import weld
 from sumo3dviz_pt.library.mesh.solids import moved, on_both_sides
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 
 

@@ -12,11 +12,9 @@ from bakery.build import BakedVehicle, Builder, FullVehicle, Recipe
 from bakery.cycles.motor import MotorRecipe, motor
 from sumo3dviz_pt.library.mesh.solids import by_material, moved
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle
-from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, FULL, MIDDLE, Fineness, wheel
-from sumo3dviz_pt.library.vehicles.cycles.rider import rider
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh, WheelPlace
-from sumo3dviz_pt.library.vehicles.recipe import read_value
+from sumo3dviz_pt.library.vehicles.cycles.rider import Machine, rider
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh, WheelPlace, read_value
 
 
 def machine_of(recipe: Recipe) -> Machine:

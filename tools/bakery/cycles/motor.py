@@ -8,10 +8,9 @@ from typing import Any, Literal
 
 from bakery.cycles.pieces import Item, shaped
 from sumo3dviz_pt.library.asset_files import RecipeValue
-from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness, Point, lamp
-from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp, Machine
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 
 
 @dataclass(frozen=True, slots=True)

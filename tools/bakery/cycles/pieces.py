@@ -14,10 +14,10 @@ from pydantic import Field
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import box, lathe, mirrored, moved, shaded, tube
-from sumo3dviz_pt.library.people.stack import closed, rope
+from sumo3dviz_pt.library.people.skin import closed, rope
 from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Point, arc, band, facing
 from sumo3dviz_pt.library.vehicles.cycles.parts import loft as lofted
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Mesh
 
 Count = int | tuple[int, int]

@@ -24,9 +24,8 @@ from bakery.mesh.simplify import simplify
 from bakery.wheel import well_shell
 from sumo3dviz_pt.library.mesh.shading import share_normals, weld
 from sumo3dviz_pt.library.mesh.solids import mirrored, moved
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
-from sumo3dviz_pt.model.vectors import area_vectors
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, area_vectors
 
 _TILT = 0.006  # of panes against each other, as a slope
 _FAR_SPACING = 2.2  # of the far level's grid, in spacings of the near one

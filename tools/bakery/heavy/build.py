@@ -17,7 +17,7 @@ from bakery.heavy.recipe import BoxRecipe, read_box
 from bakery.heavy.wheels import far_box_wheels, full_wheel, inner_tyres, is_reversed, wheels_of
 from sumo3dviz_pt.library.mesh.solids import by_material
 from sumo3dviz_pt.library.vehicles.lamps import find_lamps
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh, WheelPlace
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh, WheelPlace
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 _FAR_FACES = 260  # of half the shells at the far level, all together

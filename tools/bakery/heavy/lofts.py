@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bakery.heavy.recipe import Fitting
-from sumo3dviz_pt.library.mesh.grids import grid_faces
+from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, settled
 

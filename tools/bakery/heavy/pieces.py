@@ -13,7 +13,7 @@ from shapely.geometry import Polygon
 from bakery.heavy.letters import letter_runs
 from bakery.heavy.lofts import far_foil, far_loft, foil, loft, outward, skin
 from bakery.heavy.recipe import Fitting
-from sumo3dviz_pt.library.mesh.grids import grid_faces
+from sumo3dviz_pt.library.mesh.planar import grid_faces, triangulate
 from sumo3dviz_pt.library.mesh.solids import (
     bevelled,
     box,
@@ -24,7 +24,6 @@ from sumo3dviz_pt.library.mesh.solids import (
     superellipsoid,
     tube,
 )
-from sumo3dviz_pt.library.mesh.triangulate import triangulate
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 
 Ground = Callable[[str, Floats], float]

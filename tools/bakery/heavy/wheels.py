@@ -9,7 +9,7 @@ import numpy as np
 
 from bakery.heavy.recipe import Axle, HeavyWheel
 from sumo3dviz_pt.library.mesh.solids import lathe, mirrored, moved, on_both_sides
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
 
 _SEGMENTS = 24  # facets around a wheel

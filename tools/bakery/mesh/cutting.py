@@ -16,8 +16,7 @@ import numpy as np
 
 from bakery.mesh.implicit import Field, gradient, project, values_at
 from sumo3dviz_pt.library.mesh.shading import share_normals
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, settled
-from sumo3dviz_pt.model.vectors import area_vectors
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, area_vectors, settled
 
 _CLEAR = 2e-4
 _PULL = 0.003

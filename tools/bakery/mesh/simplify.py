@@ -13,8 +13,7 @@ import heapq
 import numpy as np
 
 from bakery.mesh.cutting import Surface
-from sumo3dviz_pt.model.geometry import Floats, Ints
-from sumo3dviz_pt.model.vectors import area_vectors
+from sumo3dviz_pt.model.geometry import Floats, Ints, area_vectors
 
 _BORDER_WEIGHT = 30.0
 _SLIVER = 1e-8

@@ -18,7 +18,7 @@ from bakery.heavy.recipe import Axle, BoxRecipe, HeavyWheel
 from bakery.rail.bogies import Bogie, Pantograph, bogie_pieces, pantograph_pieces
 from sumo3dviz_pt.library.vehicles.recipe import read_value
 from sumo3dviz_pt.library.vehicles.stretching import turned_round
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 _NO_WHEEL = HeavyWheel(0.4, 0.1)
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, tube
-from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import (
     CycleWheel,
     Fineness,
@@ -26,8 +25,8 @@ from sumo3dviz_pt.library.vehicles.cycles.parts import (
     round_lamp,
     tubes,
 )
-from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp, Machine
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 
 _R = 0.342
 _FRONT: Point = (-_R, 0.0, _R)

@@ -9,10 +9,10 @@ import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import lathe, shaded, tube
-from sumo3dviz_pt.library.people.stack import Stack, closed
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.people.skin import Stack, closed
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 Point = tuple[float, float, float]
 

@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material, moved
-from sumo3dviz_pt.library.people.build import LEVELS, clothed, measures
+from sumo3dviz_pt.library.people.people import LEVELS, clothed, measures
 from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.skin import dressed
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle, drive, still_parts
-from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, wheel
-from sumo3dviz_pt.library.vehicles.cycles.rider import posture
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
-from sumo3dviz_pt.library.vehicles.recipe import read_value
+from sumo3dviz_pt.library.vehicles.cycles.rider import Machine, posture
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh, read_value
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
 

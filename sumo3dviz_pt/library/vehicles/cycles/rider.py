@@ -1,21 +1,23 @@
-"""Riders of two-wheelers: people who sit on a saddle, hold grips and rest on pedals."""
+"""What is known of every two-wheeler, whatever its recipe.
+
+Riders of two-wheelers: people who sit on a saddle, hold grips and rest on pedals.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
-from sumo3dviz_pt.library.people.build import LEVELS, in_posture
-from sumo3dviz_pt.library.people.posture import FootPose, Hold, Posture, about_y, about_z
-from sumo3dviz_pt.library.people.rig import SIDES
+from sumo3dviz_pt.library.people.people import LEVELS, in_posture
+from sumo3dviz_pt.library.people.posture import SIDES, FootPose, Hold, Posture, about_y, about_z
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.cycles.parts import Point
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness, Point
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
-from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.scene import Part, VehicleLamp
 
 CLOTHES: Mapping[str, Colour] = {
     "skin": (0.45, 0.28, 0.2),
@@ -110,3 +112,34 @@ def _faces_of(mesh: Mesh, chosen: Bools) -> Mesh:
     kept, faces = np.unique(mesh.faces[chosen], return_inverse=True)
     assert mesh.normals is not None
     return Mesh(mesh.vertices[kept], faces.reshape(-1, 3), mesh.normals[kept])
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A two-wheeler, in metres behind the front of its front wheel.
+
+    Attributes:
+        wheel: Both wheels.
+        axles: x of the front and the rear axle, or of the rear one alone [m].
+        frame: Everything but wheels and rider, at a fineness.
+        grasp: Where the rider touches it.
+        lamps: What can shine.
+        rider: A recipe of `library/people`.
+        half_track: |y| of two wheels on the rear axle [m]; 0 for a single one.
+    """
+
+    wheel: CycleWheel
+    axles: tuple[float, ...]
+    frame: Callable[[Fineness], Iterator[MaterialMesh]]
+    grasp: Grasp
+    lamps: tuple[VehicleLamp, ...]
+    rider: Recipe
+    half_track: float = 0.0
+
+    @property
+    def wheel_places(self) -> tuple[tuple[float, float], ...]:
+        """All wheels by x and y [m], the front one first."""
+        if not self.half_track:
+            return tuple((x, 0.0) for x in self.axles)
+        *front, rear = self.axles
+        return (*((x, 0.0) for x in front), (rear, self.half_track), (rear, -self.half_track))

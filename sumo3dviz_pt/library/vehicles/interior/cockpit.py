@@ -11,13 +11,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.interior.controls import binnacle, screen, screen_lamps, wheel
-from sumo3dviz_pt.library.vehicles.interior.dials import tick_lamps
+from sumo3dviz_pt.library.vehicles.interior.controls import (
+    binnacle,
+    screen,
+    screen_lamps,
+    sheet,
+    tick_lamps,
+    wheel,
+)
 from sumo3dviz_pt.library.vehicles.interior.mirrors import DEEP, inner_mirror
-from sumo3dviz_pt.library.vehicles.interior.sheets import sheet
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import VehicleLamp
 
 _ROWS, _COLUMNS = 64, 200
 _DEPTH = 0.44

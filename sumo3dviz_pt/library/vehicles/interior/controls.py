@@ -1,7 +1,14 @@
-"""Instruments under their hood, the screen in the middle and the steering wheel.
+"""What a driver looks at inside: dials, the screen in the middle, the steering wheel.
 
-Places are given from the driver's eye, so that they show at the lower edge of a picture
-that looks at the road: instruments some 17 degrees under the horizon.
+Smooth surfaces, rings and flat figures that the insides of vehicles are made of.
+
+Two dials before the driver: speed to the left, the engine's revolutions to the right. Their
+needles are bodies of their own, turned in every frame as the vehicle moves. There is no log of
+gears: revolutions follow the speed as a continuously variable gear lets them.
+
+Instruments under their hood, the screen in the middle and the steering wheel. Places are given
+from the driver's eye, so that they show at the lower edge of a picture that looks at the road:
+instruments some 17 degrees under the horizon.
 """
 
 from __future__ import annotations
@@ -12,11 +19,161 @@ from typing import NamedTuple
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
-from sumo3dviz_pt.library.vehicles.interior.dials import FACE, dials
-from sumo3dviz_pt.library.vehicles.interior.sheets import rim, sheet
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
+
+
+def sheet(points: Floats, *, normals: Floats | None = None) -> Mesh:
+    """Build a smooth surface through a grid of points, (n, m, 3), that faces rows x columns."""
+    rows, columns = points.shape[:2]
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
+    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, d, c), (a, c, b))])
+    if normals is None:
+        down, right = np.gradient(points, axis=0), np.gradient(points, axis=1)
+        normals = np.cross(down, right)
+        normals /= np.linalg.norm(normals, axis=-1, keepdims=True) + 1e-20
+    return Mesh(points.reshape(-1, 3), faces, normals.reshape(-1, 3))
+
+
+def ring(middle: Floats, radius: float, thick: float) -> Mesh:
+    """Build a ring of round section that faces the driver."""
+    across, up = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    return rim(middle, across=radius * across, up=radius * up, thick=thick)
+
+
+def rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
+    """Build a ring of round section; `across` and `up` reach from its centre to its middle line."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 65)[:, None, None]
+    section = np.linspace(0.0, 2.0 * np.pi, 12)[None, :, None]
+    radius = float(np.linalg.norm(up))
+    out = (np.sin(turn) * across + np.cos(turn) * up) / radius
+    axis = np.cross(across, up) / radius**2
+    normals = np.cos(section) * out - np.sin(section) * axis
+    return sheet(centre + radius * out + thick * normals, normals=normals)
+
+
+def flat(corners: Floats, place: Floats) -> Mesh:
+    """Build triangles in an upright plane that faces the driver, (3m, 2) to the right, up."""
+    points = np.column_stack([np.zeros(len(corners)), -corners[:, 0], corners[:, 1]]) + place
+    faces = np.arange(len(points)).reshape(-1, 3)
+    a, b, c = points[faces].transpose(1, 0, 2)
+    backwards = np.cross(b - a, c - a)[:, 0] > 0.0
+    faces[backwards] = faces[backwards][:, ::-1]
+    return Mesh(points, faces, np.broadcast_to([-1.0, 0.0, 0.0], points.shape).copy())
+
+
+FACE = 0.625
+"""Of the dials, ahead of the eye [m]."""
+
+NEEDLE = "dial needle"
+"""Name of a needle's body."""
+
+_LEFT = (0.078, -0.078)
+"""Of the dials' middles from the eye [m]: speed, revolutions."""
+
+_RADIUS, _HEIGHT = 0.041, -0.204  # of a dial, and of its middle over the eye [m]
+_END = np.radians(130.0)
+"""From upright to the last tick on either side [rad]."""
+
+_TICKS = np.linspace(-_END, _END, 14)
+"""From upright, growing to the right; 20 km/h from each to the next."""
+
+_TOP_SPEED = 260.0 / 3.6  # of the last tick [m/s]
+_TOP_REVS, _IDLE, _CRUISE, _RISE = 6.5, 0.8, 1.4, 6.0
+"""Of the last tick, at a stand and beyond it when driving [1000/min]; and the speed by which most
+of that has been reached [m/s]."""
+
+_REVS_PER_SPEED = 0.028  # and how much it grows with each m/s [1000/min]
+
+
+def needle_angles(speed: float) -> tuple[float, float]:
+    """Return where the needles of speed and revolutions point, from upright to the right [rad].
+
+    Args:
+        speed: Of the vehicle, of any sign [m/s].
+    """
+    speed = abs(speed)
+    revs = _IDLE + _CRUISE * (1.0 - np.exp(-speed / _RISE)) + _REVS_PER_SPEED * speed
+    return _angle(speed / _TOP_SPEED), _angle(revs / _TOP_REVS)
+
+
+def shown_speed(angle: float) -> float:
+    """Return the speed that a needle shows at an angle from upright, [m/s]."""
+    return float((angle + _END) / (2.0 * _END) * _TOP_SPEED)
+
+
+def _angle(share: float) -> float:
+    """Where a needle points for a share of the scale [rad]."""
+    return float((2.0 * min(share, 1.0) - 1.0) * _END)
+
+
+def dial_middles(eye: Floats) -> Floats:
+    """Return the axes of both needles in the frame of the eye's body, (2, 3) [m]."""
+    return np.asarray(eye + np.array([(FACE - 0.003, left, _HEIGHT) for left in _LEFT]))
+
+
+def dials(eye: Floats) -> Iterator[MaterialMesh]:
+    """Build both dials without their needles: rings, ticks, and the numbers of the scale of speed.
+
+    Args:
+        eye: The driver's, (3,) [m].
+    """
+    for number, left in enumerate(_LEFT):
+        middle = eye + np.array([FACE, left, _HEIGHT])
+        yield "chrome", ring(middle, _RADIUS, 0.0022)
+        for tick, angle in enumerate(_TICKS):
+            long = 0.010 if tick % 2 == 0 else 0.005
+            span = (0.93 * _RADIUS - long, 0.93 * _RADIUS)
+            yield "plate", _stroke(middle - [0.003, 0.0, 0.0], float(angle), span, 0.0011)
+        if number == 0:
+            yield from _numbers(middle - np.array([0.003, 0.0, 0.0]))
+
+
+def _numbers(middle: Floats) -> Iterator[MaterialMesh]:
+    """Every 40 km/h, inside the ticks."""
+    for tick, angle in enumerate(_TICKS):
+        if tick % 2:
+            continue
+        drawn = lettering(str(20 * tick), height=0.0052, weight=0.17, gap=0.3).reshape(-1, 2)
+        at = 0.56 * _RADIUS * np.array([np.sin(angle), np.cos(angle)])
+        yield "plate", flat(drawn - drawn.min(axis=0) - 0.5 * np.ptp(drawn, axis=0) + at, middle)
+
+
+def needle() -> Prototype:
+    """Build a needle that points upright, on its axis, and what of it glows at night."""
+    up = _stroke(np.zeros(3), 0.0, (0.1 * _RADIUS, 0.86 * _RADIUS), 0.0014)
+    hub = tube([(0.004, 0.0, 0.0), (-0.002, 0.0, 0.0)], radius=0.1 * _RADIUS, sides=10)
+    parts = (Part(up, "lamp_amber"), Part(hub, "trim"))
+    lamps = tuple(_glow((-0.001, 0.0, share * _RADIUS)) for share in (0.3, 0.45, 0.6, 0.75))
+    return Prototype(NEEDLE, parts, parts, lamps)
+
+
+def tick_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
+    """Return every other tick of both dials, which glows at night."""
+    found = []
+    for left in _LEFT:
+        for angle in _TICKS[::2]:
+            out = 0.86 * _RADIUS * np.array([-np.sin(angle), np.cos(angle)])
+            x, y, z = eye + np.array([FACE - 0.004, left + out[0], _HEIGHT + out[1]])
+            found.append(_glow((float(x), float(y), float(z))))
+    return tuple(found)
+
+
+def _glow(at: tuple[float, float, float]) -> VehicleLamp:
+    """A point of light that shines at the driver."""
+    return VehicleLamp("dials", at, (0.0045, 0.0045), float(np.pi))
+
+
+def _stroke(middle: Floats, angle: float, span: tuple[float, float], half: float) -> Mesh:
+    """A flat bar on a dial, away from its middle at an angle from upright to the right."""
+    out = np.array([np.sin(angle), np.cos(angle)])
+    side = half * np.array([-out[1], out[0]])
+    a, b = span[0] * out, span[1] * out
+    return flat(np.array([a - side, a + side, b + side, a - side, b + side, b - side]), middle)
+
 
 _LEAN = np.radians(24.0)
 """Of the wheel's rim, from upright."""

@@ -16,10 +16,8 @@ import numpy as np
 
 from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps, desk
 from sumo3dviz_pt.library.vehicles.interior.mirrors import outer_mirrors
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
-from sumo3dviz_pt.model.lamps import VehicleLamp
-from sumo3dviz_pt.model.scene import Part, Prototype
-from sumo3dviz_pt.model.vectors import area_vectors, areas
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, area_vectors, areas
+from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
 
 LOW_SHARE = 0.55
 """The body is kept below this share of its height."""

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import moved, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.parts import MaterialMesh
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
-from sumo3dviz_pt.model.vectors import unit
+from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, unit
 
 _FLAT = 1e6
 """Radius of a plane pane [m]."""

@@ -5,9 +5,7 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.library.buildings import palettes
-from sumo3dviz_pt.library.buildings.build import FOUNDATION, raised, rectangle
-from sumo3dviz_pt.library.buildings.design import Walls
-from sumo3dviz_pt.library.buildings.details import blade_signs
+from sumo3dviz_pt.library.buildings.building import FOUNDATION, Walls, raised, rectangle
 from sumo3dviz_pt.library.buildings.facade import (
     CLASSES,
     FAR,
@@ -19,14 +17,23 @@ from sumo3dviz_pt.library.buildings.facade import (
     wall,
     windows,
 )
-from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, footprint_of, style_for
-from sumo3dviz_pt.library.buildings.lights import SHOPS as SHOP_LIGHTS
-from sumo3dviz_pt.library.buildings.lights import WINDOWS, lit_roles
-from sumo3dviz_pt.library.buildings.palettes import SIGNS, palette
+from sumo3dviz_pt.library.buildings.fronts import blade_signs
+from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
+from sumo3dviz_pt.library.buildings.palettes import SIGNS, WINDOWS, lit_roles, palette
 from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
 from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
-from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, ROWS, SHOPS, SUITING
-from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.library.buildings.styles import (
+    BLOCKS,
+    HOMES,
+    ROWS,
+    SHOPS,
+    SUITING,
+    cleaned,
+    extruded,
+    footprint_of,
+    style_for,
+)
+from sumo3dviz_pt.model.layers import LUMINANCE
 
 MOST = {"homes": (1900, 360, 130), "shops": (800, 260, 90), "blocks": (8900, 2200, 560)}
 EVERY = [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.library.buildings.parcels import lots_along
+from sumo3dviz_pt.library.buildings.styles import lots_along
 
 DEPTH = 12.0
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import ball
 
-from sumo3dviz_pt.library.mesh.clustering import clustered_body
+from sumo3dviz_pt.library.mesh.shading import clustered_body
 from sumo3dviz_pt.model.geometry import Mesh
 
 

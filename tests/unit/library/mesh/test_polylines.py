@@ -6,17 +6,24 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.library.mesh.bands import band_along
-from sumo3dviz_pt.library.mesh.grids import height_field
-from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
-from sumo3dviz_pt.library.mesh.polyline import (
+from sumo3dviz_pt.library.mesh.bands import (
+    band_along,
+    between,
     mitres,
     offset,
+    walls,
     with_split_bends,
     without_repeats,
 )
-from sumo3dviz_pt.library.mesh.triangulate import triangulate, triangulate_many
-from sumo3dviz_pt.library.mesh.walls import between, walls
+from sumo3dviz_pt.library.mesh.planar import (
+    closing,
+    height_field,
+    polygon_parts,
+    subtract,
+    triangulate,
+    triangulate_many,
+    union,
+)
 
 CORNER = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 1.0], [10.0, 10.0, 2.0]])
 

@@ -10,11 +10,17 @@ import pytest
 
 from sumo3dviz_pt.catalog import data_root, find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.people.build import figure, measures, stride_length
-from sumo3dviz_pt.library.people.gait import PHASES, TOE_OFF, standing, walking
-from sumo3dviz_pt.library.people.posture import matrices
-from sumo3dviz_pt.library.people.rig import BONES, joints
+from sumo3dviz_pt.library.materials import MATERIALS
+from sumo3dviz_pt.library.people.people import (
+    PHASES,
+    TOE_OFF,
+    figure,
+    measures,
+    standing,
+    stride_length,
+    walking,
+)
+from sumo3dviz_pt.library.people.posture import BONES, joints, matrices
 
 LOOKS = names("people")
 

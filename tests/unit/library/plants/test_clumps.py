@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.plants.build import LEVELS
-from sumo3dviz_pt.library.plants.clumps import (
+from sumo3dviz_pt.library.plants.greenery import CORE_FACES, FarTrees, far_trees
+from sumo3dviz_pt.library.plants.leaves import (
     HIDDEN,
     PAIRS,
     STEPS,
@@ -15,9 +15,8 @@ from sumo3dviz_pt.library.plants.clumps import (
     directions,
     seen_shares,
 )
-from sumo3dviz_pt.library.plants.woods import CORE_FACES, FarTrees, far_trees
-from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
-from sumo3dviz_pt.model.vectors import areas
+from sumo3dviz_pt.library.plants.tree import LEVELS
+from sumo3dviz_pt.model.geometry import Mesh, areas, merge_meshes
 from sumo3dviz_pt.world.objects.kinds import KINDS, Plant, body_of, seen_body
 
 EYE = Direction(STEPS // 12, 1)

@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 import trimesh
 
-from sumo3dviz_pt.library.plants.grass import PATCH, PATCH_BLADES, blades_mesh, grass_patch, laid
-from sumo3dviz_pt.library.plants.hedge import LEAVES_PER_METRE, HedgeSize, hedge
+from sumo3dviz_pt.library.plants.greenery import (
+    LEAVES_PER_METRE,
+    PATCH,
+    PATCH_BLADES,
+    HedgeSize,
+    blades_mesh,
+    grass_patch,
+    hedge,
+    laid,
+)
 
 LINE = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (8.0, 3.0, 1.5)])
 

@@ -5,7 +5,7 @@ import numpy as np
 from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.world.objects.build import build_scenery
+from sumo3dviz_pt.world.objects.objects import build_scenery
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 
 

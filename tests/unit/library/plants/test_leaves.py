@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.plants.build import tree
 from sumo3dviz_pt.library.plants.leaves import (
     LEAF,
     OUTLINE,
@@ -12,6 +11,7 @@ from sumo3dviz_pt.library.plants.leaves import (
     wanted,
     with_leaves,
 )
+from sumo3dviz_pt.library.plants.tree import tree
 
 
 def area(mesh):

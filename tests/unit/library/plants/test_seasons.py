@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.plants.build import LEVELS, SHRUBS, SPECIES, tree
-from sumo3dviz_pt.library.plants.seasons import (
+from sumo3dviz_pt.library.plants.species import (
     SEASONS,
     bare,
     far_tints,
@@ -13,6 +12,7 @@ from sumo3dviz_pt.library.plants.seasons import (
     hedge_tints,
     leaf_tints,
 )
+from sumo3dviz_pt.library.plants.tree import LEVELS, SHRUBS, SPECIES, tree
 
 KNOWN = {**SPECIES, **SHRUBS}
 

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.plants.build import LEVELS, SHRUBS, SPECIES, tree
+from sumo3dviz_pt.library.plants.tree import LEVELS, SHRUBS, SPECIES, tree
 
 BUDGETS = (
     (20_000, 56_000),

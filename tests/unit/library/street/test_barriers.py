@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.street.barriers import MODELS, concrete, noise, swept
-from sumo3dviz_pt.library.street.fence import resampled
+from sumo3dviz_pt.library.street.barriers import MODELS, concrete, noise, resampled, swept
 
 LINE = resampled(np.array([(0.0, 0, 0), (40.0, 0, 0), (80.0, 6.0, 1.0)]))
 SQUARE = np.array([(-0.5, 0.0), (0.5, 0.0), (0.5, 1.0), (-0.5, 1.0)])

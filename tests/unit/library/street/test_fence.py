@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.street.fence import STEP, end_drop, fence, resampled
+from sumo3dviz_pt.library.street.barriers import STEP, end_drop, fence, resampled
 
 LINE = np.array([(0.0, 0, 0), (40.0, 0, 0), (80.0, 6.0, 1.0)])
 

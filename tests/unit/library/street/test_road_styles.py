@@ -10,11 +10,16 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import RoadSettings
-from sumo3dviz_pt.library.street.level_crossing import st_andrews_cross
-from sumo3dviz_pt.library.street.road_styles import AUTO, STYLES, road_style, style_name
+from sumo3dviz_pt.library.street.road_styles import (
+    AUTO,
+    STYLES,
+    road_style,
+    st_andrews_cross,
+    style_name,
+)
 from sumo3dviz_pt.library.street.strokes import GLYPHS
 from sumo3dviz_pt.model.network import Location, Network
-from sumo3dviz_pt.world.roads.style import BICYCLES
+from sumo3dviz_pt.world.roads.strips import BICYCLES
 
 
 def network(*, left=False, **place) -> Network:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.street import furniture, lamp, signs
+from sumo3dviz_pt.library.street import furniture, signs
 from sumo3dviz_pt.library.street.strokes import (
     GLYPHS,
     arrow,
@@ -56,10 +56,10 @@ def test_faces_have_an_area_and_agree_with_their_normals(name):
 @pytest.mark.parametrize("level", [0, 1, 2])
 @pytest.mark.parametrize("height", [8.0, 10.0])
 def test_lamps_hang_at_their_height_over_the_road(height, level):
-    pole, head = lamp.pole(height, level=level), lamp.head(height, level=level)
+    pole, head = furniture.pole(height, level=level), furniture.head(height, level=level)
     for mesh in (pole, head):
         check(mesh)
-    lens = lamp.lens(height)
+    lens = furniture.lens(height)
     check(lens)
     assert np.all(lens.vertices[:, 2] == height)
     assert head.bounds[0, 2] > height, "the lens hangs free below its case"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.vehicles.beam import HALF_ANGLE, PEAK, beam_pattern, low_beam
+from sumo3dviz_pt.library.vehicles.lamps import HALF_ANGLE, PEAK, beam_pattern, low_beam
 
 # Point: degrees to the right, degrees up, lowest and highest illuminance at 25 m [lx].
 POINTS = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 
 SIZES = {name: (c.length, c.width, c.height) for name, c in CLASS_DEFAULTS.items()}
 CASES = [

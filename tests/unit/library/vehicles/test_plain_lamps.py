@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
-from sumo3dviz_pt.library.vehicles.plain_lamps import NARROW, UNBRAKED, UNLIT, plain_lamps
-from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+from sumo3dviz_pt.library.vehicles.plain_bodies import (
+    NARROW,
+    UNBRAKED,
+    UNLIT,
+    plain_body,
+    plain_lamps,
+)
+from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 
 SIZES = [1.0, 1.7]
 """Factors on the length."""

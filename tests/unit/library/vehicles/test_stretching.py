@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.vehicles.parts import WheelPlace
+from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
 from sumo3dviz_pt.library.vehicles.stretching import BodyStretch, round_wheels, stretched
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import VehicleLamp
-from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
 
 TURN = np.linspace(0, 2 * np.pi, 12, endpoint=False)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sumo3dviz_pt.library.vehicles.variant import varied
+from sumo3dviz_pt.library.vehicles.recipe import varied
 
 BASE = {"length": 4.7, "vclass": "passenger", "recipe": {"cowl": 1, "panels": ["a", "b"]}}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.motion.smoothers.along import run_along, with_rests
+from sumo3dviz_pt.motion.smoothers.hermite import run_along, with_rests
 
 TIMES = np.arange(0.0, 9.0)
 

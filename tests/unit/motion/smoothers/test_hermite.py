@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from drives import trace_of
 
+from sumo3dviz_pt.motion.front import velocity
+from sumo3dviz_pt.motion.samples import split
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.smoothers.front import velocity
 from sumo3dviz_pt.motion.smoothers.hermite import bridge
-from sumo3dviz_pt.motion.splitting import split
 
 
 def samples_of(times, xyz, yaws, speeds):

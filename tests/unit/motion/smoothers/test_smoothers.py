@@ -11,7 +11,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import MotionSettings
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.motion import MARGIN, smooth, smooth_log, smoother_names
-from sumo3dviz_pt.motion.smoothers.paper_symmetric import HEADING_HALF_WIDTH, POSITION_HALF_WIDTH
+from sumo3dviz_pt.motion.smoothers.paper import HEADING_HALF_WIDTH, POSITION_HALF_WIDTH
 
 NORTH = np.pi / 2
 BOTH = pytest.mark.parametrize("smoother", ["paper", "paper_symmetric"])

@@ -7,7 +7,7 @@ import pytest
 from raining import falling_at
 
 from sumo3dviz_pt.model.falling import Cabin, Glows, Puffs, SkyLight, Throws, Windscreen
-from sumo3dviz_pt.pipeline.films.fallen import read_text, text_of
+from sumo3dviz_pt.pipeline.films.traced import read_text, text_of
 
 
 def same(one, other):

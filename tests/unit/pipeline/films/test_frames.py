@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.model.shutter import INSTANT, Shutter
+from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.production import Request, frame_times, life_of, prepare, read
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.shot.crowd import FAR_END
 from sumo3dviz_pt.shot.road_users import everyone
-from sumo3dviz_pt.shot.visibility import FAR_END
 
 
 @pytest.mark.parametrize("fps", [25, 29.97, 60, 23.976])

@@ -6,10 +6,8 @@ from raining import LENS, SIZE, falling_at, view_from
 
 from sumo3dviz_pt.model.falling import Cabin, SkyLight
 from sumo3dviz_pt.render.falling.drawn import inside, strokes_of
-from sumo3dviz_pt.render.falling.field import Drops
-from sumo3dviz_pt.render.falling.kinds import Reach
-from sumo3dviz_pt.render.falling.strokes import draw
-from sumo3dviz_pt.render.falling.veil import Veil
+from sumo3dviz_pt.render.falling.drops import Drops, Reach
+from sumo3dviz_pt.render.falling.strokes import Veil, draw
 
 FOCAL = 1.0 / LENS.pixel_width(SIZE[0])
 GREY = SkyLight((0.5, 0.5, 0.5))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from raining import LENS, SIZE, falling_at, view_from
 
-from sumo3dviz_pt.model.precipitation import drop_speed, rain_sizes, snow_sizes
-from sumo3dviz_pt.render.falling import kinds
-from sumo3dviz_pt.render.falling.field import carried, drops_before
+from sumo3dviz_pt.model.falling import drop_speed, rain_sizes, snow_sizes
+from sumo3dviz_pt.render.falling import drops as kinds
+from sumo3dviz_pt.render.falling.drops import carried, drops_before
 
 RATE = 20.0
 

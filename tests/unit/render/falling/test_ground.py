@@ -5,8 +5,7 @@ from raining import LENS, SIZE, falling_at, view_from
 
 from sumo3dviz_pt.model.falling import Puffs, SkyLight
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.render.falling.build import with_falling
-from sumo3dviz_pt.render.falling.splashes import splashes
+from sumo3dviz_pt.render.falling.drawn import splashes, with_falling
 
 LIGHT = SkyLight((0.5, 0.5, 0.5))
 VIEW = view_from((0.0, 0.0, 2.0), pitch=-0.15)

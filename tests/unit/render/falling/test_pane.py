@@ -8,7 +8,7 @@ from raining import LENS, SIZE, falling_at, view_from
 
 from sumo3dviz_pt.model.falling import SkyLight, Windscreen
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.render.falling.build import with_falling
+from sumo3dviz_pt.render.falling.drawn import with_falling
 from sumo3dviz_pt.render.falling.pane import _drops, _wiped, blade_angle, through_pane
 
 LIGHT = SkyLight((0.5, 0.5, 0.5))

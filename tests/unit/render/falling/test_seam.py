@@ -8,14 +8,9 @@ from sumo3dviz_pt.model.falling import Puffs, SkyLight
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.render.falling.build import with_falling
-from sumo3dviz_pt.render.falling.drawn import strokes_of
-from sumo3dviz_pt.render.falling.field import Drops, drops_before
-from sumo3dviz_pt.render.falling.kinds import Reach, rain
-from sumo3dviz_pt.render.falling.plumes import draw_puffs
-from sumo3dviz_pt.render.falling.splashes import splashes
-from sumo3dviz_pt.render.falling.strokes import draw
-from sumo3dviz_pt.render.falling.veil import Veil
+from sumo3dviz_pt.render.falling.drawn import draw_puffs, splashes, strokes_of, with_falling
+from sumo3dviz_pt.render.falling.drops import Drops, Reach, drops_before, rain
+from sumo3dviz_pt.render.falling.strokes import Veil, draw
 
 GREY = SkyLight((0.5, 0.5, 0.5))
 SIZE = (320, 160)

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from builders import RAW, box, diffuse, frame_of, mover, scene_of, session_of, static, view_at
 
+from sumo3dviz_pt.model.camera import Shutter
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import FrameState, Moment, Part, Prototype, Slots
-from sumo3dviz_pt.model.shutter import Shutter
+from sumo3dviz_pt.model.scene import FrameState, LampSet, Moment, Part, Prototype, Slots
 from sumo3dviz_pt.render.backend import choose_backend
 
 SHUTTER = Shutter(0.0, 0.02, 16)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from builders import RAW, box, cube, diffuse, frame_of, joined, scene_of, session_of, static
 
-from sumo3dviz_pt.image.layers.flow import flow_of
+from sumo3dviz_pt.image.layers import flow_of
 from sumo3dviz_pt.model.geometry import Mesh, Transform, belonging
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import (
@@ -24,9 +24,9 @@ from sumo3dviz_pt.model.scene import (
     View,
 )
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.facts import Facts, carried, points_of
-from sumo3dviz_pt.render.kernel.centres import WIDTHS
+from sumo3dviz_pt.render.kernel.integrator import WIDTHS
 from sumo3dviz_pt.render.loaded import LoadedScene
+from sumo3dviz_pt.render.session import Facts, carried, points_of
 
 SIZE = (160, 90)
 PLACE = np.array([1010.0, 2003.0, 0.0])

@@ -21,7 +21,7 @@ def compiled() -> Iterator[None]:
 
 
 def choice(*, placed: bool = True, dark: bool = False):
-    from sumo3dviz_pt.render.kernel.choice import CELLS, Choice
+    from sumo3dviz_pt.render.kernel.lights import CELLS, Choice
 
     rng = np.random.default_rng(3)
     given = np.zeros((COUNT, CELLS**2)) if dark else rng.exponential(size=(COUNT, CELLS**2)) ** 4

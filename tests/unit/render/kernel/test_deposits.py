@@ -23,12 +23,11 @@ from builders import (
 )
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
+from sumo3dviz_pt.library.materials import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.model.skies import Sky
-from sumo3dviz_pt.model.tyre_tracks import TyreTracks
-from sumo3dviz_pt.model.weather import Rain, Snow, Weather, WeatherCourse
+from sumo3dviz_pt.model.trajectory import TyreTracks
+from sumo3dviz_pt.model.weather import Rain, Sky, Snow, Weather, WeatherCourse
 from sumo3dviz_pt.render.backend import choose_backend
 
 SIZE = (48, 32)
@@ -269,7 +268,7 @@ def test_rings_move_with_time_alone() -> None:
 def test_slopes_are_those_of_the_noise() -> None:
     import mitsuba as mi
 
-    from sumo3dviz_pt.render.kernel.ripples import REPEAT, bumps
+    from sumo3dviz_pt.render.kernel.deposits import REPEAT, bumps
 
     rng = np.random.default_rng(5)
     x, y = rng.uniform(0, 50, (2, 200)).astype(np.float32)

@@ -22,10 +22,10 @@ from builders import (
 )
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.camera import Shutter
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import FrameState, Moment, Slots, View
-from sumo3dviz_pt.model.shutter import Shutter
 from sumo3dviz_pt.render.backend import choose_backend
 
 GROUND = static("ground", plane(400.0), "plain")

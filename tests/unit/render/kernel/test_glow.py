@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import view_at
 
-from sumo3dviz_pt.render.kernel.glow import covered
+from sumo3dviz_pt.render.kernel.lamps import covered
 
 SIZE = (64, 36)
 FROM = np.array([500.0, -300.0, 6.0])

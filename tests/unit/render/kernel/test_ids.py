@@ -9,12 +9,19 @@ import numpy as np
 import pytest
 from builders import RAW, box, cube, diffuse, frame_of, mover, scene_of, session_of, static, view_at
 
-from sumo3dviz_pt.cast.lights import running_lights
+from sumo3dviz_pt.cast.lamps import running_lights
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.model.scene import FrameState, Mover, Poses, Prototype, SceneData, Slots
+from sumo3dviz_pt.model.scene import (
+    FrameState,
+    Mover,
+    Poses,
+    Prototype,
+    SceneData,
+    Slots,
+    VehicleLamp,
+)
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.session import Rendered
 

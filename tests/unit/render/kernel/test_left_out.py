@@ -24,14 +24,13 @@ from builders import (
 )
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
+from sumo3dviz_pt.library.materials import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import Beam, RunningLights, VehicleLamp
-from sumo3dviz_pt.model.scene import Sky, Slots
+from sumo3dviz_pt.model.scene import Beam, RunningLights, Sky, Slots, VehicleLamp
 from sumo3dviz_pt.model.swaying import Swaying
 from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.kernel.features import OPERATIONS, features_of
+from sumo3dviz_pt.render.kernel.rows import OPERATIONS, features_of
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
 STEEL = principled((0.6, 0.6, 0.6), roughness=0.4, metallic=1.0)

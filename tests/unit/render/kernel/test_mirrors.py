@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 from builders import RAW, ball, box, diffuse, frame_of, plane, scene_of, session_of, static
 
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
-from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.geometry import Transform, unit
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Slots, View
-from sumo3dviz_pt.model.vectors import unit
+from sumo3dviz_pt.model.scene import LampSet, Mover, Part, Prototype, Slots, View
 from sumo3dviz_pt.render.backend import choose_backend
 
 SIZE = (120, 68)

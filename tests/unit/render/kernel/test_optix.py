@@ -23,11 +23,17 @@ from builders import (
 )
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.scene import Part, Slots
-from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.kernel.solids import Solids
-from sumo3dviz_pt.render.optix import answers, check_movers, check_scenes, traces_by_optix, watched
+from sumo3dviz_pt.render.backend import (
+    answers,
+    check_movers,
+    check_scenes,
+    choose_backend,
+    traces_by_optix,
+    watched,
+)
+from sumo3dviz_pt.render.kernel.air import Solids
 
 import drjit as dr  # isort: skip  (after what chooses its libLLVM)
 import mitsuba as mi  # isort: skip

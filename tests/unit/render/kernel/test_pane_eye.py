@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from builders import RAW, box, diffuse, frame_of, scene_of, session_of, static, view_at
 
-from sumo3dviz_pt.image.accumulation.frames import TracedFrame
-from sumo3dviz_pt.image.accumulation.storage import packed, unpacked
+from sumo3dviz_pt.image.traced import TracedFrame, packed, unpacked
+from sumo3dviz_pt.model.falling import Pane, reflectance
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.panes import Pane, reflectance
 from sumo3dviz_pt.render.backend import choose_backend
 
 SIZE = (48, 27)

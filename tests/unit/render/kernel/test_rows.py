@@ -3,7 +3,7 @@
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials.named import (
+from sumo3dviz_pt.library.materials import (
     MATERIALS,
     TINT,
     matt,
@@ -11,8 +11,8 @@ from sumo3dviz_pt.library.materials.named import (
     surface_bsdf,
     two_sided,
 )
+from sumo3dviz_pt.render.compound import COMPOUND
 from sumo3dviz_pt.render.kernel.rows import PLAIN, Kind, Row, RowMaker, kinds_of, lobes_of
-from sumo3dviz_pt.render.materials.compound import COMPOUND
 
 COLOUR = (0.5, 0.25, 0.125)
 

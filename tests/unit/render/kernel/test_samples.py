@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from builders import LAMPS, RAW, diffuse, frame_of, plane, scene_of, session_of, static, view_at
 
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.integrator import Limits
 

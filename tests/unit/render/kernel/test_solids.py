@@ -20,7 +20,7 @@ from builders import (
     view_at,
 )
 
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.render.backend import choose_backend
 

@@ -9,7 +9,7 @@ from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Prototype
-from sumo3dviz_pt.render.lights.beams import lamp_place
+from sumo3dviz_pt.render.lights.running import lamp_place
 
 MODELS = {model.name: model for model in models_for({})}
 DOWN = np.radians([-0.5, -1.0, -2.0, -4.0, -7.0, -12.0, -20.0])

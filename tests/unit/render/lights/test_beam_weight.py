@@ -7,7 +7,7 @@ import pytest
 from builders import view_at
 
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.render.lights.beams import beam_weight
+from sumo3dviz_pt.render.lights.running import beam_weight
 
 VIEW = view_at((0.0, 0.0, 1.4), heading=90.0, fov=60.0)
 

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.fitted_models import read_vehicle
+from sumo3dviz_pt.cast.fitting import read_vehicle
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import VehicleLamp
-from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.scene import Part, VehicleLamp
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.lights.clear_lamps import clear_lamps
+from sumo3dviz_pt.render.lights.running import clear_lamps
 
 SHINING = [
     name for name in catalog.names("vehicles") if catalog.find("vehicles", name).meta.get("lamps")

@@ -8,11 +8,19 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.lamps import Lobe
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.render.lights.emitter import axes_of, faces_of, lobe_row
-from sumo3dviz_pt.render.lights.picks import Glow, Grid, Shine, cells_for, nearness, picked
+from sumo3dviz_pt.model.scene import Lobe, View
+from sumo3dviz_pt.render.lights.emitter import (
+    Glow,
+    Grid,
+    Shine,
+    axes_of,
+    cells_for,
+    faces_of,
+    lobe_row,
+    nearness,
+    picked,
+)
 
 EVEN = Lobe()
 

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.lamps import Beam, Lobe
-from sumo3dviz_pt.render.lights.emitter import lobe_row
-from sumo3dviz_pt.render.lights.picks import Glow
-from sumo3dviz_pt.render.lights.sources import sources_of
+from sumo3dviz_pt.model.scene import Beam, Lobe
+from sumo3dviz_pt.render.lights.emitter import Glow, lobe_row
+from sumo3dviz_pt.render.lights.standing import sources_of
 
 LAMBERT = Lobe()
 HERE = (np.zeros(3), np.zeros(3))

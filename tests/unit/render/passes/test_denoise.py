@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sumo3dviz_pt.render.passes.denoise import denoise  # isort: skip  (it chooses libLLVM)
+from sumo3dviz_pt.render.passes.finish import denoise  # isort: skip  (it chooses libLLVM)
 
 import drjit as dr
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.model.scene import Haze
-from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.passes.finish import apply_haze, horizon_behind
 
 HAZE = Haze()
 

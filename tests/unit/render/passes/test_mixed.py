@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.render.passes.denoise import mixed, noisy_box, open_sky, texture
+from sumo3dviz_pt.render.passes.finish import mixed, noisy_box, open_sky, texture
 
 SHAPE = (24, 32, 3)
 HIT = np.full(SHAPE[:2], 0.3)

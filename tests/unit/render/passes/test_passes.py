@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.render.passes.build import Accumulator, capped, frame_seed
+from sumo3dviz_pt.render.passes.samples import Accumulator, capped, frame_seed
 
 SHAPE = (3, 4, 3)
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.render.sky.air import clear_dome, sunlight
-from sumo3dviz_pt.render.sky.spectrum import WAVELENGTHS, to_rgb
+from sumo3dviz_pt.render.sky.air import WAVELENGTHS, clear_dome, sunlight, to_rgb
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 

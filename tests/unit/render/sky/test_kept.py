@@ -5,8 +5,8 @@ import pytest
 
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.sky import kept
-from sumo3dviz_pt.render.sky.map import bake_sky
+from sumo3dviz_pt.render.sky import baked as kept
+from sumo3dviz_pt.render.sky.baked import bake_sky
 
 SIZE = (64, 128)
 SUN = np.array([0.6, 0.0, 0.8])
@@ -16,7 +16,7 @@ SUN = np.array([0.6, 0.0, 0.8])
 def cache(tmp_path, monkeypatch):
     choose_backend("llvm")
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(kept, "_LEAST", 0)
+    monkeypatch.setattr(kept, "_KEPT_LEAST", 0)
     return tmp_path / "cache" / "skies"
 
 
@@ -87,7 +87,7 @@ def test_a_damaged_sky_is_baked_anew(cache, baked):
 def test_small_skies_and_pictures_are_not_kept(cache, monkeypatch):
     image = np.ones((32, 64, 3), np.float32)
     assert kept.kept_sky(Sky(None, image=image), SIZE).radiance.shape == (*SIZE, 3)
-    monkeypatch.setattr(kept, "_LEAST", SIZE[0] * SIZE[1] + 1)
+    monkeypatch.setattr(kept, "_KEPT_LEAST", SIZE[0] * SIZE[1] + 1)
     kept.kept_sky(cloudy(), SIZE)
     assert not cache.exists()
 

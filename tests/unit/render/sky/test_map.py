@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
-from sumo3dviz_pt.model.scene import CloudLayer, Sky
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, CloudLayer, Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.sky.daylight import UNITS_PER_SUNSKY, agreement, twilight_factor
-from sumo3dviz_pt.render.sky.map import bake_sky, horizon_towards
-from sumo3dviz_pt.render.sky.panorama import directions
+from sumo3dviz_pt.render.sky.baked import bake_sky, horizon_towards
+from sumo3dviz_pt.render.sky.daylight import (
+    UNITS_PER_SUNSKY,
+    agreement,
+    directions,
+    twilight_factor,
+)
 
 SMALL = (256, 512)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.model.layers import LUMINANCE
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.sky.map import bake_sky, map_size
-from sumo3dviz_pt.render.sky.night import glow, night_dome
-from sumo3dviz_pt.render.sky.panorama import angles
+from sumo3dviz_pt.render.sky.baked import bake_sky, map_size
+from sumo3dviz_pt.render.sky.daylight import angles, glow, night_dome
 
 SMALL = (128, 512)
 DEEP = np.array([0.0, 0.5, -0.866])

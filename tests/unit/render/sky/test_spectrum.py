@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.render.sky.spectrum import WAVELENGTHS, to_rgb
+from sumo3dviz_pt.render.sky.air import WAVELENGTHS, to_rgb
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])

@@ -3,7 +3,7 @@ import math
 import pytest
 from measurements import ladder
 
-from sumo3dviz_pt.report.convergence.gains import equal_spp, gains
+from sumo3dviz_pt.report.convergence.table import equal_spp, gains
 
 FLIP = {1: 0.4, 4: 0.2, 16: 0.1}
 PSNR = {1: 10.0, 4: 20.0, 16: 30.0}

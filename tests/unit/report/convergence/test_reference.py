@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.report.convergence.plan import base_quality
-from sumo3dviz_pt.report.convergence.reference import CHUNK, Halves, chunk_quality
+from sumo3dviz_pt.report.convergence.plan import CHUNK, Halves, base_quality, chunk_quality
 
 SHAPE = (6, 8)
 

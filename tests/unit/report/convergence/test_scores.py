@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.report.convergence.reference import Reference
-from sumo3dviz_pt.report.convergence.scores import CAP, PictureLook, score
+from sumo3dviz_pt.report.convergence.plan import CAP, PictureLook, Reference, score
 
 SHAPE = (24, 32, 3)
 

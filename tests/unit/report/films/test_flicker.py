@@ -19,17 +19,10 @@ from builders import (
 
 from sumo3dviz_pt.image.tonemap import develop_float
 from sumo3dviz_pt.job.settings import Quality
-from sumo3dviz_pt.library.materials.named import matt
+from sumo3dviz_pt.library.materials import matt
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Slots
-from sumo3dviz_pt.report.films.flicker import (
-    Flow,
-    Seen,
-    body_bounds,
-    flicker,
-    flow_between,
-    warped,
-)
+from sumo3dviz_pt.report.films.flicker import Flow, Seen, body_bounds, flicker, flow_between, warped
 
 SIZE = (64, 36)
 BODIES = body_bounds({"cube": cube()})

@@ -9,14 +9,21 @@ from builders import box, cube, frame_of, mover, view_at, write_scenario
 
 from sumo3dviz_pt.errors import ConfigError, interrupted
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import LampSet
 from sumo3dviz_pt.pipeline.production import Request, prepare, read
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.report.stress.build import chosen
-from sumo3dviz_pt.report.stress.cases import MOMENTS, SIZE, SPOTS, Case, all_cases, why_not
+from sumo3dviz_pt.report.stress.cases import (
+    MOMENTS,
+    SIZE,
+    SPOTS,
+    Case,
+    all_cases,
+    facts_of,
+    nearest_body,
+    why_not,
+)
 from sumo3dviz_pt.report.stress.checks import DARKEST, MARGIN, CaseLight, Evidence, judge, light_of
-from sumo3dviz_pt.report.stress.facts import facts_of, nearest_body
-from sumo3dviz_pt.report.stress.report import Outcome, StressReport, in_words
+from sumo3dviz_pt.report.stress.stress import Outcome, StressReport, chosen, in_words
 
 TIME = 4.5
 

@@ -9,9 +9,10 @@ from needed import package
 
 from sumo3dviz_pt.errors import InputError, MissingExtraError
 from sumo3dviz_pt.sumo import find_scenario, read_roster, read_trajectories, whereabouts
-from sumo3dviz_pt.sumo.formats import is_log, parquet
-from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
-from sumo3dviz_pt.sumo.survey import vehicle_logs
+from sumo3dviz_pt.sumo.find import vehicle_logs
+from sumo3dviz_pt.sumo.formats import is_log
+from sumo3dviz_pt.sumo.formats import table as parquet
+from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 
 NAMES = ["time", "id", "x", "y", "z", "angle", "type", "speed", "pos", "lane", "edge", "slope"]
 ROWS = [

@@ -7,7 +7,7 @@ import pytest
 from wrong_logs import FLAT, NET, NOTED, REFUSED, changed, fcd, no_lanes, rows
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.scenario import LogChoices
+from sumo3dviz_pt.model.traffic import LogChoices
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
 

@@ -4,17 +4,14 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.library.mesh.grids import height_field
+from sumo3dviz_pt.library.mesh.planar import height_field
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import Polygon
-from sumo3dviz_pt.world.areas.built_up import built_up, houses_of
-from sumo3dviz_pt.world.areas.covers import AS_IS, land_covers
+from sumo3dviz_pt.world.areas.covers import AS_IS, Area, Pool, areas_of, land_covers, water_parts
 from sumo3dviz_pt.world.areas.drape import GroundFaces, without
 from sumo3dviz_pt.world.areas.patterns import drawn_on
-from sumo3dviz_pt.world.areas.planting import _hashed
-from sumo3dviz_pt.world.areas.water import Pool, water_parts
-from sumo3dviz_pt.world.areas.zones import Area, areas_of
-from sumo3dviz_pt.world.placement.tiles import Tile
+from sumo3dviz_pt.world.areas.planting import _hashed, built_up, houses_of
+from sumo3dviz_pt.world.placement.surroundings import Tile
 
 COVERS = land_covers()
 

@@ -7,14 +7,13 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import GroundSettings, Job
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Stop, TrafficLog
+from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Scenario, Stop, TrafficLog
 from sumo3dviz_pt.world.areas.slabs import SlabGround, build_slabs, slabs_of
 from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.plants.build import plot_of
+from sumo3dviz_pt.world.plants.trees import plot_of
 
 CARS = frozenset({"passenger", "bus", "truck", "delivery"})
 EYE = CameraPath.all_round(np.array([[100.0, 20.0, 30.0]]))

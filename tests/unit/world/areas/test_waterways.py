@@ -14,8 +14,7 @@ from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
-from sumo3dviz_pt.world.areas.water import water_depth
-from sumo3dviz_pt.world.areas.waterways import _ring, with_waterways
+from sumo3dviz_pt.world.areas.covers import _ring, water_depth, with_waterways
 from sumo3dviz_pt.world.roads.layout import layout_roads
 
 TYPES = '<additional><vType id="car" vClass="ship" length="17" width="4"/></additional>'

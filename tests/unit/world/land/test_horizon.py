@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.world.land.far_woods import MOST, Room, woods
-from sumo3dviz_pt.world.land.horizon import TEXTURED, far_tints, land_around, land_mesh, split_far
+from sumo3dviz_pt.model.camera import CameraPath
+from sumo3dviz_pt.world.land.horizon import (
+    MOST,
+    TEXTURED,
+    Room,
+    far_tints,
+    land_around,
+    land_mesh,
+    split_far,
+    woods,
+)
 
 GRASS = np.array([0.086, 0.118, 0.036])
 CORNERS = np.array([(0.0, 0.0), (1500.0, 0.0), (1500.0, 300.0), (0.0, 300.0)])

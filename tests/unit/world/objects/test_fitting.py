@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.world.objects.fitting import fitted, rectangles
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.objects.houses import fitted, rectangles
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 
 PLAN = np.array([[[-5.0, -6.0], [5.0, 6.0]]])
 

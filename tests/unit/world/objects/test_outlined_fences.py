@@ -6,9 +6,8 @@ import pytest
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.traffic import Polygon
-from sumo3dviz_pt.world.objects.kinds import FENCES, KINDS, kind_of
-from sumo3dviz_pt.world.objects.levels import Staging
-from sumo3dviz_pt.world.objects.outlined import fence_model, line_parts
+from sumo3dviz_pt.world.objects.kinds import FENCES, KINDS, Staging, kind_of
+from sumo3dviz_pt.world.objects.lines import fence_model, line_parts
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 
 KIND = next(kind for kind in KINDS if kind.name == "fences")

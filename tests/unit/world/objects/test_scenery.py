@@ -8,14 +8,14 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.world.objects.build import build_scenery, facing_roads
 from sumo3dviz_pt.world.objects.houses import height_of, street_walls
 from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
-from sumo3dviz_pt.world.objects.outlined import guarded_sides
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.objects.lines import guarded_sides
+from sumo3dviz_pt.world.objects.objects import build_scenery, facing_roads
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 
 CAR = frozenset({"passenger"})

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.shot.cameras.clearances import clearance_of
+from sumo3dviz_pt.shot.cameras.aiming import clearance_of
 from sumo3dviz_pt.world.placement.clearance import Clearance
 
 CROSSING = Path(__file__).parents[4] / "examples" / "crossing" / "scene.yaml"

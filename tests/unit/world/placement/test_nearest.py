@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.world.placement.nearest import Nearest
+from sumo3dviz_pt.world.placement.lanes import Nearest
 
 STREETS = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 0.0], [0.0, 10.0], [20.0, 0.0], [0.0, 0.0]])
 

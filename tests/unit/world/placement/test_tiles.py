@@ -6,11 +6,10 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.world.memory import Memory
-from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.placement.tiles import Tile, edges_in, tiles_seen
+from sumo3dviz_pt.world.placement.surroundings import Tile, edges_in, surroundings, tiles_seen
 
 EMPTY = Network({}, {}, (), Location())
 PLACES = st.tuples(st.floats(-5e4, 5e4), st.floats(-5e4, 5e4))

@@ -7,10 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.plants.meadow import BUDGET, HIGHEST, KEEP_OFF, REACH, Lawn, build_meadow
+from sumo3dviz_pt.world.plants.near import (
+    BLADES_REACH,
+    BUDGET,
+    HIGHEST,
+    KEEP_OFF,
+    Lawn,
+    build_meadow,
+)
 
 MEAN = np.array([0.09, 0.12, 0.04])
 ROAD = shapely.box(-100.0, -4.0, 100.0, 4.0)
@@ -61,7 +68,7 @@ def test_blades_stay_near_the_camera_and_in_the_budget():
     found = meadow((0, 10, 1.2))
     assert 0.5 * BUDGET < triangles(found) <= BUDGET
     away = np.hypot(*(feet(found)[:, :2] - [0, 10]).T)
-    assert away.max() < REACH + 4.0
+    assert away.max() < BLADES_REACH + 4.0
     assert (away < 10).mean() > 0.3
     assert triangles(meadow((0, 10, 1.2), budget=20_000)) <= 20_000
 

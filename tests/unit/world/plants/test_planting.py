@@ -12,20 +12,20 @@ from hypothesis import strategies as st
 from searching import tries
 
 from sumo3dviz_pt.job.settings import ObjectsSettings
-from sumo3dviz_pt.library.plants.build import SHRUBS, SPECIES
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.library.plants.tree import SHRUBS, SPECIES
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi
-from sumo3dviz_pt.world.areas.covers import Cover
+from sumo3dviz_pt.world.areas.covers import Area, Cover
 from sumo3dviz_pt.world.areas.planting import Stand, grow
-from sumo3dviz_pt.world.areas.zones import Area
-from sumo3dviz_pt.world.objects.build import build_scenery
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.objects.objects import build_scenery
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.plants.build import (
+from sumo3dviz_pt.world.plants.trees import (
     CLEAR,
     MARGIN,
+    MOST,
     MOST_SHRUBS,
     MOST_TREES,
     SHRUB_OFF,
@@ -34,13 +34,12 @@ from sumo3dviz_pt.world.plants.build import (
     before_cameras,
     in_sight,
     plant,
+    plant_far,
     why_bare,
     why_nowhere,
 )
-from sumo3dviz_pt.world.plants.far import MOST, plant_far
-from sumo3dviz_pt.world.plants.wayside import wayside
-from sumo3dviz_pt.world.plants.yards import yard_trees
-from sumo3dviz_pt.world.rows.lots import Yard
+from sumo3dviz_pt.world.plants.wayside import wayside, yard_trees
+from sumo3dviz_pt.world.rows.fronts import Yard
 
 EMPTY = Network({}, {}, (), Location())
 ROAD = shapely.box(-900.0, -6.0, 900.0, 6.0)

@@ -6,19 +6,24 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.library.plants.build import tree
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.library.plants.tree import tree
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.world.objects.guard_rails import OFF, guard_rails
+from sumo3dviz_pt.world.objects.lines import OFF, guard_rails
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.plants.build import Plot
-from sumo3dviz_pt.world.plants.near_leaves import near_leaves
-from sumo3dviz_pt.world.plants.tree_pits import tree_pits
-from sumo3dviz_pt.world.plants.verges import MOST_WEEDS, verges
-from sumo3dviz_pt.world.plants.wayside import CLEAR_ZONE, MOST_SHRUBS, MOST_TREES, wayside
+from sumo3dviz_pt.world.plants.near import near_leaves, tree_pits
+from sumo3dviz_pt.world.plants.trees import Plot
+from sumo3dviz_pt.world.plants.wayside import (
+    CLEAR_ZONE,
+    MOST_SHRUBS,
+    MOST_TREES,
+    MOST_WEEDS,
+    verges,
+    wayside,
+)
 
 PAVED = shapely.box(-900.0, -5.25, 900.0, 5.25)
 EYE = (0.0, 0.0, 1.5)

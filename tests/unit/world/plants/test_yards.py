@@ -8,16 +8,16 @@ import shapely
 from drives import network_of
 
 from sumo3dviz_pt.job.settings import EulerianCamera
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.pipeline.production import read
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.shot.cameras.clearances import clearance_of
+from sumo3dviz_pt.shot.cameras.aiming import clearance_of
 from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
-from sumo3dviz_pt.world.rows.lots import House, Rows, Yard
+from sumo3dviz_pt.world.plants.wayside import gardens, yard_hedges, yard_trees
+from sumo3dviz_pt.world.rows.fronts import House, Rows, Yard
 
 PLAN = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0]])
 YARD = Yard("10:0", PLAN, 1)

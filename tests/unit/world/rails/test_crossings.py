@@ -11,13 +11,11 @@ import shapely
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import SignalPhases, TrafficLog
+from sumo3dviz_pt.model.traffic import Scenario, SignalPhases, TrafficLog
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.rails.build import build_railway
-from sumo3dviz_pt.world.rails.crossings import RISING, SINKING, barriers_of, lowering
-from sumo3dviz_pt.world.signals.aspects import course_of
-from sumo3dviz_pt.world.signals.build import build_signals
+from sumo3dviz_pt.world.rails.crossings import RISING, SINKING, barriers_of, build_railway, lowering
+from sumo3dviz_pt.world.signals.heads import course_of
+from sumo3dviz_pt.world.signals.signals import build_signals
 
 STYLE = STYLES["european"]
 CAR, TRAIN = frozenset({"passenger", "bus"}), frozenset({"rail"})

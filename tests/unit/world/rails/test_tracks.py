@@ -8,7 +8,6 @@ import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.world.rails.beds import shoulder
 from sumo3dviz_pt.world.rails.tracks import (
     GAUGE,
     RISE,
@@ -17,6 +16,7 @@ from sumo3dviz_pt.world.rails.tracks import (
     track_parts,
     track_rise,
 )
+from sumo3dviz_pt.world.rails.ways import shoulder
 from sumo3dviz_pt.world.roads.layout import layout_roads
 
 CAR, TRAM, TRAIN = frozenset({"passenger"}), frozenset({"tram"}), frozenset({"rail"})

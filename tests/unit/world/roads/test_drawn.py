@@ -11,9 +11,9 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.world.roads.cells import Cells
-from sumo3dviz_pt.world.roads.drawn import DrawnSurface, drawn_surface
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.style import PAVING
+from sumo3dviz_pt.world.roads.roads import DrawnSurface, drawn_surface
+from sumo3dviz_pt.world.roads.strips import PAVING
 
 CARS = frozenset({"passenger", "bus"})
 FOOT = frozenset({"pedestrian", "wheelchair"})

@@ -11,14 +11,14 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.drops import LOWEST, SIDEWALK_HEIGHT, find_drops, rise_at
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.markings.cycles import cycle_paint
-from sumo3dviz_pt.world.roads.style import BICYCLE
-from sumo3dviz_pt.world.roads.wear.noise import patchy
-from sumo3dviz_pt.world.roads.wear.traffic import way_lines, wheels_at
-from sumo3dviz_pt.world.street.corners import _doors, place_corners
+from sumo3dviz_pt.world.roads.markings.symbols import cycle_paint
+from sumo3dviz_pt.world.roads.roads import build_roads
+from sumo3dviz_pt.world.roads.strips import BICYCLE
+from sumo3dviz_pt.world.roads.wear.lanes import way_lines, wheels_at
+from sumo3dviz_pt.world.roads.wear.stains import patchy
+from sumo3dviz_pt.world.street.furniture import _doors, place_corners
 from sumo3dviz_pt.world.street.places import Site, crossing_areas
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"

@@ -10,8 +10,8 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.scene import StaticPart
 from sumo3dviz_pt.sumo import read_network
-from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
-from sumo3dviz_pt.world.roads.owners import owners_of_roads
+from sumo3dviz_pt.world.roads.layout import owners_of_roads
+from sumo3dviz_pt.world.roads.roads import RoadParts, build_roads
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
 CARS = frozenset({"passenger"})

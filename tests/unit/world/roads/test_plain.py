@@ -7,8 +7,7 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.sumo.network import read_network
-from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.plain import Line, plain_roads, ribbons
+from sumo3dviz_pt.world.roads.layout import Line, layout_roads, plain_roads, ribbons
 
 
 @pytest.fixture(scope="module", params=["crossing", "ronda"])

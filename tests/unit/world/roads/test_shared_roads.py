@@ -6,11 +6,11 @@ import pytest
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.world import outlook
 from sumo3dviz_pt.world.memory import Memory
-from sumo3dviz_pt.world.placement import road_choice
-from sumo3dviz_pt.world.placement.tiles import Tile
+from sumo3dviz_pt.world.placement.surroundings import Tile
 from sumo3dviz_pt.world.roads import areas, strips
-from sumo3dviz_pt.world.roads.build import build_roads
+from sumo3dviz_pt.world.roads.roads import build_roads
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def parts(network):
     tiles = [Tile(120.0, column + k, row) for k in (-1, 0, 1)]
     memory = Memory()
     chosen = (tuple(tiles[:2]), tuple(tiles[1:]))
-    return [road_choice._in_tiles(network, some, memory) for some in chosen], focus
+    return [outlook._in_tiles(network, some, memory) for some in chosen], focus
 
 
 def built(part, focus, memory):

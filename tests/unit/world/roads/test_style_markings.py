@@ -13,10 +13,14 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.markings.across import stop_paint, zebra_paint
-from sumo3dviz_pt.world.roads.markings.build import road_paint
 from sumo3dviz_pt.world.roads.markings.lines import SideColours, edge_paint
-from sumo3dviz_pt.world.roads.markings.words import is_bus_lane, word_paint
+from sumo3dviz_pt.world.roads.markings.markings import road_paint
+from sumo3dviz_pt.world.roads.markings.symbols import (
+    is_bus_lane,
+    stop_paint,
+    word_paint,
+    zebra_paint,
+)
 from sumo3dviz_pt.world.roads.strips import edge_strips
 
 CAR, BUS = frozenset({"passenger", "bus"}), frozenset({"bus", "taxi"})

@@ -10,9 +10,9 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.world.land.terrain import terrain
-from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.cells import fitted_heights
-from sumo3dviz_pt.world.roads.uneven import cut_small, is_uneven, points_within
+from sumo3dviz_pt.world.roads.drops import cut_small, is_uneven, points_within
+from sumo3dviz_pt.world.roads.roads import build_roads
 
 CARS = frozenset({"passenger"})
 HALF = 12.0

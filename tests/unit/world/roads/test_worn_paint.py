@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.model.vectors import area_vectors
-from sumo3dviz_pt.world.roads.markings.wear import Coats, worn_paint
+from sumo3dviz_pt.model.geometry import area_vectors
+from sumo3dviz_pt.world.roads.markings.markings import Coats, worn_paint
 
 
 def test_a_border_may_run_along_the_end_of_a_row():

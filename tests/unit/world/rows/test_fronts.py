@@ -18,20 +18,18 @@ from coincident import shared_area
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.job.settings import Job, RoadSettings
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Poi, Polygon, Stop, TrafficLog
+from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Poi, Polygon, Scenario, Stop, TrafficLog
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
+from sumo3dviz_pt.world.roads.roads import build_roads
 from sumo3dviz_pt.world.rows.courts import court_meshes
-from sumo3dviz_pt.world.rows.fronts import REACH, Given, grow_rows, in_view, why_none
-from sumo3dviz_pt.world.rows.lots import SOURCE
+from sumo3dviz_pt.world.rows.fronts import REACH, SOURCE, Given, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.houses import BUDGET, build_fronts
 
 EYES = np.array([[0.0, 0.0, 1.5]])
 CARS = frozenset({"passenger", "bus", "bicycle", "truck", "delivery"})

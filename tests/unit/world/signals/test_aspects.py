@@ -3,7 +3,7 @@
 import pytest
 
 from sumo3dviz_pt.model.traffic import SignalPhases
-from sumo3dviz_pt.world.signals.aspects import course_of, with_yellow
+from sumo3dviz_pt.world.signals.heads import course_of, with_yellow
 
 RED, YELLOW, GREEN = "red", "yellow", "green"
 

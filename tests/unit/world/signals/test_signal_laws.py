@@ -16,10 +16,10 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.sumo.signals import read_signals
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
-from sumo3dviz_pt.world.rails.guards import guard_of
-from sumo3dviz_pt.world.signals.build import RADIANCE, TRAM_RADIANCE, build_signals
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
+from sumo3dviz_pt.world.rails.ways import guard_of
 from sumo3dviz_pt.world.signals.heads import ARM_BOTTOM, kind_of
+from sumo3dviz_pt.world.signals.signals import RADIANCE, TRAM_RADIANCE, build_signals
 from tests import rail_town
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"

@@ -7,14 +7,14 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import SignalSettings
-from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.colour import LUMINANCE
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
+from sumo3dviz_pt.model.camera import CameraPath
+from sumo3dviz_pt.model.layers import LUMINANCE
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.traffic import SignalPhases
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.signals.build import RADIANCE, Signals, build_signals
+from sumo3dviz_pt.world.signals.signals import RADIANCE, Signals, build_signals
 
 CAR, FOOT = frozenset({"passenger", "bus"}), frozenset({"pedestrian"})
 
@@ -253,7 +253,7 @@ def test_links_of_internal_lanes_and_empty_values():
 
 def digits(signals, time):
     """What the counters of all heads show, two characters a head."""
-    from sumo3dviz_pt.library.street.figures import BARS, SEGMENTS
+    from sumo3dviz_pt.library.street.strokes import BARS, SEGMENTS
 
     rows = signals.radiance_at(time)["signals"][sum(head.lamps for head in signals.heads) :]
     bars = rows.any(axis=1).reshape(-1, 7)

@@ -15,8 +15,8 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.shot.cameras.riding import read_view
 from sumo3dviz_pt.sumo.network import read_network
-from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.signals.heads import direction_at_end, kind_of
+from sumo3dviz_pt.world.signals.signals import Signals, build_signals
 
 EYE = (2.1, 0.37, 1.2)
 """A driver's eye in a common car: behind its front, towards the road's middle, up [m]."""

@@ -8,7 +8,7 @@ import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.street.islands import island_parts, island_shrubs, islands_of

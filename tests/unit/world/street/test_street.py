@@ -10,26 +10,18 @@ import shapely
 from any_network.proposed import Pose, furnished
 
 from sumo3dviz_pt.job.settings import StreetSettings
-from sumo3dviz_pt.library.street.lamp import LENS
+from sumo3dviz_pt.library.street.furniture import LENS
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.library.street.signs import YELLOW
-from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
+from sumo3dviz_pt.model.traffic import Poi, Scenario, Stop, TrafficLog
 from sumo3dviz_pt.world.placement.clearance import Clearance
-from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.placement.tiles import Tile
-from sumo3dviz_pt.world.street.build import _StreetTiles, build_street
+from sumo3dviz_pt.world.placement.surroundings import Tile, surroundings
 from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, place_lamps, radiance
-from sumo3dviz_pt.world.street.places import (
-    Site,
-    border_of,
-    borders_near,
-    crossing_areas,
-    spread,
-)
+from sumo3dviz_pt.world.street.places import Site, border_of, borders_near, crossing_areas, spread
 from sumo3dviz_pt.world.street.signs import limit_of, links_of, place_signs
+from sumo3dviz_pt.world.street.street import _StreetTiles, build_street
 
 CAR = frozenset({"passenger", "bus", "truck"})
 FOOT, BIKE = frozenset({"pedestrian"}), frozenset({"bicycle"})

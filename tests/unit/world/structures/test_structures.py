@@ -9,13 +9,18 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.world.land.terrain import STEEPEST, terrain
-from sumo3dviz_pt.world.roads.build import build_roads
-from sumo3dviz_pt.world.roads.heights import surface_heights
-from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.levels import levels_of, lowest_surface
-from sumo3dviz_pt.world.structures.build import bridge_zone, build_structures
-from sumo3dviz_pt.world.structures.decks import THICKNESS, deck_mesh, decks_of
-from sumo3dviz_pt.world.structures.piers import RADIUS, piers
+from sumo3dviz_pt.world.roads.cells import surface_heights
+from sumo3dviz_pt.world.roads.layout import layout_roads, levels_of, lowest_surface
+from sumo3dviz_pt.world.roads.roads import build_roads
+from sumo3dviz_pt.world.structures.bridges import (
+    RADIUS,
+    THICKNESS,
+    bridge_zone,
+    build_structures,
+    deck_mesh,
+    decks_of,
+    piers,
+)
 
 CARS, WALK = frozenset({"passenger"}), frozenset({"pedestrian"})
 RISE = ((0, 0), (130, 0.3), (190, 4), (235, 7), (265, 7), (310, 4), (370, 0.3), (500, 0))

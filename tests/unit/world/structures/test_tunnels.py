@@ -8,9 +8,9 @@ import shapely
 
 from sumo3dviz_pt.job.settings import GroundSettings, RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.world.land.between import ground_between
-from sumo3dviz_pt.world.land.build import build_ground
+from sumo3dviz_pt.world.land.ground import build_ground
 from sumo3dviz_pt.world.land.horizon import built_points, land_around
+from sumo3dviz_pt.world.land.terrain import ground_between
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.structures.deep_roads import HIGHEST, tunnels_of
 

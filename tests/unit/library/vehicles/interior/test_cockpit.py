@@ -5,7 +5,7 @@ import pytest
 
 from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.render.lights.clear_lamps import clear_lamps
+from sumo3dviz_pt.render.lights.running import clear_lamps
 
 CAR = {"front": -1.1, "belt": 0.95, "edge": 1.0}
 EYE = np.array([-2.1, 0.37, 1.2])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.vehicles.interior.mirrors import aimed, inner_mirror, outer_mirrors
-from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.model.geometry import area_vectors, unit
 
 KINDS = {
     # flank, windscreen's foot and belt, the driver's eye

@@ -14,10 +14,9 @@ from coincident import shared_area
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.people.build import measures
-from sumo3dviz_pt.library.people.posture import matrices
-from sumo3dviz_pt.library.people.rig import BONES, joints
+from sumo3dviz_pt.library.materials import MATERIALS
+from sumo3dviz_pt.library.people.people import measures
+from sumo3dviz_pt.library.people.posture import BONES, joints, matrices
 from sumo3dviz_pt.library.vehicles.cycles.rider import CLOTHES, PALM, posture
 
 CYCLES = tuple(

@@ -15,7 +15,7 @@ from bench.baked_files import baked_again
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.mesh.solids import bevelled
 
 HEAVY = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "box"]

@@ -11,10 +11,10 @@ from bench.baked_files import baked_again
 
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import Model, ModelChoice, choose, models_for
-from sumo3dviz_pt.cast.fitted_models import fitted_model
+from sumo3dviz_pt.cast.fitting import fitted_model
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.vehicles.packed import BODIES
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import VehicleType

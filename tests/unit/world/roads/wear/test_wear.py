@@ -12,10 +12,10 @@ import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.sumo import read_network
-from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.graded import Graded, clipped, graded_on, graded_quads
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.markings.arrows import arrow_paint
+from sumo3dviz_pt.world.roads.markings.symbols import arrow_paint
+from sumo3dviz_pt.world.roads.roads import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.strips import distance_to
 from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE, wear_across
 

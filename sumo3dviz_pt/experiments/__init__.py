@@ -1,1 +1,0 @@
-"""Experiments: designs, tables of trials, and the files of tools that show them; no scene."""

@@ -1,1 +1,0 @@
-"""Design tables of other tools, read as these write them."""

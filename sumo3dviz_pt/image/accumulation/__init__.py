@@ -1,1 +1,0 @@
-"""Frames that help each other: what neighbours saw of the same things, for less noise."""

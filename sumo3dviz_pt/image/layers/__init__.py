@@ -1,1 +1,0 @@
-"""Layers as files: what other tools read of a frame beside its picture."""

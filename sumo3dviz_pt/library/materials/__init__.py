@@ -1,1 +1,0 @@
-"""Materials in Mitsuba's words, and surfaces by key."""

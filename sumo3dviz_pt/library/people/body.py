@@ -1,0 +1,526 @@
+"""Arms, legs and trunk of a figure, bare or clothed.
+
+What a figure wears on its trunk: tops, coats, dresses, skirts, collars and bags.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from sumo3dviz_pt.library.mesh.noise import smoothstep
+from sumo3dviz_pt.library.mesh.planar import grid_faces
+from sumo3dviz_pt.library.people.posture import SIDES, BodyMeasures, joints
+from sumo3dviz_pt.library.people.skin import (
+    Cloth,
+    Counts,
+    Folds,
+    SkinPart,
+    Stack,
+    arm_weights,
+    carried,
+    closed,
+    creased,
+    hemmed,
+    interpolated,
+    leg_weights,
+    pressed,
+    rope,
+    sewn,
+    skirt_weights,
+    swollen,
+    trunk_weights,
+    tube_piece,
+    turns,
+    weighed,
+)
+from sumo3dviz_pt.model.geometry import Floats
+
+_ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
+_ARM_BARE = (*_ARM, (0.10, 0.027), (0.16, 0.0245), (0.185, 0.0235), (0.22, 0.0245), (0.328, 0.0150))
+_ARM_CLAD = (*_ARM, (0.10, 0.028), (0.16, 0.0265), (0.185, 0.0265), (0.22, 0.0255), (0.328, 0.0195))
+"""Radius of an arm along its length, both as shares of the stature."""
+
+_LEG_BARE = (
+    *((0.560, 0.030), (0.535, 0.048), (0.50, 0.0515), (0.45, 0.050), (0.40, 0.045)),
+    *((0.34, 0.037), (0.285, 0.0315), (0.25, 0.0300), (0.20, 0.0330), (0.16, 0.0300)),
+    *((0.10, 0.0220), (0.06, 0.0195), (0.03, 0.0205)),
+)
+_LEG_CLAD = (
+    *((0.560, 0.030), (0.535, 0.050), (0.50, 0.0545), (0.45, 0.0525), (0.40, 0.048)),
+    *((0.34, 0.0425), (0.285, 0.039), (0.25, 0.0375), (0.20, 0.0365), (0.16, 0.0355)),
+    *((0.10, 0.0345), (0.06, 0.0345), (0.024, 0.0345)),
+)
+"""Radius of a leg by height, both as shares of the stature."""
+
+
+@dataclass(frozen=True, slots=True)
+class GarmentCut:
+    """How a sleeve or a trouser leg is cut.
+
+    Attributes:
+        end: Where it ends, as a share of the limb: 0 at its root, 1 at wrist or ankle.
+        start: Where it begins, as a share of the limb.
+        ease: How far it stands off the skin [m].
+        flare: Further distance at its open end [m].
+        loose: 0 follows the limb, 1 hangs straight.
+        folds: Depth of its creases [m].
+        seed: Of the creases.
+    """
+
+    end: float = 1.0
+    ease: float = 0.0
+    flare: float = 0.0
+    loose: float = 1.0
+    folds: float = 0.015
+    seed: int = 0
+    start: float = 0.0
+
+
+BARE = GarmentCut(loose=0.0, folds=0.0)
+"""Skin."""
+
+
+def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Counts) -> SkinPart:
+    """Make a sleeve, or the skin of an arm down to the wrist.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        cut: How it is cut.
+        cloth: What it is made of.
+        counts: Rings, and points of a ring.
+    """
+    h, rest = body.height, joints(body)
+    points = np.stack([rest[f"{name}_{side}"] for name in ("upper_arm", "forearm", "hand")])
+    bones = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    full = float(bones.sum())
+    end = cut.end * full
+    # More rings where the elbow bends.
+    share = np.linspace(0.0, 1.0, counts.rings)
+    first = -0.012 * h + cut.start * full
+    along = first + (end - first) * share
+    bend = np.minimum(along, bones[0]), np.clip(along - bones[0], 0.0, None)
+    middle = (
+        points[0]
+        + np.outer(bend[0] / bones[0], points[1] - points[0])
+        + np.outer(bend[1] / bones[1], points[2] - points[1])
+    )
+    radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * smoothstep(
+        end - 0.25 * full, end, along
+    )
+    rings = _around(middle, radius * 1.06, radius * 0.96, counts.points)
+    depth = cut.folds * (
+        0.45 + 0.9 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2)) + 0.5 * (along > 0.88 * full)
+    )
+    depth = depth * smoothstep(0.0, 0.06 * h, along)
+    rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
+    # At its root the arm takes up the slope of the shoulder.
+    near = smoothstep(0.055 * h, -0.012 * h, along)[::-1, None]
+    rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
+    rings[..., 1] -= near * SIDES[side] * 0.012 * h
+    rings = hemmed(rings, depth=0.008) if counts.points > 4 else rings
+    weights = arm_weights(body, rings.reshape(-1, 3), side)
+    return tube_piece(rings, weights, cloth, lids="top")
+
+
+def _arm_radius(body: BodyMeasures, along: Floats, cut: GarmentCut) -> Floats:
+    """Return the radius of an arm or sleeve at shares of the stature from the shoulder [m]."""
+    bare, clad = interpolated(along, _ARM_BARE), interpolated(along, _ARM_CLAD)
+    girth = body.build**0.6 * (1.0 - 0.14 * body.woman) * (1.0 + 0.10 * body.child)
+    grown = smoothstep(-0.012, 0.04, along)
+    radius = body.height * girth * (bare + cut.loose * (clad - bare))
+    return np.asarray(radius + cut.ease * grown)
+
+
+def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Counts) -> SkinPart:
+    """Make a trouser leg, or the skin of a leg down to the foot.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        cut: How it is cut.
+        cloth: What it is made of.
+        counts: Rings, and points of a ring.
+    """
+    h, rest = body.height, joints(body)
+    lowest = 0.535 + cut.end * (0.028 - 0.535)
+    share = np.linspace(0.0, 1.0, counts.rings)
+    highest = 0.555 + cut.start * (0.028 - 0.555)
+    level = lowest + (highest - lowest) * share
+    places = np.stack([rest[f"{name}_{side}"] for name in ("foot", "shank", "thigh")])
+    z = np.asarray(body.z(level))
+    middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
+    middle[:, 0] -= 0.006 * h * np.exp(-(((level - 0.20) / 0.07) ** 2)) * (1.0 - 0.5 * cut.loose)
+    # Trousers fall behind the ankle and break over the instep.
+    middle[:, 0] += cut.loose * 0.004 * h * smoothstep(0.12, 0.03, level)
+    bare, clad = interpolated(level, _LEG_BARE[::-1]), interpolated(level, _LEG_CLAD[::-1])
+    girth = body.build**0.55 * (1.0 + 0.03 * body.woman) * (1.0 + 0.06 * body.child)
+    radius = h * girth * (bare + cut.loose * (clad - bare)) + cut.ease
+    radius += cut.flare * smoothstep(lowest + 0.18, lowest, level)
+    rings = _around(middle, radius * 1.05, radius * 0.96, counts.points)
+    depth = cut.folds * (
+        0.35
+        + 0.8 * np.exp(-(((level - 0.285) / 0.035) ** 2))
+        + 0.8 * np.exp(-(((level - 0.46) / 0.03) ** 2))
+        + 1.0 * smoothstep(0.11, 0.04, level)
+    )
+    rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
+    if cut.end > 0.95 and cut.loose > 0.5:
+        rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts.points)), 0.0)
+    rings = hemmed(rings, depth=0.010) if counts.points > 4 else rings
+    weights = leg_weights(body, rings.reshape(-1, 3), side, foot=0.6 - 0.25 * cut.loose)
+    return tube_piece(rings, weights, cloth, lids="top")
+
+
+def _around(middle: Floats, deep: Floats, wide: Floats, count: int) -> Floats:
+    """Lay level ellipses around points, (k, count, 3) [m]."""
+    turn = turns(count)
+    offset = np.stack(
+        [deep[:, None] * np.cos(turn), wide[:, None] * np.sin(turn), np.zeros((len(deep), count))],
+        axis=-1,
+    )
+    return swollen(middle[:, None] + offset)
+
+
+_SHOE = (
+    # x, y, front, back, half, front z, back z, power
+    (0.064, 0.0, 0.134, 0.126, 0.040, 0.004, 0.000, 2.5),
+    (0.064, 0.0, 0.139, 0.133, 0.044, 0.010, 0.012, 2.5),
+    (0.064, 0.0, 0.139, 0.133, 0.0445, 0.024, 0.026, 2.5),
+    (0.064, 0.0, 0.136, 0.130, 0.0430, 0.030, 0.030, 2.5),
+    (0.050, 0.0, 0.138, 0.118, 0.0425, 0.046, 0.046, 2.3),
+    (0.036, 0.0, 0.116, 0.104, 0.0390, 0.061, 0.062, 2.1),
+    (0.022, 0.0, 0.086, 0.088, 0.0350, 0.078, 0.078, 2.0),
+    (0.010, 0.0, 0.056, 0.070, 0.0330, 0.098, 0.096, 2.0),
+)
+"""A shoe of 0.27 m around its ankle's foot point [m]."""
+
+
+def shoe(
+    body: BodyMeasures, side: str, upper: Cloth, sole: Cloth, *, counts: Counts, heel: float
+) -> Iterator[SkinPart]:
+    """Make a shoe of a sole and an upper.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        upper: Its leather or cloth.
+        sole: Its rubber.
+        counts: Rings, and points of a ring.
+        heel: Height added to the shaft: 0 for shoes, 0.08 for boots [m].
+    """
+    rest = joints(body)
+    s, place = SIDES[side], rest[f"foot_{side}"] * [1.0, 1.0, 0.0]
+    rows = np.array(_SHOE)
+    if heel > 0.0 and counts.rings > 4:
+        shaft = rows[-1] + [0.0, 0.0, -0.006, -0.014, 0.003, heel, heel, 0.0]
+        rows = np.concatenate([rows, shaft[None]])
+    rings = Stack(rows).grid(min(counts.rings, len(rows)), counts.points)
+    # Both feet curve inward in front.
+    rings[..., 1] -= s * 0.012 * smoothstep(0.05, 0.20, rings[..., 0])
+    slim = 1.0 - 0.07 * body.woman
+    rings = place + rings * body.foot * [1.0, slim, 1.0]
+    split = round(counts.rings * 3 / 8)
+    ball = place[0] + 0.115 * body.foot
+    rings = swollen(rings)
+    halves = ((rings[: split + 1], sole, "bottom"), (rings[split:], upper, "top"))
+    for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom"),):
+        toes = smoothstep(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
+        weights = weighed(toes.size, {f"foot_{side}": 1.0 - toes, f"toes_{side}": toes})
+        yield tube_piece(part, weights, cloth, lids=lids)
+
+
+def hand(
+    body: BodyMeasures, side: str, cloth: Cloth, *, curl: float, fine: bool
+) -> Iterator[SkinPart]:
+    """Make a hand of palm, thumb and fingers.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        cloth: Skin or glove.
+        curl: 0 straight, 1 a fist.
+        fine: Whether the fingers are apart.
+    """
+    for rings in _hand_rings(curl) if fine else (_mitten(),):
+        placed = _at_wrist(body, side, rings)
+        yield carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
+
+
+def _at_wrist(body: BodyMeasures, side: str, rings: Floats) -> Floats:
+    """Carry rings from the hand's own frame: to the thumb, out of the palm, to the fingers."""
+    rest, s = joints(body), SIDES[side]
+    wrist, finger = rest[f"hand_{side}"], rest[f"finger_{side}"]
+    size = float(np.linalg.norm(finger - wrist)) / 0.184
+    along = (finger - wrist) / np.linalg.norm(finger - wrist)
+    palm = np.array([0.0, -s, 0.0])
+    palm -= (palm @ along) * along
+    palm /= np.linalg.norm(palm)
+    thumb = np.array([1.0, 0.0, 0.0])
+    frame = np.stack([thumb, palm, along])
+    placed = wrist + size * rings @ frame
+    # Bottom to top, counter-clockwise: turn the order where the frame is left-handed.
+    return np.asarray(placed if np.linalg.det(frame) > 0 else placed[:, ::-1])
+
+
+def _mitten() -> Floats:
+    """Make a hand for far away: rings from the wrist to the finger tips."""
+    rows = [(0.0, 0.0, 0.0, 0.030, 0.020), (0.005, 0.016, 0.15, 0.040, 0.016)]
+    return np.stack([_oval(*row, count=3) for row in rows])
+
+
+def _oval(x: float, y: float, z: float, wide: float, thick: float, *, count: int) -> Floats:
+    """Lay an oval of two half widths around a point, across the hand's length, (count, 3) [m]."""
+    turn = turns(count)
+    return np.stack([x + wide * np.cos(turn), y + thick * np.sin(turn), np.full(count, z)], axis=1)
+
+
+def _hand_rings(curl: float) -> Iterator[Floats]:
+    """Make the palm, four fingers and the thumb of the left hand."""
+    palm = (
+        (0.0, 0.0, -0.012, 0.027, 0.020),
+        (0.0, 0.001, 0.012, 0.030, 0.0175),
+        (0.004, 0.003, 0.050, 0.043, 0.016),
+        (0.002, 0.002, 0.096, 0.042, 0.011),
+    )
+    yield np.stack([_oval(*row, count=6) for row in palm])
+    for x, length, base in (
+        *((0.033, 0.072, 0.090), (0.0115, 0.080, 0.094)),
+        *((-0.0105, 0.075, 0.092), (-0.031, 0.060, 0.085)),
+    ):
+        yield _finger(np.array([x, 0.002, base]), length, curl)
+    thumb = np.array([[0.022, 0.004, 0.022], [0.050, 0.014, 0.056], [0.050, 0.024, 0.094]])
+    yield rope(thumb, np.array([0.015, 0.0125, 0.008]), 4)
+
+
+def _finger(base: Floats, length: float, curl: float) -> Floats:
+    """Make a finger that bends towards the palm."""
+    bend = np.cumsum(np.radians([14.0 + 60.0 * curl, 18.0 + 72.0 * curl, 12.0 + 50.0 * curl]))
+    bend, parts = bend[[0, 2]], length * np.array([0.5, 0.5])
+    steps = np.stack([np.zeros(2), parts * np.sin(bend), parts * np.cos(bend)], axis=1)
+    path = np.concatenate([base[None], base + np.cumsum(steps, axis=0)])
+    return rope(path, np.array([0.0112, 0.0104, 0.0070]), 3)
+
+
+_MAN = (
+    # level, middle x, front, back, half width, as shares of the stature
+    (0.250, 0.000, 0.050, 0.052, 0.080),
+    (0.400, 0.000, 0.052, 0.058, 0.086),
+    (0.462, 0.000, 0.053, 0.066, 0.088),
+    (0.500, 0.000, 0.058, 0.071, 0.0965),
+    (0.530, 0.001, 0.059, 0.067, 0.0965),
+    (0.560, 0.003, 0.057, 0.057, 0.0915),
+    (0.600, 0.004, 0.056, 0.049, 0.0850),
+    (0.640, 0.003, 0.059, 0.048, 0.0840),
+    (0.680, 0.000, 0.063, 0.053, 0.0890),
+    (0.720, -0.003, 0.066, 0.058, 0.0960),
+    (0.760, -0.006, 0.063, 0.060, 0.1020),
+    (0.790, -0.008, 0.055, 0.058, 0.1060),
+    (0.807, -0.009, 0.046, 0.054, 0.1065),
+    (0.820, -0.010, 0.038, 0.050, 0.0980),
+    (0.831, -0.009, 0.034, 0.046, 0.0790),
+    (0.840, -0.008, 0.033, 0.042, 0.0580),
+    (0.848, -0.008, 0.034, 0.040, 0.0440),
+)
+_WOMAN = (
+    # as above
+    (0.250, 0.000, 0.050, 0.052, 0.078),
+    (0.400, 0.000, 0.052, 0.060, 0.088),
+    (0.462, 0.000, 0.053, 0.070, 0.094),
+    (0.500, 0.000, 0.058, 0.076, 0.1025),
+    (0.530, 0.002, 0.058, 0.070, 0.1000),
+    (0.560, 0.004, 0.055, 0.057, 0.0910),
+    (0.600, 0.005, 0.050, 0.046, 0.0770),
+    (0.640, 0.004, 0.052, 0.044, 0.0735),
+    (0.680, 0.001, 0.062, 0.048, 0.0775),
+    (0.715, -0.001, 0.077, 0.052, 0.0830),
+    (0.745, -0.003, 0.072, 0.055, 0.0870),
+    (0.775, -0.006, 0.056, 0.056, 0.0920),
+    (0.803, -0.008, 0.043, 0.052, 0.0945),
+    (0.817, -0.009, 0.036, 0.047, 0.0860),
+    (0.829, -0.008, 0.032, 0.043, 0.0690),
+    (0.839, -0.008, 0.030, 0.039, 0.0500),
+    (0.848, -0.008, 0.031, 0.036, 0.0385),
+)
+NECK, WAIST, CROTCH = 0.848, 0.60, 0.462
+"""Levels of the body, as shares of the stature."""
+
+_SWAYS = 0.44
+"""A garment that reaches below this level sways with the legs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How a garment sits on the trunk.
+
+    Attributes:
+        hem: Level of its lower edge, as a share of the stature.
+        top: Level of its upper edge.
+        ease: How far it stands off the skin [m].
+        drape: 0 follows the body, 1 hangs from the chest.
+        flare: Further distance at the hem [m].
+        folds: Depth of its creases [m].
+        quilted: Depth of level seams, as of a padded jacket [m].
+        seed: Of the creases.
+    """
+
+    hem: float = 0.47
+    top: float = NECK
+    ease: float = 0.012
+    drape: float = 0.5
+    flare: float = 0.0
+    folds: float = 0.018
+    quilted: float = 0.0
+    seed: int = 0
+
+
+def trunk_stack(body: BodyMeasures, fit: Fit, *, rows: int = 24) -> Stack:
+    """Return the shape of a garment on the trunk, without creases.
+
+    Args:
+        body: Measures of the person.
+        fit: How it sits.
+        rows: Of the stack, from the hem to the upper edge.
+    """
+    levels = np.linspace(fit.hem, fit.top, rows)
+    man, woman = (_shape(table, levels) for table in (_MAN, _WOMAN))
+    middle, front, back, half = (man + body.woman * (woman - man)).T * body.height
+    stout = body.build - 1.0
+    belly = np.exp(-(((levels - 0.61) / 0.08) ** 2))
+    front = front * (1.0 + stout * (0.5 + 0.9 * belly)) * (1.0 + 0.08 * body.child)
+    back = back * (1.0 + 0.5 * stout) * (1.0 + 0.04 * body.child)
+    half = half * (1.0 + stout * (0.45 + 0.35 * belly)) * (1.0 + 0.02 * body.child)
+    ease = fit.ease * smoothstep(NECK, 0.80, levels) + 0.3 * fit.ease
+    ease = ease + fit.flare * smoothstep(max(fit.hem + 0.16, WAIST), fit.hem, levels)
+    hang = (fit.drape, fit.drape, 0.35 * fit.drape)
+    reach = [_draped(side, d) for side, d in zip((front, back, half), hang, strict=True)]
+    reach = [side + share * ease for side, share in zip(reach, (1.0, 1.0, 0.75), strict=True)]
+    z = np.asarray(body.z(levels))
+    power = np.interp(levels, [0.46, 0.60, 0.70, 0.80, 0.848], [2.35, 2.3, 2.5, 2.6, 2.0])
+    return Stack(np.stack([middle, 0.0 * z, *reach, z, z, power], axis=1))
+
+
+def _shape(table: tuple[tuple[float, ...], ...], levels: Floats) -> Floats:
+    """Interpolate middle, front, back and half width at levels, (n, 4)."""
+    rows = np.array(table)
+    return np.asarray(PchipInterpolator(rows[:, 0], rows[:, 1:], axis=0)(levels))
+
+
+def _draped(reach: Floats, drape: float) -> Floats:
+    """Let cloth hang from what stands out above it; rows go upwards."""
+    hung = np.maximum.accumulate(reach[::-1])[::-1]
+    return np.asarray(reach + drape * (hung - reach))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Garment:
+    """A garment on the trunk, to which patches can be sewn.
+
+    Attributes:
+        body: Measures of the person.
+        fit: How it sits.
+        stack: Its shape without creases.
+        folds: Its creases.
+    """
+
+    body: BodyMeasures
+    fit: Fit
+    stack: Stack
+    folds: Folds
+
+    @classmethod
+    def of(cls, body: BodyMeasures, fit: Fit) -> Garment:
+        """Cut a garment."""
+        return cls(body, fit, trunk_stack(body, fit), Folds.of(fit.seed, slant=0.55))
+
+    def level(self, share: Floats | float) -> Floats:
+        """Return the level in the stack of a share of the stature."""
+        span = self.fit.top - self.fit.hem
+        return np.asarray((np.asarray(share) - self.fit.hem) / span * self.stack.last)
+
+    def smooth(self, shares: Floats, angles: Floats) -> Floats:
+        """Return points without creases, (k, 3) [m], at levels and angles [rad], (k,) each."""
+        return self.stack.points(self.level(shares), angles)
+
+    def rings(self, shares: Floats, angles: Floats) -> Floats:
+        """Return points with creases, (k, m, 3) [m].
+
+        Args:
+            shares: Levels as shares of the stature, (k,).
+            angles: From the front to the left, (m,) or (k, m) [rad].
+        """
+        angles = np.broadcast_to(angles, (len(shares), angles.shape[-1]))
+        level = np.broadcast_to(self.level(shares)[:, None], angles.shape)
+        points = self.stack.points(level, angles)
+        away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
+        # Cloth lies smooth over the shoulders and creases at the waist and towards the hem.
+        depth = self.fit.folds * (0.45 + 0.55 * smoothstep(0.80, 0.66, shares))
+        depth = depth * smoothstep(NECK, 0.80, shares)
+        push = pressed(self.folds(points)) * depth[:, None]
+        if self.fit.quilted:
+            seam = np.abs(np.sin(np.pi * (shares * self.body.height) / 0.085)) ** 0.5
+            depth = self.fit.quilted * (seam - 0.6) * smoothstep(NECK, 0.82, shares)
+            push = push + depth[:, None]
+        return np.asarray(points + push[..., None] * away)
+
+    def piece(self, cloth: Cloth, counts: Counts) -> SkinPart:
+        """Make the garment itself; below the hips it sways with the legs."""
+        shares = np.linspace(self.fit.hem, self.fit.top, counts.rings)
+        rings = self.rings(shares, turns(counts.points))
+        rings = hemmed(rings) if counts.rings > 6 else swollen(rings)
+        weights, sway = self._bound(rings.reshape(-1, 3))
+        made = tube_piece(rings, weights, cloth, lids="" if self.fit.top > 0.7 else "top")
+        if sway is None:
+            return made
+        # Lids have vertices of their own, which do not sway.
+        return replace(made, sway=np.append(sway, np.zeros(len(made.vertices) - len(sway))))
+
+    def _bound(self, points: Floats) -> tuple[Floats, Floats | None]:
+        """Return the weights of points, (n, bones), and their sway, (n,), where they have any."""
+        if self.fit.hem > _SWAYS:
+            return trunk_weights(self.body, points), None
+        return skirt_weights(self.body, points)
+
+    def patch(
+        self, shares: Floats, right: Floats, left: Floats, cloth: Cloth, *, lift: float = 0.005
+    ) -> SkinPart:
+        """Make a strip that is sewn on, between two angles at each of some levels.
+
+        Args:
+            shares: Levels from low to high, (k,).
+            right: Angles where it begins, (k,) [rad].
+            left: Angles where it ends, (k,) [rad].
+            cloth: What it is made of.
+            lift: How far it lies on top [m].
+        """
+        columns = 4
+        across = np.linspace(0.0, 1.0, columns)
+        angles = right[:, None] + across * (left - right)[:, None]
+        away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
+        rings = self.rings(shares, angles) + lift * away
+        points = rings.reshape(-1, 3)
+        weights, sway = self._bound(points)
+        return replace(sewn((points, grid_faces(len(shares), columns)), weights, cloth), sway=sway)
+
+
+def seat(body: BodyMeasures, cloth: Cloth, *, counts: Counts, ease: float) -> SkinPart:
+    """Make the upper part of trousers, closed below.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        counts: Rings, and points of a ring.
+        ease: How far it stands off the skin [m].
+    """
+    garment = Garment.of(body, Fit(CROTCH, WAIST + 0.005, ease, 0.15, folds=0.003))
+    shares = np.linspace(CROTCH, WAIST + 0.005, counts.rings)
+    rings = swollen(garment.rings(shares, turns(counts.points)))
+    floor = rings[0].mean(axis=0) + (rings[0] - rings[0].mean(axis=0)) * [0.75, 0.80, 1.0]
+    floor[:, 2] -= 0.010 * body.height
+    rings = np.concatenate([floor[None], rings])
+    weights = trunk_weights(body, rings.reshape(-1, 3))
+    return tube_piece(rings, weights, cloth, lids="bottom")

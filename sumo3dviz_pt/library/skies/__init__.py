@@ -1,1 +1,0 @@
-"""Baked clouds as maps, and radiance maps that users bring."""

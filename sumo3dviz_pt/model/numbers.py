@@ -1,0 +1,121 @@
+"""Ranges of numbers, exact ratios, time zones, and words for pictures; they load nothing.
+
+Ranges of numbers in all files; everything that can drive lies within them. Frame rates and speeds
+of films, exactly as they are written. Time zones as people write them.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import difflib
+import re
+import zoneinfo
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A range of allowed numbers.
+
+    Attributes:
+        low: Smallest allowed number.
+        high: Largest allowed number.
+        unit: Unit of both, for messages; empty for counts and bits.
+    """
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def __contains__(self, number: float) -> bool:
+        """Whether a number lies within; NaN does not."""
+        return self.low <= number <= self.high
+
+    def __str__(self) -> str:
+        """Return the range in words, such as `from 0 to 1000 m/s`."""
+        return f"from {self.low:.12g} to {self.high:.12g} {self.unit}".rstrip()
+
+
+COORDINATE = Range(-2e7, 2e7, "m")
+"""Coordinates: half of the Earth's circumference, as far as any map projection reaches."""
+
+HEIGHT = Range(-2e4, 2e4, "m")
+"""Heights: twice that of the highest mountain."""
+
+SECONDS = Range(-1e9, 1e9, "s")
+"""Times: thirty years before and after zero."""
+
+ANGLE = Range(-3600.0, 3600.0, "degrees")
+"""Angles: ten turns."""
+
+MOST_FRAMES = 1_000_000
+"""Largest number of frames of a film, eleven hours at 25 a second."""
+
+
+_WRITTEN = re.compile(r"\+?(\d{1,9}(\.\d{0,9})?|\.\d{1,9})(\s*/\s*\d{1,9})?")
+
+Ratio = Fraction | float | str
+"""A positive number, or a ratio such as `30000/1001`."""
+
+
+def ratio_of(value: Ratio) -> Fraction:
+    """Return a number exactly as it is written: 29.97 becomes 2997/100.
+
+    Args:
+        value: A number, a ratio, or text of one.
+
+    Raises:
+        ValueError: If it is no number, or not positive.
+    """
+    text = f"{value:.9f}" if isinstance(value, float) and abs(value) < 1e9 else str(value).strip()
+    plain = not isinstance(value, bool) and _WRITTEN.fullmatch(text) is not None
+    numerator, _, denominator = text.partition("/")
+    if not plain or Fraction(denominator or 1) == 0 or Fraction(numerator) == 0:
+        raise ValueError(f"write a positive number or a ratio such as 30000/1001, not {value!r}")
+    return Fraction(numerator) / Fraction(denominator or 1)
+
+
+def in_short(ratio: Fraction) -> int | float | str:
+    """Return a ratio as a number where that is exact, else as text such as `30000/1001`."""
+    if ratio.denominator == 1:
+        return int(ratio)
+    number = float(ratio)
+    return number if Fraction(repr(number)) == ratio else str(ratio)
+
+
+SOLAR = "solar"
+"""Mean solar time of the place: the sun stands highest within 16 minutes of noon."""
+
+_FIXED = re.compile(r"([+-])(\d{1,2})(?::?([0-5]\d))?")
+
+
+def zone_named(name: str) -> dt.tzinfo:
+    """Return a time zone.
+
+    Args:
+        name: A name of the IANA time zones, such as `Europe/Berlin`, or an offset from UTC, such
+            as `+02:00`.
+
+    Raises:
+        ValueError: If there is none of that name; the message suggests one.
+    """
+    fixed = _FIXED.fullmatch(name)
+    if fixed is not None:
+        sign = -1 if fixed[1] == "-" else 1
+        ahead = dt.timedelta(hours=int(fixed[2]), minutes=int(fixed[3] or 0))
+        if ahead > dt.timedelta(hours=14):
+            raise ValueError(f"no clock is further than 14 hours from UTC, not {name}")
+        return dt.timezone(sign * ahead)
+    try:
+        return zoneinfo.ZoneInfo(name)
+    except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError):
+        known = sorted(zoneinfo.available_timezones())
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    hint = f"did you mean {near[0]!r}?" if near else "write it like Europe/Berlin or +02:00"
+    raise ValueError(f"no time zone is called {name!r}; {hint}")
+
+
+Projection = Literal["perspective", "orthographic", "fisheye", "equirectangular"]
+Stereo = Literal["none", "side_by_side", "top_bottom"]

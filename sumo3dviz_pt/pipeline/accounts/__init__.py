@@ -1,1 +1,0 @@
-"""What a picture was made from: keys, accounts, digests."""

@@ -1,1 +1,0 @@
-"""What starts workers on machines: this one, a Dask cluster, Slurm."""

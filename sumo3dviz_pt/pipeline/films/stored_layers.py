@@ -1,0 +1,158 @@
+"""Reads the layers of films again."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.image.layers import Box2d, Box3d
+from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.layers import Layers, Thing
+from sumo3dviz_pt.pipeline.films import layers as places
+from sumo3dviz_pt.pipeline.films.layers import FORMS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Camera:
+    """A pinhole with square pixels; whole numbers are pixels' centres.
+
+    Attributes:
+        size: Width, height [px].
+        focal: Focal length [px].
+        centre: Column and row of the optical axis [px].
+        world_from_camera: Its place; +x forward, +y left, +z up.
+    """
+
+    size: tuple[int, int]
+    focal: float
+    centre: tuple[float, float]
+    world_from_camera: Transform
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameLayers:
+    """The layers of a frame.
+
+    Attributes:
+        frame: Its number.
+        time: SUMO's [s].
+        layers: `depth`, `normals`, `albedo`, `instance`, `semantic`, `flow` and `flow_valid`, as
+            they were asked for; the last frame of a film has no flow.
+        things: What the numbers of instances stand for, of all that pixels show.
+        boxes2d: Around the pixels of things.
+        boxes3d: Around the bodies of road users.
+        lamps: Names of those that are lit.
+        camera: What it was taken with.
+    """
+
+    frame: int
+    time: float
+    layers: Layers
+    things: Mapping[int, Thing]
+    boxes2d: tuple[Box2d, ...]
+    boxes3d: tuple[Box3d, ...]
+    lamps: frozenset[str]
+    camera: Camera
+
+
+def read_frame(folder: Path, number: int) -> FrameLayers:
+    """Return the layers of a frame.
+
+    Args:
+        folder: A film's, such as `film.layers`.
+        number: The frame's.
+
+    Raises:
+        InputError: If they are missing, damaged or of another form.
+    """
+    path = places.said_file(folder, number)
+    said = _said(path)
+    try:
+        return FrameLayers(
+            said["frame"],
+            said["time"],
+            _pictures(folder, number),
+            {int(key): Thing(one[0], one[1]) for key, one in said["things"].items()},
+            tuple(Box2d(**one) for one in said.get("boxes2d", ())),
+            tuple(_box_3d(one) for one in said.get("boxes3d", ())),
+            frozenset(said.get("lamps", ())),
+            _camera(said["camera"]),
+        )
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(f"is damaged ({error}); render the frame again", file=path) from error
+
+
+def read_things(folder: Path) -> Mapping[int, Thing]:
+    """Return what the numbers of instances stand for in all frames of a film.
+
+    Args:
+        folder: A film's, such as `film.layers`.
+
+    Raises:
+        InputError: If they are missing or damaged.
+    """
+    path = folder / "instances.csv"
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        return {int(row["number"]): Thing(row["name"], row["label"]) for row in rows}
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"is damaged ({error})", file=path) from error
+
+
+def _said(path: Path) -> dict[str, Any]:
+    """Return what is said of a frame."""
+    try:
+        said = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    except ValueError as error:
+        raise InputError(f"is damaged ({error})", file=path) from error
+    if not isinstance(said, dict) or said.get("form") not in FORMS:
+        raise InputError("is of another version; render the frame again", file=path)
+    return said
+
+
+def _pictures(folder: Path, number: int) -> Layers:
+    """Return all layers of a frame that are pictures."""
+    from sumo3dviz_pt.image.exr import read_channels
+    from sumo3dviz_pt.image.layers import read_flow, read_numbers
+
+    found: dict[str, Any] = {}
+    if (file := places.channels_file(folder, number)).is_file():
+        channels, _ = read_channels(file)
+        for layer, letters in (("depth", "Z"), ("normals", "XYZ"), ("albedo", "RGB")):
+            own = [channels[f"{layer}.{k}"] for k in letters if f"{layer}.{k}" in channels]
+            if own:
+                whole = np.stack(own, axis=-1).astype(np.float32)
+                found[layer] = whole[..., 0] if len(letters) == 1 else whole
+        if "instance.id" in channels:
+            found["instance"] = channels["instance.id"]
+    if (file := places.classes_file(folder, number)).is_file():
+        found["semantic"] = read_numbers(file)
+    if (file := places.flow_file(folder, number)).is_file():
+        found["flow"], found["flow_valid"] = read_flow(file)
+    return Layers(found)
+
+
+def _box_3d(said: Mapping[str, Any]) -> Box3d:
+    """Return a box around a body."""
+    length, width, height = said["size"]
+    placed = Transform(np.array(said["world_from_box"]))
+    return Box3d(said["name"], said["part"], (length, width, height), placed)
+
+
+def _camera(said: Mapping[str, Any]) -> Camera:
+    """Return a camera."""
+    (width, height), (across, down) = said["size"], said["centre"]
+    placed = Transform(np.array(said["world_from_camera"]))
+    return Camera((width, height), said["focal"], (across, down), placed)

@@ -1,1 +1,0 @@
-"""Layers of films: what is asked for, written beside every frame, and read again."""

@@ -1,1 +1,0 @@
-"""How far long work is, and how long it will take."""

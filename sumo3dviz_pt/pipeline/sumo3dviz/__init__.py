@@ -1,1 +1,0 @@
-"""Configurations of sumo3Dviz 1.0: values, files and cameras."""

@@ -1,0 +1,246 @@
+"""The command line that makes SUMO write what a film needs, and the files that it writes.
+
+What a recording has to know of a network, without reading all of it into memory. Reads what a
+configuration of SUMO says about inputs and times.
+
+An option of the command line beats one of the configuration. Some of SUMO's cannot be taken back,
+because an empty value counts as none given; they get a value that has no effect.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.motion import MARGIN
+from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, RecordOrder, SumoSettings, events
+from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS, replaced
+from sumo3dviz_pt.sumo.stream import Element, read_elements, root_of
+
+
+def edge_names(path: Path) -> Iterator[str]:
+    """Yield the ids of all edges, those within junctions, too.
+
+    Raises:
+        InputError: If the file is damaged or no network.
+    """
+    return (element.text("id") for element in _elements(path) if element.tag == "edge")
+
+
+def has_heights(path: Path) -> bool:
+    """Return whether SUMO writes heights: whether any lane is elsewhere than at height 0.
+
+    Raises:
+        InputError: If the file is damaged or no network.
+    """
+    return any(
+        _is_high(point)
+        for element in _elements(path)
+        if element.tag == "lane"
+        for point in element.text("shape", "").split()
+    )
+
+
+def _is_high(point: str) -> bool:
+    """Return whether a point of a shape has a height that is not 0."""
+    _, _, height = point.partition(",")[2].partition(",")
+    return bool(height.strip("-0."))
+
+
+def _elements(path: Path) -> Iterator[Element]:
+    """Yield the elements of a network."""
+    return read_elements(path, root="net", what="a SUMO network")
+
+
+_SYNONYMS = {
+    "net": "net-file",
+    "n": "net-file",
+    "routes": "route-files",
+    "r": "route-files",
+    "additional": "additional-files",
+    "a": "additional-files",
+    "b": "begin",
+    "e": "end",
+    "H": "human-readable-time",
+}
+"""Short names of options, which configurations may use."""
+
+
+def read_settings(path: Path) -> SumoSettings:
+    """Read a configuration of SUMO.
+
+    Raises:
+        InputError: If it is missing, damaged, no configuration, or names no network.
+    """
+    if not path.is_file():
+        raise InputError("does not exist; give a .sumocfg", file=path)
+    if root_of(path) not in CONFIGURATION_ROOTS:
+        raise InputError("is not a configuration of SUMO; give a .sumocfg", file=path)
+    given = _options(path)
+    if not given.get("net-file"):
+        raise InputError("names no net-file, so there is nothing to simulate", file=path)
+    (network,) = _files(path, given["net-file"])[:1]
+    end = _seconds(path, given, "end")
+    return SumoSettings(
+        path,
+        network,
+        _files(path, given.get("route-files", "")),
+        _files(path, given.get("additional-files", "")),
+        _seconds(path, given, "begin") or 0.0,
+        None if end is None or end < 0.0 else end,
+        frozenset(given),
+    )
+
+
+def _options(path: Path) -> Mapping[str, str]:
+    """Return all options of a configuration by their long names."""
+    found: dict[str, str] = {}
+    roots = tuple(CONFIGURATION_ROOTS)
+    for element in read_elements(path, root=roots, what="a configuration of SUMO"):
+        value = element.text("value", element.text("v", ""))
+        found[_SYNONYMS.get(element.tag, element.tag)] = value
+    return found
+
+
+def _files(path: Path, names: str) -> tuple[Path, ...]:
+    """Return files that a configuration names, which are relative to itself."""
+    return tuple(path.parent / replaced(name.strip()) for name in names.split(",") if name.strip())
+
+
+def _seconds(path: Path, given: Mapping[str, str], name: str) -> float | None:
+    """Return a time, which SUMO also writes as days:hours:minutes:seconds [s]; None if not given.
+
+    Raises:
+        InputError: If it is no time.
+    """
+    text = given.get(name, "").strip()
+    if not text:
+        return None
+    try:
+        parts = [float(part) for part in text.split(":")]
+    except ValueError:
+        parts = []
+    if len(parts) not in (1, 3, 4):
+        raise InputError(f"{name}: {text!r} is no time", file=path)
+    *days, hours, minutes, seconds = [0.0, 0.0, *parts] if len(parts) == 1 else parts
+    return sum(days) * 86_400.0 + hours * 3600.0 + minutes * 60.0 + seconds
+
+
+PEOPLE = "person-fcd-output"
+"""The option that sends people and containers to a log of their own."""
+
+_PLACE = "sumo3dviz_place"
+_CORNERS = 48
+_EVERYWHERE = 1e7
+"""Half the side of a square that holds every network [m]."""
+
+_DIGITS = "3"
+"""Decimals of places: SUMO's two would move the wheels of a slow car by half a centimetre."""
+
+_SHAPES, _EDGES = "fcd-output.filter-shapes", "fcd-output.filter-edges.input-file"
+
+_ATTRIBUTES = "id,x,y,z,angle,type,speed,pos,lane,edge,slope,signals,acceleration,accelerationLat"
+
+_TAKEN_BACK = {
+    "fcd-output.attributes": _ATTRIBUTES,
+    "fcd-output.geo": "false",
+    "fcd-output.utm": "false",
+    "fcd-output.distance": "false",
+    "fcd-output.speed-relative": "false",
+    "fcd-output.max-leader-distance": "-1",
+    "fcd-output.params": "",
+    "fcd-output.skip-empty": "false",
+    "human-readable-time": "false",
+    "output.format": "xml",
+    "device.fcd.begin": "-1",
+}
+"""Options that change a log, and values that change nothing; given only where the configuration
+has the option, because older versions of SUMO do not know all of them."""
+
+
+def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: str) -> list[str]:
+    """Return SUMO's command line, without the program.
+
+    Args:
+        settings: Of the simulation.
+        order: What is to be kept.
+        part: Folder for what is written; it exists.
+        prefix: What SUMO puts before the names of the files that it writes.
+    """
+    extra, log = part / EVENTS, str((part / LOG).absolute())
+    place = _place(order) if _is_placed(settings, order) else ""
+    write_whole(extra, events(str((part / SIGNALS).absolute()), place))
+    additional = [*settings.additional, extra]
+    found = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
+    found += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
+    found += ["--fcd-output", log, "--fcd-output.acceleration", "true"]
+    found += ["--fcd-output.signals", "true", "--precision", _DIGITS]
+    # The configuration may thin its own log.
+    found += ["--device.fcd.period", "0", "--no-step-log", "false", "--step-log.period", "10"]
+    for name, value in _TAKEN_BACK.items():
+        found += [f"--{name}", value] if name in settings.given else []
+    found += [f"--{PEOPLE}", log] if PEOPLE in settings.given else []
+    return found + _whom(settings, order) + _where(settings, order, part) + _when(settings, order)
+
+
+def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:
+    """Return who is kept."""
+    people = ["--person-device.fcd.probability", "1"]
+    if "person-device.fcd.period" in settings.given:
+        people += ["--person-device.fcd.period", "0"]
+    if order.follow is None:
+        return ["--device.fcd.probability", "1", *people]
+    found = ["--device.fcd.probability", "0", "--device.fcd.explicit", order.follow]
+    return [*found, "--device.fcd.radius", f"{order.radius:g}", *people]
+
+
+def _is_placed(settings: SumoSettings, order: RecordOrder) -> bool:
+    """Return whether SUMO has to be told a place: it was asked for, or replaces the owner's."""
+    return order.around is not None or _SHAPES in settings.given
+
+
+def _where(settings: SumoSettings, order: RecordOrder, part: Path) -> list[str]:
+    """Return the place that is kept."""
+    found = []
+    if _is_placed(settings, order):
+        found += [f"--{_SHAPES}", _PLACE]
+    if _EDGES in settings.given:
+        names = part / "edges.txt"
+        write_whole(names, "".join(f"edge:{name}\n" for name in edge_names(settings.network)))
+        found += [f"--{_EDGES}", str(names.absolute())]
+    return found
+
+
+def _when(settings: SumoSettings, order: RecordOrder) -> list[str]:
+    """Return the window that is kept, and the seed."""
+    found = []
+    if order.start is not None:
+        begin = max(order.start - MARGIN, settings.begin)
+        found += ["--device.fcd.begin", f"{begin:.12g}"]
+    if order.end is not None:
+        found += ["--end", f"{end_of(settings, order):.12g}"]
+    return found + (["--seed", str(order.seed)] if order.seed is not None else [])
+
+
+def end_of(settings: SumoSettings, order: RecordOrder) -> float | None:
+    """Return when the simulation ends [s]; None when nobody is left."""
+    if order.end is None:
+        return settings.end
+    asked = order.end + MARGIN
+    return asked if settings.end is None else min(asked, settings.end)
+
+
+def _place(order: RecordOrder) -> str:
+    """Return the place that is kept as a polygon of SUMO: a circle, or everywhere."""
+    if order.around is None:
+        side = _EVERYWHERE
+        points = [(-side, -side), (side, -side), (side, side), (-side, side)]
+    else:
+        east, north, radius = order.around
+        turns = [2.0 * math.pi * k / _CORNERS for k in range(_CORNERS)]
+        points = [(east + radius * math.cos(t), north + radius * math.sin(t)) for t in turns]
+    shape = " ".join(f"{x:.2f},{y:.2f}" for x, y in points)
+    return f'    <poly id="{_PLACE}" shape="{shape}" color="0,0,0"/>\n'

@@ -1,0 +1,290 @@
+"""Recording from Python: follow a simulation in your own loop, and make a scene of it.
+
+Follows a simulation that somebody else steps, by libsumo or TraCI, and keeps what a film needs.
+
+References:
+    SUMO's FCD output: https://sumo.dlr.de/docs/Simulation/Output/FCDOutput.html
+"""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+from xml.sax.saxutils import quoteattr
+
+from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
+
+_CONFIGURATION = "recording.sumocfg"
+_NAMELESS = -(2**30)
+"""SUMO's values for what it does not know are as low as this, or lower."""
+
+
+class Recorder:
+    """Keeps what is on the road after every step of a simulation.
+
+    It asks and changes nothing, so the simulation runs as it would without it. The log has the rows
+    that `record` would keep, but for containers, of which SUMO tells a connection nothing::
+
+        libsumo.start(["sumo", "-c", "city.sumocfg"])
+        with Recorder(libsumo, "out") as recorder:
+            while libsumo.simulation.getMinExpectedNumber() > 0:
+                libsumo.simulationStep()
+                recorder.step()
+            scene = recorder.scene(cameras={...})
+
+    Args:
+        connection: The module `libsumo` or `traci`, or a connection of `traci`.
+        folder: Where the recording goes.
+        overwrite: Whether a recording that is there is replaced.
+
+    Raises:
+        ConfigError: If a recording is there already.
+    """
+
+    def __init__(self, connection: Any, folder: str | Path, *, overwrite: bool = False) -> None:
+        self.folder = Path(folder)
+        there = [self.folder / name for name in (LOG, _CONFIGURATION)]
+        known = [path for path in there if path.exists()]
+        if known and not overwrite:
+            raise ConfigError(f"{known[0]} exists already; overwrite=True replaces it")
+        for path in (*there, self.folder / SIGNALS, self.folder / EVENTS):
+            path.unlink(missing_ok=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._connection = connection
+        self._settings = _settings_of(connection)
+        self._has = _Has.of(connection, self._settings)
+        self._log: IO[str] | None = _opened(self._part(LOG), "fcd-export")
+        self._lights: IO[str] | None = None
+        self._states: dict[str, str] = {}
+        self._sideways: dict[str, float] = {}
+        if self._has.sublanes:
+            domain = connection.vehicle
+            self._sideways = {id_: domain.getLateralSpeed(id_) for id_ in domain.getIDList()}
+        self._steps = 0
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        # What was recorded before something failed is worth keeping, too.
+        self.close()
+
+    def step(self) -> None:
+        """Keep who is where now; call it after every `simulationStep()`.
+
+        Raises:
+            ConfigError: If the recording was closed.
+        """
+        if self._log is None:
+            raise ConfigError("the recording is closed; make a new Recorder")
+        connection = self._connection
+        # A connection's clock already shows the step to come.
+        time = connection.simulation.getTime() - connection.simulation.getDeltaT()
+        people, heights = connection.person, self._has.heights
+        rows = self._vehicles(connection.simulation.getDeltaT())
+        rows += [_person(people, id_, heights=heights) for id_ in people.getIDList()]
+        self._log.write(f'<timestep time="{time:.3f}">\n{"".join(rows)}</timestep>\n')
+        self._note_signals(time)
+        self._steps += 1
+
+    def _vehicles(self, step: float) -> list[str]:
+        """Return the rows of all vehicles.
+
+        Args:
+            step: Length of a step [s].
+        """
+        domain, found = self._connection.vehicle, []
+        ids = domain.getIDList()
+        before, self._sideways = self._sideways, {}
+        for id_ in ids:
+            more = {}
+            if self._has.sublanes:
+                speed = self._sideways[id_] = domain.getLateralSpeed(id_)
+                change = (speed - before.get(id_, 0.0)) / step
+                more = {"accelerationLat": f"{change:.3f}"}
+            found.append(_vehicle(domain, id_, more, heights=self._has.heights))
+        return found
+
+    def _note_signals(self, time: float) -> None:
+        """Keep the signals that have changed."""
+        lights = self._connection.trafficlight
+        for id_ in lights.getIDList():
+            state = lights.getRedYellowGreenState(id_)
+            if self._states.get(id_) == state:
+                continue
+            self._states[id_] = state
+            if self._lights is None:
+                self._lights = _opened(self._part(SIGNALS), "tlsStates")
+            phase, program = lights.getPhase(id_), lights.getProgram(id_)
+            self._lights.write(
+                f'<tlsState time="{time:.3f}" id={quoteattr(id_)} programID={quoteattr(program)}'
+                f' phase="{phase}" state="{state}"/>\n'
+            )
+
+    def close(self) -> Path:
+        """Finish the recording.
+
+        Returns:
+            A configuration that `init` takes.
+
+        Raises:
+            InputError: If no step was recorded.
+        """
+        path = self.folder / _CONFIGURATION
+        if self._log is None:
+            return path
+        _closed(self._log, "fcd-export")
+        self._log = None
+        if not self._steps:
+            self._part(LOG).unlink()
+            raise InputError("no step was recorded; call step() after simulationStep()", file=path)
+        self._part(LOG).replace(self.folder / LOG)
+        if self._lights is not None:
+            _closed(self._lights, "tlsStates")
+            self._part(SIGNALS).replace(self.folder / SIGNALS)
+            write_whole(self.folder / EVENTS, events(SIGNALS))
+        lit = self._lights is not None
+        self._lights = None
+        write_whole(path, configuration(self._settings, self.folder, signals=lit))
+        return path
+
+    def scene(self, **settings: Any) -> Any:
+        """Finish the recording and return a scene of it.
+
+        Args:
+            settings: The keys of a scene file, as for `Scene`.
+
+        Returns:
+            A `Scene`.
+        """
+        from sumo3dviz_pt.api import Scene
+
+        return Scene(scenario={"sumocfg": self.close()}, **settings)
+
+    def _part(self, name: str) -> Path:
+        """Return where a file is written until it is whole."""
+        return self.folder / f"{name}.part"
+
+
+@dataclass(frozen=True, slots=True)
+class _Has:
+    """What SUMO writes only of some simulations.
+
+    Attributes:
+        heights: Whether the network is not flat.
+        sublanes: Whether vehicles share lanes.
+    """
+
+    heights: bool
+    sublanes: bool
+
+    @classmethod
+    def of(cls, connection: Any, settings: SumoSettings) -> _Has:
+        """Return what a simulation has."""
+        # Here, as a network is read with packages that the first import has to do without.
+        from sumo3dviz_pt.recording.command import has_heights
+
+        resolution = float(connection.simulation.getOption("lateral-resolution"))
+        return cls(has_heights(settings.network), resolution > 0.0)
+
+
+def _settings_of(connection: Any) -> SumoSettings:
+    """Return the inputs of a running simulation."""
+    option = connection.simulation.getOption
+    base = option("configuration-file")
+    place = Path(base).absolute().parent if base else Path.cwd()
+
+    def files(name: str) -> tuple[Path, ...]:
+        return tuple(place / each.strip() for each in option(name).split(",") if each.strip())
+
+    return SumoSettings(
+        Path(base) if base else place / _CONFIGURATION,
+        files("net-file")[0],
+        files("route-files"),
+        files("additional-files"),
+        float(connection.simulation.getTime()),
+        None,
+    )
+
+
+def _opened(path: Path, root: str) -> IO[str]:
+    """Open a packed log and begin it."""
+    stream = gzip.open(path, "wt", encoding="utf-8", newline="\n", compresslevel=4)  # noqa: SIM115
+    stream.write(f"<{root}>\n")
+    return stream
+
+
+def _closed(stream: IO[str], root: str) -> None:
+    """End a log and close it."""
+    stream.write(f"</{root}>\n")
+    stream.close()
+
+
+def _vehicle(domain: Any, id_: str, more: Mapping[str, str], *, heights: bool) -> str:
+    """Return a vehicle's row; empty for one that is nowhere."""
+    x, y, z = domain.getPosition3D(id_)
+    if x < _NAMELESS:
+        return ""
+    return _row(
+        "vehicle",
+        id_,
+        (x, y, z) if heights else (x, y),
+        domain.getAngle(id_),
+        {
+            "type": domain.getTypeID(id_),
+            "speed": f"{domain.getSpeed(id_):.3f}",
+            "pos": f"{domain.getLanePosition(id_):.3f}",
+            "lane": domain.getLaneID(id_) or _stop_lane(domain, id_),
+            "slope": f"{domain.getSlope(id_):.3f}",
+            "signals": str(domain.getSignals(id_)),
+            "acceleration": f"{domain.getAcceleration(id_):.3f}",
+            **more,
+        },
+    )
+
+
+def _stop_lane(domain: Any, id_: str) -> str:
+    """Return the lane beside which a vehicle is parked; it is on none itself."""
+    stops = domain.getStops(id_, 1)
+    return str(stops[0].lane) if stops else ""
+
+
+def _person(domain: Any, id_: str, *, heights: bool) -> str:
+    """Return a person's row; empty for one who is nowhere."""
+    x, y, z = domain.getPosition3D(id_)
+    if x < _NAMELESS:
+        return ""
+    return _row(
+        "person",
+        id_,
+        (x, y, z) if heights else (x, y),
+        domain.getAngle(id_),
+        {
+            "type": domain.getTypeID(id_),
+            "speed": f"{domain.getSpeed(id_):.3f}",
+            "pos": f"{domain.getLanePosition(id_):.3f}",
+            "edge": domain.getRoadID(id_),
+            "slope": f"{domain.getSlope(id_):.3f}",
+        },
+    )
+
+
+def _row(
+    kind: str, id_: str, place: tuple[float, ...], angle: float, more: Mapping[str, str]
+) -> str:
+    """Return a row of a vehicle log."""
+    numbers = {**dict(zip("xyz", place, strict=False)), "angle": angle}
+    places = "".join(f' {key}="{value:.3f}"' for key, value in numbers.items())
+    words = "".join(f" {key}={quoteattr(value)}" for key, value in more.items())
+    return f"<{kind} id={quoteattr(id_)}{places}{words}/>\n"

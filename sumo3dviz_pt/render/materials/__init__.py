@@ -1,1 +1,0 @@
-"""Materials and textures of our own."""

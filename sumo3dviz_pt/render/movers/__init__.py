@@ -1,1 +1,0 @@
-"""Road users in the renderer."""

@@ -1,0 +1,150 @@
+"""Few materials for many parts: textures that look colours up by instance or by face.
+
+One paint for all vehicles: a texture that looks its colour up by instance. With it, every instance
+has its own colour with one BSDF and one kernel. It works in JIT variants only; in scalar ones each
+(body, colour) is a shape group of its own.
+
+A texture in the colour of each face: one material for walls of all colours. It works in JIT
+variants only; scalar ones, where a texture of ours would be slow, show the faces' plain colours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+
+TABLE_SIZE = 1024
+"""Entries of the colour table; a scene has fewer shapes."""
+
+_PLUGIN = "sumo3dviz_paint"
+
+_DUST = (0.125, 0.112, 0.094)
+"""Reflectance of dirt; a mesh's v coordinate says how much of it there is, in [0, 1]."""
+
+
+def register_paint() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
+    """Make the texture known to the active JIT variant."""
+
+    class PaintTexture(mi.Texture):  # type: ignore[misc]
+        """Reflectance of the instance that was hit."""
+
+        def __init__(self, props: Any) -> None:
+            mi.Texture.__init__(self, props)
+            self.table = dr.opaque(mi.Float, 0.5, 3 * TABLE_SIZE)
+
+        def _colour(self, si: Any, active: Any) -> Any:
+            index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
+            paint = dr.gather(mi.Color3f, self.table, index, active)
+            return dusty(paint, si.uv)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return self._colour(si, active)
+
+        def eval_3(self, si: Any, active: Any = True) -> Any:
+            return self._colour(si, active)
+
+        def eval_1(self, si: Any, active: Any = True) -> Any:
+            return mi.luminance(self._colour(si, active))
+
+        def mean(self) -> Any:
+            return mi.Float(0.5)
+
+        def is_spatially_varying(self) -> bool:
+            return True
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("table", self.table, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "PaintTexture[]"
+
+    mi.register_texture(_PLUGIN, lambda props: PaintTexture(props))
+
+
+def dusty(paint: Any, uv: Any) -> Any:
+    """Return a paint with the dirt that a mesh's texture coordinates tell."""
+    # Mitsuba's v is ours, negated; meshes without uvs have positive coordinates.
+    grime = dr.clip(-uv.y, 0.0, 1.0)
+    return dr.lerp(paint, mi.Color3f(*_DUST), grime)
+
+
+def paint_texture() -> dict[str, Any]:
+    """Return the texture as a plugin dict."""
+    return {"type": _PLUGIN}
+
+
+def table_index(shape: Any) -> int:
+    """Return the row of an instance's colour in the table."""
+    pointer = dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))
+    return int(pointer[0]) & (TABLE_SIZE - 1)
+
+
+def colour_table(colours: dict[int, Floats]) -> Floats:
+    """Return the table's content from linear reflectances by index."""
+    table = np.full((TABLE_SIZE, 3), 0.5)
+    for index, colour in colours.items():
+        table[index] = colour
+    return table
+
+
+BRIGHTEST = 0.85
+"""Highest reflectance of a wall."""
+
+_STAINED_PLUGIN = "sumo3dviz_stained"
+
+
+def register_stained() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
+    """Make the texture known to the active JIT variant."""
+
+    class StainedTexture(mi.Texture):  # type: ignore[misc]
+        """A tint times a texture over its mean."""
+
+        def __init__(self, props: Any) -> None:
+            mi.Texture.__init__(self, props)
+            self.tint, self.texture = props["tint"], props["texture"]
+            self.gain = mi.Color3f([float(props[f"gain_{k}"]) for k in range(3)])
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return self.eval_3(si, active)
+
+        def eval_3(self, si: Any, active: Any = True) -> Any:
+            both = self.tint.eval_3(si, active) * self.texture.eval_3(si, active) * self.gain
+            return dr.minimum(both, BRIGHTEST)
+
+        def eval_1(self, si: Any, active: Any = True) -> Any:
+            return mi.luminance(self.eval_3(si, active))
+
+        def mean(self) -> Any:
+            return mi.Float(0.5)
+
+        def is_spatially_varying(self) -> bool:
+            return True
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("tint", self.tint, mi.ParamFlags.Differentiable)
+            callback.put("texture", self.texture, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "StainedTexture[]"
+
+    mi.register_texture(_STAINED_PLUGIN, lambda props: StainedTexture(props))
+
+
+def stained_texture(value: Mapping[str, Any], *, tint: Mapping[str, Any], texture: Any) -> Any:
+    """Return the texture as a plugin dict.
+
+    Args:
+        value: Our own word for it, with the texture's `mean` reflectance.
+        tint: Stands for the colour.
+        texture: What stains it, as a plugin dict.
+    """
+    if "scalar" in mi.variant():
+        return dict(tint)
+    gains = {f"gain_{k}": 1.0 / max(float(mean), 0.01) for k, mean in enumerate(value["mean"])}
+    return {"type": _STAINED_PLUGIN, "tint": dict(tint), "texture": texture, **gains}

@@ -1,1 +1,0 @@
-"""What falls and flies before a shot's camera, for one frame after another."""

@@ -1,1 +1,0 @@
-"""Guess the vClass of vehicles whose type no file defines."""

@@ -1,1 +1,0 @@
-"""Places that SUMO's files give in other ways than by net coordinates."""

@@ -1,1 +1,0 @@
-"""Repair the geometry of networks, and say once what was repaired."""

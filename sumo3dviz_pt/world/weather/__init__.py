@@ -1,1 +1,0 @@
-"""What the scene file says about the weather."""
