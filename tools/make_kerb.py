@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.proposals.kerb.proposal import as_study
-from sumo3dviz_pt.proposals.kerb.vehicles import at_kerb, kerb_lines
 from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.kerb.proposal import as_study
+from sumo3dviz_pt.studies.kerb.vehicles import at_kerb, kerb_lines
 from sumo3dviz_pt.studies.offers import offer_lines, offers_of
 from sumo3dviz_pt.studies.plan import plan_study
 

@@ -216,8 +216,8 @@ def _kerb(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import reading_step
-    from sumo3dviz_pt.proposals.kerb.proposal import as_study
-    from sumo3dviz_pt.proposals.kerb.vehicles import at_kerb, kerb_dicts, kerb_lines
+    from sumo3dviz_pt.studies.kerb.proposal import as_study
+    from sumo3dviz_pt.studies.kerb.vehicles import at_kerb, kerb_dicts, kerb_lines
 
     job, output = load_job(options.scene, overrides_of(options)), options.output
     if output is not None:

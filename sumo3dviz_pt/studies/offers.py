@@ -19,9 +19,9 @@ from sumo3dviz_pt.pipeline.films.orders import Pace
 from sumo3dviz_pt.pipeline.motion.changed import shows
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.traffic import plain_id
-from sumo3dviz_pt.proposals.kerb.pairs import SEEN_FAR, ahead_of, passages
-from sumo3dviz_pt.proposals.kerb.place import Kerb
 from sumo3dviz_pt.shot.cameras.free import standing_view
+from sumo3dviz_pt.studies.kerb.pairs import SEEN_FAR, ahead_of, passages
+from sumo3dviz_pt.studies.kerb.place import Kerb
 from sumo3dviz_pt.studies.measured.observer import Observer, way_across
 from sumo3dviz_pt.studies.measured.offered import Watched, watched_by
 from sumo3dviz_pt.studies.measured.traffic import Row, Simulated, Traffic, simulated

@@ -18,8 +18,8 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import Scenario
 from sumo3dviz_pt.pipeline.motion.changed import in_the_way
-from sumo3dviz_pt.proposals.kerb.pairs import KerbPair, Passage
-from sumo3dviz_pt.proposals.kerb.place import Kerb
+from sumo3dviz_pt.studies.kerb.pairs import KerbPair, Passage
+from sumo3dviz_pt.studies.kerb.place import Kerb
 
 GAPS: Mapping[str, float] = {"short": 3.0, "medium": 5.0, "long": 7.0}
 """Levels that are proposed [s]: what few people take, and what most do."""

@@ -8,8 +8,8 @@ from builders import TYPES, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.proposals.kerb.vehicles import at_kerb
 from sumo3dviz_pt.studies.file import load_study
+from sumo3dviz_pt.studies.kerb.vehicles import at_kerb
 from sumo3dviz_pt.studies.offers import offer_notes, offers_of
 from sumo3dviz_pt.studies.plan import plan_study
 

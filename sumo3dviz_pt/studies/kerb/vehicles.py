@@ -10,9 +10,9 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.pipeline.reading import read_files
-from sumo3dviz_pt.proposals.kerb.pairs import KerbPair, Passage, pairs_in, passages
-from sumo3dviz_pt.proposals.kerb.place import Kerb, kerb_at
-from sumo3dviz_pt.proposals.kerb.proposal import Proposal, proposal
+from sumo3dviz_pt.studies.kerb.pairs import KerbPair, Passage, pairs_in, passages
+from sumo3dviz_pt.studies.kerb.place import Kerb, kerb_at
+from sumo3dviz_pt.studies.kerb.proposal import Proposal, proposal
 
 MOST = 20
 """Most pairs that are listed for people."""

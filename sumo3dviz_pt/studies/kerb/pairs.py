@@ -26,7 +26,7 @@ from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario, Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion import LogMotion
 from sumo3dviz_pt.pipeline.traffic import motion_of
-from sumo3dviz_pt.proposals.kerb.place import Kerb
+from sumo3dviz_pt.studies.kerb.place import Kerb
 from sumo3dviz_pt.studies.measured.observer import STEP, crossings
 from sumo3dviz_pt.studies.measured.traffic import STANDS, leader, traffic_at
 
