@@ -134,7 +134,7 @@ def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkey
     monkeypatch.setattr(catalog, "package_folder", lambda name: tmp_path / name)
     assert known_as() == own, "not where the library lies"
     people = tmp_path / "library" / "people"
-    (people / "hair.py").rename(people / "curls.py")
+    (people / "skin.py").rename(people / "curls.py")
     assert known_as() == own, "nor how its files are called"
     with (people / "head.py").open("a", encoding="utf-8") as file:
         file.write("\n")
