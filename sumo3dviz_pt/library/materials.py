@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.catalog import Entry, find
 from sumo3dviz_pt.errors import ConfigError
@@ -315,3 +317,12 @@ def _check_reflectance(path: Path) -> None:
 def _linear(value: float) -> float:
     """Inverse sRGB transfer function, capped where materials conserve energy."""
     return min(linear_from_srgb(value), 0.85)
+
+
+def mean_reflectance(texture: str) -> Floats:
+    """Return the mean linear reflectance of a ground, (3,); grey for a user's image."""
+    if texture.startswith("#"):
+        return np.array(colour_of(texture))
+    if texture not in catalog.names("surfaces"):
+        return np.array([0.2, 0.2, 0.2])
+    return np.array([float(v) for v in find("surfaces", texture).meta["albedo"]])

@@ -27,8 +27,8 @@ from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
-from sumo3dviz_pt.world.areas.slabs import SlabParts, slab_polygons
-from sumo3dviz_pt.world.land.cuts import Paving, laid_beside
+from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
+from sumo3dviz_pt.world.land.cuts import laid_beside
 from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.horizon import Room, occupied
 from sumo3dviz_pt.world.memory import Memory

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, areas
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, area_vectors, areas, settled, unit
 
 
 def share_normals(owner: Ints, normals: Floats, *, crease: float) -> Floats:
@@ -33,6 +33,16 @@ def share_normals(owner: Ints, normals: Floats, *, crease: float) -> Floats:
         agree = (unit[i] * unit[j]).sum(axis=1) > limit
         np.add.at(total, i[agree], normals[j[agree]])
     return np.asarray(total / (np.linalg.norm(total, axis=1, keepdims=True) + 1e-20))
+
+
+def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
+    """Return area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
+    areas = area_vectors(vertices, faces)
+    places, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    total = np.zeros((len(places), 3))
+    np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))
+    return unit(total[place])
 
 
 def _shifted(count: int, shift: int) -> tuple[slice, slice]:

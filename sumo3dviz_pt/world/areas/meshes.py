@@ -9,7 +9,13 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.library.materials import TINT, metres_per_tile, planar_uvs, surface_bsdf
+from sumo3dviz_pt.library.materials import (
+    TINT,
+    mean_reflectance,
+    metres_per_tile,
+    planar_uvs,
+    surface_bsdf,
+)
 from sumo3dviz_pt.library.mesh.bands import walls
 from sumo3dviz_pt.library.mesh.planar import polygon_parts
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
@@ -17,7 +23,6 @@ from sumo3dviz_pt.model.scene import Bsdf, Part
 from sumo3dviz_pt.world.areas.covers import MATERIAL, WATER, Area, LandCovers, water_material
 from sumo3dviz_pt.world.areas.drape import GroundFaces
 from sumo3dviz_pt.world.areas.patterns import Drawn
-from sumo3dviz_pt.world.land.ground import mean_reflectance
 from sumo3dviz_pt.world.placement.surroundings import HeightAt
 
 LIFT, LINES = 0.012, 0.020

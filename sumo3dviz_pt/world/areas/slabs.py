@@ -26,7 +26,6 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, arc_length
 from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.model.scene import LeftOut, Part
 from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Scenario, Stop
-from sumo3dviz_pt.world.land.cuts import Paving
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 from sumo3dviz_pt.world.street.places import offset
 
@@ -48,6 +47,19 @@ _TOPS: Mapping[str, float] = {"tram": 0.28, "rail_urban": 0.76, "subway": 0.95}
 _POSTS = 4  # charging posts at a station, at most
 _DEEP = 0.4  # how far walls of slabs go into the ground [m]
 _SMALLEST = 3.0  # smaller pieces of platforms are left out [m2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paving:
+    """What is paved beside roads.
+
+    Attributes:
+        shapes: In plan [m].
+        top_at: Its height at places, (n, 2) -> (n,) [m].
+    """
+
+    shapes: Sequence[shapely.Polygon]
+    top_at: HeightAt
 
 
 @dataclass(frozen=True, slots=True, eq=False)

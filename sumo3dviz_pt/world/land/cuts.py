@@ -8,7 +8,7 @@ the ground is cut out below them, and low walls hold it back where it is higher.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -17,6 +17,7 @@ from sumo3dviz_pt.library.mesh.planar import polygon_parts, union
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes, unit
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.world.areas.drape import without
+from sumo3dviz_pt.world.areas.slabs import Paving
 from sumo3dviz_pt.world.land.ground import GroundParts
 from sumo3dviz_pt.world.placement.surroundings import HeightAt
 from sumo3dviz_pt.world.structures.bridges import MATERIAL, concrete
@@ -34,19 +35,6 @@ _SIDES = np.array([
     *((0, 4, 6), (0, 6, 2), (5, 1, 3), (5, 3, 7)),
 ])  # fmt: skip
 _INSIDE = 0.05  # nearer to its border, paving does not tell heights [m]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Paving:
-    """What is paved beside roads.
-
-    Attributes:
-        shapes: In plan [m].
-        top_at: Its height at places, (n, 2) -> (n,) [m].
-    """
-
-    shapes: Sequence[shapely.Polygon]
-    top_at: HeightAt
 
 
 def with_hole(ground: GroundParts, hole: shapely.Geometry) -> GroundParts:

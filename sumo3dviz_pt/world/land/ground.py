@@ -8,11 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import GroundSettings
 from sumo3dviz_pt.library.materials import (
     MATERIALS,
-    colour_of,
+    mean_reflectance,
     metres_per_tile,
     planar_uvs,
     surface_material,
@@ -141,15 +140,6 @@ def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
     mesh = merge_meshes([mesh, *below.lids])
     walls = (*build_structures(roads, below.height_at), *below.static)
     return _Shape(mesh, below.height_at, walls, below.lamps)
-
-
-def mean_reflectance(texture: str) -> Floats:
-    """Return the mean linear reflectance of a ground, (3,); grey for a user's image."""
-    if texture.startswith("#"):
-        return np.array(colour_of(texture))
-    if texture not in catalog.names("surfaces"):
-        return np.array([0.2, 0.2, 0.2])
-    return np.array([float(v) for v in catalog.find("surfaces", texture).meta["albedo"]])
 
 
 def road_level(roads: RoadLayout, network: Network) -> float:

@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from sumo3dviz_pt.library.materials import mean_reflectance
 from sumo3dviz_pt.library.mesh.planar import sides
 from sumo3dviz_pt.library.plants.greenery import (
     PATCH,
@@ -32,7 +33,6 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, belonging, me
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.world.land.ground import mean_reflectance
 from sumo3dviz_pt.world.objects.kinds import PLANTS, kind_of
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 

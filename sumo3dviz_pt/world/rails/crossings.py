@@ -21,7 +21,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.street import road_styles as shapes
+from sumo3dviz_pt.library.street import national as shapes
 from sumo3dviz_pt.library.street.road_styles import RoadStyle
 from sumo3dviz_pt.model.geometry import Floats, Transform, belonging, frozen, merge_meshes
 from sumo3dviz_pt.model.network import Connection, Edge, Network

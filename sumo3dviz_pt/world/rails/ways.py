@@ -18,10 +18,10 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract, triangulate_many, union
+from sumo3dviz_pt.library.mesh.shading import smooth_normals
 from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
 from sumo3dviz_pt.model.network import Connection, Junction, Lane, Network
 from sumo3dviz_pt.world.roads.cells import Cells
-from sumo3dviz_pt.world.roads.mesh import smooth_normals
 from sumo3dviz_pt.world.roads.strips import (
     BALLAST,
     GRASS_TRACK,

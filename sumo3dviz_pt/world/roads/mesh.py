@@ -19,14 +19,12 @@ from sumo3dviz_pt.library.mesh.planar import (
     triangulate_all,
     union,
 )
+from sumo3dviz_pt.library.mesh.shading import smooth_normals
 from sumo3dviz_pt.model.geometry import (
     Floats,
     Ints,
     Mesh,
-    area_vectors,
     merge_meshes,
-    settled,
-    unit,
 )
 from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.roads.cells import (
@@ -325,16 +323,6 @@ def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
         kept = np.concatenate([[True], np.diff(along) > 0.005])
         dense.append(shapely.get_coordinates(shapely.line_interpolate_point(line, along[kept])))
     return dense
-
-
-def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
-    """Return area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
-    areas = area_vectors(vertices, faces)
-    places, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
-    place = place.reshape(-1)
-    total = np.zeros((len(places), 3))
-    np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))
-    return unit(total[place])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

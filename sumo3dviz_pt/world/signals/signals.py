@@ -13,7 +13,7 @@ from functools import cache, partial
 import numpy as np
 
 from sumo3dviz_pt.job.settings import SignalSettings
-from sumo3dviz_pt.library.street import road_styles, strokes, traffic_light
+from sumo3dviz_pt.library.street import national, traffic_light
 from sumo3dviz_pt.library.street.road_styles import STYLES, SignalStyle
 from sumo3dviz_pt.model.geometry import (
     Colour,
@@ -117,9 +117,9 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
             glass.append(_DARK if head.kind in _FIGURES else GLASS[colour])
     for head, title in zip(heads, titles, strict=True):
         for place in (0, 1) if head.counter else ():
-            bars = strokes.digit(place, head.lamps)
+            bars = traffic_light.digit(place, head.lamps)
             meshes += [belonging(_placed(mesh, head), _thing(title)) for mesh in bars]
-            names += [f"{title}/countdown/{place}{bar}" for bar in strokes.BARS]
+            names += [f"{title}/countdown/{place}{bar}" for bar in traffic_light.BARS]
             glass += [_DARK] * len(bars)
     index = _lamp_of_face(meshes)
     tint = np.array(glass)[index]
@@ -129,11 +129,11 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
 
 def counter_rows(number: int | None, colour: Colour) -> list[Colour]:
     """Return the radiance of the fourteen bars of a counter that shows a number, or nothing."""
-    lit = strokes.bars_of(number)
+    lit = traffic_light.bars_of(number)
     return [
         colour if (place, bar) in lit else (0.0, 0.0, 0.0)
         for place in (0, 1)
-        for bar in strokes.BARS
+        for bar in traffic_light.BARS
     ]
 
 
@@ -161,9 +161,9 @@ def _lamp_of_face(meshes: Sequence[Mesh]) -> Ints:
 def _lamp(head: Head, index: int, colour: str) -> Mesh:
     """What shines: a lens, or a person for people."""
     if head.walks:
-        return strokes.walker(index, walking=colour == GREEN)
+        return traffic_light.walker(index, walking=colour == GREEN)
     if head.kind == "tram":
-        return strokes.tram_bar(index, {RED: "stop", YELLOW: "wait", GREEN: "go"}[colour])
+        return traffic_light.tram_bar(index, {RED: "stop", YELLOW: "wait", GREEN: "go"}[colour])
     return traffic_light.lens(index)
 
 
@@ -181,7 +181,7 @@ def _head(head: Head, level: int, style: SignalStyle) -> dict[str, Mesh]:
     rim = backed and (head.kind == "rail" or style.border == "white")
     parts = dict(_box(head.lamps, level, backed=backed, rim=rim, counter=head.counter))
     if head.kind in _FIGURES:
-        windows = [strokes.window(i, sides=20 - 12 * level) for i in range(head.lamps)]
+        windows = [traffic_light.window(i, sides=20 - 12 * level) for i in range(head.lamps)]
         parts["glass"] = merge_meshes(windows)
     if yellow:
         parts["signal_housing_yellow"] = parts.pop("signal_housing")
@@ -208,7 +208,7 @@ def _support(support: Support, level: int) -> dict[str, Mesh]:
     """A pole or a mast, with a crossbar for several heads, by material."""
     parts: dict[str, list[Mesh]] = {"signal_pole": []}
     if support.rail:
-        for part in road_styles.rail_mast(support.height, level=level):
+        for part in national.rail_mast(support.height, level=level):
             parts.setdefault(part.material, []).append(part.mesh)
     elif support.reach:
         mast = traffic_light.mast(support.height, support.reach, level=level)

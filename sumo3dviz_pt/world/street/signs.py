@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt.library.street import road_styles as national
+from sumo3dviz_pt.library.street import national
 from sumo3dviz_pt.library.street import signs as shapes
-from sumo3dviz_pt.library.street.road_styles import SignStyle, shown_limit
+from sumo3dviz_pt.library.street.road_styles import SignStyle
 from sumo3dviz_pt.model.geometry import Transform, arc_length, belonging
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.random import pick, share_of
@@ -156,7 +156,7 @@ def links_of(network: Network) -> EdgeLinks:
 
 def limit_of(edge: Edge, style: SignStyle) -> int:
     """Return the number on an edge's speed limit, in the style's unit."""
-    return shown_limit(_fastest(edge), style)
+    return national.shown_limit(_fastest(edge), style)
 
 
 def _limit(network: Network, border: Border, links: EdgeLinks, style: SignStyle) -> list[Wish]:

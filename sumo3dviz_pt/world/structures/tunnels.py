@@ -19,11 +19,11 @@ from sumo3dviz_pt.library.mesh.planar import (
     triangulate_many,
     union,
 )
+from sumo3dviz_pt.library.mesh.shading import smooth_normals
 from sumo3dviz_pt.model.geometry import Floats, Mesh, arc_length, merge_meshes, unit
 from sumo3dviz_pt.model.scene import LampSet, Part, StaticPart
 from sumo3dviz_pt.world.roads.cells import STOREY
 from sumo3dviz_pt.world.roads.layout import RoadLayout, levels_of
-from sumo3dviz_pt.world.roads.mesh import smooth_normals
 from sumo3dviz_pt.world.structures.bridges import MATERIAL, concrete
 from sumo3dviz_pt.world.structures.deep_roads import Mouth, Tunnel, lid_height, lid_mesh, tunnels_of
 

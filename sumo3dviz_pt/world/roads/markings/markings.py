@@ -15,6 +15,7 @@ import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract, triangulate_many
+from sumo3dviz_pt.library.mesh.shading import smooth_normals
 from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.model.network import Network
@@ -36,7 +37,6 @@ from sumo3dviz_pt.world.roads.markings.symbols import (
     word_paint,
     zebra_paint,
 )
-from sumo3dviz_pt.world.roads.mesh import smooth_normals
 from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
 from sumo3dviz_pt.world.roads.wear.lanes import way_lines, wheels_at
 from sumo3dviz_pt.world.roads.wear.stains import patchy

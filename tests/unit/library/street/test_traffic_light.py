@@ -3,19 +3,23 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.street import strokes
-from sumo3dviz_pt.library.street.strokes import BARS, bars_of, digit, walker, window
+from sumo3dviz_pt.library.street import traffic_light
 from sumo3dviz_pt.library.street.traffic_light import (
+    BARS,
     HOUSING,
     RADIUS,
+    bars_of,
     border,
     bracket,
     crossbar,
+    digit,
     hanger,
     housing,
     lens,
     mast,
     pole,
+    walker,
+    window,
 )
 from sumo3dviz_pt.model.geometry import merge_meshes
 
@@ -109,7 +113,7 @@ def test_digits_lie_in_the_box_and_each_sign_differs():
         assert np.sign(spots[:, 1]).mean() == pytest.approx(1 - 2 * place, abs=0.2), "tens left"
     shown = {bars_of(number) for number in range(100)}
     assert len(shown) == 100
-    assert len({strokes.SEGMENTS[d] for d in "0123456789"}) == 10
+    assert len({traffic_light.SEGMENTS[d] for d in "0123456789"}) == 10
 
 
 @pytest.mark.parametrize("number", [None, -1, 100])

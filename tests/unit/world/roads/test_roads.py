@@ -13,6 +13,7 @@ import shapely
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import EdgeStyle, GroundSettings, RoadSettings
 from sumo3dviz_pt.library.materials import colour_of, metres_per_tile, planar_uvs, surface_material
+from sumo3dviz_pt.library.mesh.shading import smooth_normals
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import read_network
@@ -24,7 +25,7 @@ from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.roads.markings.markings import road_paint
 from sumo3dviz_pt.world.roads.markings.symbols import SETBACK, zebra_paint
-from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT, smooth_normals
+from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.roads import RoadParts, build_roads
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"

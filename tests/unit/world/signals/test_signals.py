@@ -253,7 +253,7 @@ def test_links_of_internal_lanes_and_empty_values():
 
 def digits(signals, time):
     """What the counters of all heads show, two characters a head."""
-    from sumo3dviz_pt.library.street.strokes import BARS, SEGMENTS
+    from sumo3dviz_pt.library.street.traffic_light import BARS, SEGMENTS
 
     rows = signals.radiance_at(time)["signals"][sum(head.lamps for head in signals.heads) :]
     bars = rows.any(axis=1).reshape(-1, 7)
