@@ -23,9 +23,9 @@ from sumo3dviz_pt.catalog import Entry, find
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
 from sumo3dviz_pt.library.pictures import check_picture, read_linear
-from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
 from sumo3dviz_pt.model.layers import linear_from_srgb
-from sumo3dviz_pt.model.scene import Bsdf
+from sumo3dviz_pt.model.scene import Bsdf, Part
 
 TINT: Bsdf = {"type": "tint"}
 
@@ -326,3 +326,8 @@ def mean_reflectance(texture: str) -> Floats:
     if texture not in catalog.names("surfaces"):
         return np.array([0.2, 0.2, 0.2])
     return np.array([float(v) for v in find("surfaces", texture).meta["albedo"]])
+
+
+def coloured(mesh: Mesh, colour: Colour) -> Part:
+    """Paint a mesh in one colour."""
+    return Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1)))

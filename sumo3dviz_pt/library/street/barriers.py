@@ -20,8 +20,8 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sumo3dviz_pt.library.buildings.shell import box
+from sumo3dviz_pt.library.materials import coloured
 from sumo3dviz_pt.library.mesh.planar import grid_faces
-from sumo3dviz_pt.library.street.furniture import coloured
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, arc_length, merge_meshes, unit
 from sumo3dviz_pt.model.scene import Part
 

@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from sumo3dviz_pt.library.materials import coloured
 from sumo3dviz_pt.library.mesh.solids import box, by_material, moved, prism, superellipsoid, tube
 from sumo3dviz_pt.library.street.strokes import lettering
 from sumo3dviz_pt.library.street.traffic_light import foot, upward
@@ -207,11 +208,6 @@ def _sheet(radius: float, turns: tuple[float, float], heights: tuple[float, floa
     )
     normals = np.tile(np.column_stack([ring, np.zeros(6)]), (2, 1))
     return Mesh(np.concatenate(rows), faces, normals)
-
-
-def coloured(mesh: Mesh, colour: Colour) -> Part:
-    """Paint a mesh in one colour."""
-    return Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1)))
 
 
 _DARK: Colour = (0.03, 0.033, 0.035)

@@ -11,7 +11,7 @@ import shapely
 
 from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.library.materials import MATERIALS
-from sumo3dviz_pt.model.geometry import Floats, Transform, belonging, merge_meshes, settled
+from sumo3dviz_pt.model.geometry import Floats, Transform, belonging, merge_meshes
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
@@ -46,7 +46,7 @@ from sumo3dviz_pt.world.objects.plants import (
     shrunk_levels,
 )
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
-from sumo3dviz_pt.world.placement.lanes import LaneIndex
+from sumo3dviz_pt.world.placement.lanes import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_of
 
 _LOG = logging.getLogger(__name__)
@@ -286,19 +286,6 @@ def _yaws(kind: Kind, items: Sequence[Poi], places: Floats, around: Surroundings
         faced = facing_roads(places, around.index)
     given = np.array([np.nan if item.yaw is None else item.yaw for item in items])
     return np.where(np.isnan(given), faced, given)
-
-
-def facing_roads(places: Floats, index: LaneIndex) -> Floats:
-    """Return yaws at a right angle to the nearest lane and towards it, (n,) [rad]."""
-    if index.tree is None:
-        return np.zeros(len(places))
-    nearest, _ = index.nearest(places)
-    along = index.directions[nearest]
-    across = np.column_stack([-along[:, 1], along[:, 0]])
-    side = ((index.points[nearest, :2] - places) * across).sum(axis=1)
-    across *= np.where(settled(side) < 0, -1.0, 1.0)[:, None]
-    yaws: Floats = np.arctan2(across[:, 1], across[:, 0])
-    return yaws
 
 
 _BUILDERS: dict[str, Callable[..., list[Part]]] = {

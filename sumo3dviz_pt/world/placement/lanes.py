@@ -185,3 +185,16 @@ def _strip(lane: Lane) -> shapely.Geometry:
 def _area(outline: Floats) -> shapely.Geometry:
     """An outline, (n, 3) [m], as a valid area."""
     return shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
+
+
+def facing_roads(places: Floats, index: LaneIndex) -> Floats:
+    """Return yaws at a right angle to the nearest lane and towards it, (n,) [rad]."""
+    if index.tree is None:
+        return np.zeros(len(places))
+    nearest, _ = index.nearest(places)
+    along = index.directions[nearest]
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    side = ((index.points[nearest, :2] - places) * across).sum(axis=1)
+    across *= np.where(settled(side) < 0, -1.0, 1.0)[:, None]
+    yaws: Floats = np.arctan2(across[:, 1], across[:, 0])
+    return yaws

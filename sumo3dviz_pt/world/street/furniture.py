@@ -21,7 +21,7 @@ from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Stop
-from sumo3dviz_pt.world.objects.objects import facing_roads
+from sumo3dviz_pt.world.placement.lanes import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_at
 from sumo3dviz_pt.world.street.places import Border, Site, border_of, is_urban, spread
 from sumo3dviz_pt.world.street.signs import Sign

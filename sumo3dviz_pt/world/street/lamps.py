@@ -31,7 +31,7 @@ from sumo3dviz_pt.model.geometry import (
 from sumo3dviz_pt.model.layers import LUMINANCE
 from sumo3dviz_pt.model.scene import LampSet, Lobe, Part
 from sumo3dviz_pt.model.traffic import Poi
-from sumo3dviz_pt.world.objects.objects import facing_roads
+from sumo3dviz_pt.world.placement.lanes import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_at
 from sumo3dviz_pt.world.street.places import Border, Site, is_urban, spread
 

@@ -14,8 +14,8 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.objects.houses import height_of, street_walls
 from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
 from sumo3dviz_pt.world.objects.lines import guarded_sides
-from sumo3dviz_pt.world.objects.objects import build_scenery, facing_roads
-from sumo3dviz_pt.world.placement.lanes import build_lane_index
+from sumo3dviz_pt.world.objects.objects import build_scenery
+from sumo3dviz_pt.world.placement.lanes import build_lane_index, facing_roads
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 
 CAR = frozenset({"passenger"})
