@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.inspection.roster import Cameras, Roster
     from sumo3dviz_pt.job.settings import Job
     from sumo3dviz_pt.model.numbers import Ratio
     from sumo3dviz_pt.pipeline.conditions import SunReport
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers
     from sumo3dviz_pt.pipeline.live import OpenShot
     from sumo3dviz_pt.pipeline.production import Request
-    from sumo3dviz_pt.pipeline.roster import Cameras, Roster
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.pipeline.still import Still
     from sumo3dviz_pt.studies.certificate.certificate import Certificate
@@ -137,7 +137,7 @@ class Scene:
     @property
     def cameras(self) -> Cameras:
         """The scene's cameras: settings by name."""
-        from sumo3dviz_pt.pipeline.roster import Cameras
+        from sumo3dviz_pt.inspection.roster import Cameras
 
         return Cameras(self.job.cameras)
 
@@ -180,7 +180,7 @@ class Scene:
             ConfigError: If a choice is wrong.
             InputError: If a file is missing or damaged.
         """
-        from sumo3dviz_pt.pipeline.roster import RosterQuery, point_near, roster
+        from sumo3dviz_pt.inspection.roster import RosterQuery, point_near, roster
 
         point = None if near is None else point_near(self.job, near, radius=radius)
         return roster(self.job, RosterQuery(type, at, point, sort))

@@ -18,7 +18,7 @@ from bakery.bake import bake_folder
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.pipeline.catalogue import checked
+from sumo3dviz_pt.inspection.catalogue import checked
 
 Bake = Callable[[Path], tuple[Path, ...]]
 """Makes the files of an asset's folder again."""

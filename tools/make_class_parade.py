@@ -20,12 +20,12 @@ import numpy as np
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import choose, looks_for, models_for
 from sumo3dviz_pt.cast.colours import paint_of
+from sumo3dviz_pt.inspection import catalogue
 from sumo3dviz_pt.library.materials import MATERIALS, principled
 from sumo3dviz_pt.library.mesh.solids import box
 from sumo3dviz_pt.model.geometry import Colour, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part, is_tinted
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.pipeline import catalogue
 from sumo3dviz_pt.shot.showroom import Exhibit
 from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS, read_vehicle_types
 

@@ -6,7 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from sumo3dviz_pt.pipeline.catalogue import SheetOrder, draw_sheet, sheet_names
+from sumo3dviz_pt.inspection.catalogue import SheetOrder, draw_sheet, sheet_names
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 SIZE = (360, 240)

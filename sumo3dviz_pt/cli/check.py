@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     if options.motion:
         read = reading_step(job)
         with progress(options.scene.name, (read, WorkStep(Doing.MEASURE, read.seconds))):
-            from sumo3dviz_pt.pipeline.motion.checks import motion_report
+            from sumo3dviz_pt.inspection.motion import motion_report
 
             words = motion_report(job, as_json=options.json)
         print(words)
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     presets = None if options.quality is None else [options.quality]
     with progress(options.scene.name, checking_steps(job)):
         # Loading takes a second or two, of which the user is to know.
-        from sumo3dviz_pt.pipeline.checks import check_scene, in_words
+        from sumo3dviz_pt.inspection.checks import check_scene, in_words
 
         report = check_scene(job, presets=presets)
     print(json.dumps(report, indent=1) if options.json else in_words(report))
@@ -279,7 +279,7 @@ def _list(options: argparse.Namespace) -> int:
     """List road users."""
     import json
 
-    from sumo3dviz_pt.pipeline.roster import RosterQuery, as_dicts, point_of, roster
+    from sumo3dviz_pt.inspection.roster import RosterQuery, as_dicts, point_of, roster
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import reading_step
 
@@ -305,7 +305,7 @@ def add_motion(commands: Any) -> None:
 
 def run_motion(options: argparse.Namespace) -> int:
     """Draw how one road user moves."""
-    from sumo3dviz_pt.pipeline.motion.drawing import MotionDrawing, draw_motion
+    from sumo3dviz_pt.inspection.drawing import MotionDrawing, draw_motion
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import reading_step
 

@@ -15,8 +15,8 @@ from sumo3dviz_pt.cli.options import add_overwrite, add_size, progress
 from sumo3dviz_pt.errors import ConfigError, InstallationError
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.installation.doctor import Diagnosis
     from sumo3dviz_pt.installation.packages import InstallOrder
-    from sumo3dviz_pt.pipeline.doctor import Diagnosis
 
 
 _DRAWING = 120.0
@@ -47,7 +47,7 @@ def _action(word: str) -> str:
 
 def run_assets(options: argparse.Namespace) -> int:
     """List or draw the library."""
-    from sumo3dviz_pt.pipeline.catalogue import listing
+    from sumo3dviz_pt.inspection.catalogue import listing
 
     if options.action == "sheet":
         return _sheets(options)
@@ -57,8 +57,8 @@ def run_assets(options: argparse.Namespace) -> int:
 
 def _sheets(options: argparse.Namespace) -> int:
     """Draw contact sheets."""
+    from sumo3dviz_pt.inspection.catalogue import SheetOrder, draw_sheet, sheet_files
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline.catalogue import SheetOrder, draw_sheet, sheet_files
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.pipeline.still import check_free
@@ -89,7 +89,7 @@ def add_doctor(commands: Any) -> None:
 
 def run_doctor(options: argparse.Namespace) -> int:
     """Look at the installation, and mend it with --install; 0 if rendering works, even slowly."""
-    from sumo3dviz_pt.pipeline.doctor import examine
+    from sumo3dviz_pt.installation.doctor import examine
 
     if options.yes and not options.install:
         raise ConfigError("goes with --install", key="--yes")

@@ -89,8 +89,9 @@ def _add_target(sub: argparse.ArgumentParser) -> None:
 
 def _init(options: argparse.Namespace) -> int:
     """Write a scene file for a simulation."""
+    from sumo3dviz_pt.inspection.schema import write_schema
     from sumo3dviz_pt.job.settings import ScenarioSettings
-    from sumo3dviz_pt.pipeline.scene_file import FILE, write_schema
+    from sumo3dviz_pt.pipeline.scene_file import FILE
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.proposals.proposal import propose
 
@@ -136,8 +137,9 @@ def _import(options: argparse.Namespace) -> int:
 
 def _schema(options: argparse.Namespace) -> int:
     """Print or write the schema."""
-    from sumo3dviz_pt.pipeline import scene_file as schema
-    from sumo3dviz_pt.pipeline.scene_file import LINE, write_schema
+    from sumo3dviz_pt.inspection import schema
+    from sumo3dviz_pt.inspection.schema import write_schema
+    from sumo3dviz_pt.pipeline.scene_file import LINE
     from sumo3dviz_pt.studies import file as study
 
     text = study.study_schema_text() if options.study else schema.schema_text()

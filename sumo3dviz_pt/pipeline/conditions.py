@@ -22,6 +22,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.installation.doctor import physical_memory
 from sumo3dviz_pt.job.settings import Job, Lights, OutputSettings, Quality, SkySettings
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.weather import WeatherCourse
@@ -34,7 +35,6 @@ from sumo3dviz_pt.pipeline.costs import (
     space_in_words,
     stages_of,
 )
-from sumo3dviz_pt.pipeline.doctor import physical_memory
 from sumo3dviz_pt.pipeline.production import Request, scenario_files
 
 _HOPELESS = 1.5

@@ -34,6 +34,7 @@ _NO_PIXELS = frozenset(
         "_data",
         "cli",
         "farm",
+        "inspection",
         "overlays",
         "proposals",
         "recording",

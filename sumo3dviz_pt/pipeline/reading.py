@@ -31,7 +31,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.traffic import LogChoices, Scenario, ScenarioFiles, TypeGuess, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.pipeline.motion.changed import changed, recorded_window
+from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.traffic import motion_of as motion_of
 from sumo3dviz_pt.sumo.values import parse_time as parse_time
 

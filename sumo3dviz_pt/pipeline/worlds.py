@@ -20,7 +20,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import DrivenWay, DrivenWays
-from sumo3dviz_pt.pipeline.motion.changed import shows
+from sumo3dviz_pt.pipeline.changed_traffic import shows
 from sumo3dviz_pt.pipeline.provenance import contents, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.reading import stamps_of
 from sumo3dviz_pt.world.memory import Memory

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from sumo3dviz_pt.errors import MissingExtraError
-from sumo3dviz_pt.pipeline.doctor import processor_name
+from sumo3dviz_pt.installation.doctor import processor_name
 from sumo3dviz_pt.pipeline.provenance import versions
 
 _NEEDED = {"flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}

@@ -15,8 +15,8 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.sessions import CAMERA
 from sumo3dviz_pt.job.settings import EulerianCamera, Job
 from sumo3dviz_pt.pipeline.accounts import camera_account
+from sumo3dviz_pt.pipeline.changed_traffic import shows
 from sumo3dviz_pt.pipeline.films.orders import Pace
-from sumo3dviz_pt.pipeline.motion.changed import shows
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.traffic import plain_id
 from sumo3dviz_pt.shot.cameras.free import standing_view

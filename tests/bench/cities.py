@@ -100,7 +100,7 @@ def init(config: Path) -> None:
 
 def check(config: Path) -> None:
     """Check all shots."""
-    from sumo3dviz_pt.pipeline.checks import check_scene
+    from sumo3dviz_pt.inspection.checks import check_scene
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     check_scene(load_job(config.with_name("scene.yaml")))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.pipeline.doctor import processor_name
+from sumo3dviz_pt.installation.doctor import processor_name
 from sumo3dviz_pt.report.plots import PALETTE, new_figure, save_figure
 
 Row = dict[str, Any]

@@ -182,7 +182,7 @@ def test_frame_states_are_made_where_shutters_are_asked() -> None:
         for node in ast.walk(tree_of(path))
         if isinstance(node, ast.Call) and dotted(node.func).endswith("FrameState")
     }
-    assert makers <= {"shot/build.py", "pipeline/catalogue.py"}  # on sheets nothing moves
+    assert makers <= {"shot/build.py", "inspection/catalogue.py"}  # on sheets nothing moves
 
 
 MAY_COUNT_CHANNELS = {

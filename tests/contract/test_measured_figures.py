@@ -19,7 +19,7 @@ import pytest
 from bench.checks import fitted, table
 from manual import DOCS, PAGES, ROOT, name_of, text_of
 
-from sumo3dviz_pt.pipeline import checks
+from sumo3dviz_pt.inspection import checks
 from sumo3dviz_pt.pipeline.conditions import MEASURED
 from sumo3dviz_pt.pipeline.costs import cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset

@@ -9,7 +9,7 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.pipeline.checks import TRIANGLE_BUDGET, check_scene
+from sumo3dviz_pt.inspection.checks import TRIANGLE_BUDGET, check_scene
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 

@@ -351,7 +351,7 @@ def facts_of(
         trajectories: Its smoothed motion.
         time: The shot's [s].
     """
-    from sumo3dviz_pt.pipeline.doctor import physical_memory
+    from sumo3dviz_pt.installation.doctor import physical_memory
 
     shot = production.shot
     view = shot.camera.view_at(time)

@@ -8,10 +8,10 @@ from difflib import get_close_matches
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.inspection.roster import point_of
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Lane, Network
-from sumo3dviz_pt.pipeline.roster import point_of
 from sumo3dviz_pt.studies.measured.observer import height_at, nearest_lane, way_across
 
 _BESIDE = 0.5

@@ -17,7 +17,7 @@ from sumo3dviz_pt.job.surroundings import TrafficSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import Scenario
-from sumo3dviz_pt.pipeline.motion.changed import in_the_way
+from sumo3dviz_pt.pipeline.changed_traffic import in_the_way
 from sumo3dviz_pt.studies.kerb.pairs import KerbPair, Passage
 from sumo3dviz_pt.studies.kerb.place import Kerb
 

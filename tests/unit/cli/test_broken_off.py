@@ -29,7 +29,7 @@ sys.exit(sumo3dviz_pt.cli.main({arguments!r}))
     [
         ("sumo3dviz_pt.cli.program", ["--version"]),
         ("sumo3dviz_pt.cli.check", ["--version"]),
-        ("sumo3dviz_pt.pipeline.doctor", ["doctor"]),
+        ("sumo3dviz_pt.installation.doctor", ["doctor"]),
     ],
 )
 def test_ctrl_c_while_modules_are_imported(name, arguments):

@@ -4,8 +4,8 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.catalog import names
+from sumo3dviz_pt.inspection.checks import check_scene, in_words
 from sumo3dviz_pt.library.vehicles.plates import LETTER
-from sumo3dviz_pt.pipeline.checks import check_scene, in_words
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 

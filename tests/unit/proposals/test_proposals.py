@@ -10,10 +10,10 @@ import shapely
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.inspection.checks import check_scene
 from sumo3dviz_pt.job.cameras import CinematicCamera
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario, Trace, TrafficLog, VehicleType
-from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.proposals.busiest import Busiest, busiest, choose_rides, movement_of
 from sumo3dviz_pt.proposals.eyes import (

@@ -9,8 +9,8 @@ from builders import write_scenario
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+from sumo3dviz_pt.inspection.checks import check_scene
 from sumo3dviz_pt.model.numbers import in_short, ratio_of
-from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.films.encoding import DevelopOrder, develop_frames
 from sumo3dviz_pt.pipeline.films.film import FilmOrder, frames_folder, render_film, shots_of
 from sumo3dviz_pt.pipeline.films.frames import check_sequence, film_name, is_sequence, numbered

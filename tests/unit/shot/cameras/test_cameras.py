@@ -9,6 +9,7 @@ from sumo3dviz_pt.cast.figures import car_seat, class_seat
 from sumo3dviz_pt.cast.fleet import Fleet, build_fleet
 from sumo3dviz_pt.catalog import template_names
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.inspection.roster import Cameras
 from sumo3dviz_pt.job.settings import (
     CameraSettings,
     CinematicCamera,
@@ -24,7 +25,6 @@ from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.pipeline.roster import Cameras
 from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.shot.cameras.aiming import build_camera, clearance_of
 from sumo3dviz_pt.shot.cameras.riding import parse_view, read_view

@@ -4,7 +4,7 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.pipeline import catalogue
+from sumo3dviz_pt.inspection import catalogue
 
 
 def test_families():

@@ -7,11 +7,7 @@ from builders import box, diffuse
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import SkySettings
-from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.news import Doing, News, heard_by
-from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.pipeline.catalogue import (
+from sumo3dviz_pt.inspection.catalogue import (
     SKIES,
     SheetOrder,
     _exposed,
@@ -20,6 +16,10 @@ from sumo3dviz_pt.pipeline.catalogue import (
     sheet_files,
     sheet_names,
 )
+from sumo3dviz_pt.job.settings import SkySettings
+from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.news import Doing, News, heard_by
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shot import showroom
 from sumo3dviz_pt.shot.showroom import Exhibit, still_life
 from sumo3dviz_pt.world.sky import build_sky

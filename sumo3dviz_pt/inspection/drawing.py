@@ -10,6 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.inspection.motion import User, users_of
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
@@ -17,7 +18,6 @@ from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario
 from sumo3dviz_pt.motion import laws
 from sumo3dviz_pt.motion.lanes import LaneGraph
 from sumo3dviz_pt.motion.laws import LaneKeeping
-from sumo3dviz_pt.pipeline.motion.checks import User, users_of
 from sumo3dviz_pt.pipeline.production import check_target, read
 from sumo3dviz_pt.pipeline.reading import spare_inputs
 from sumo3dviz_pt.report.machine import check_extra

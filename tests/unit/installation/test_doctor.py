@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.installation import doctor
 from sumo3dviz_pt.installation.dependencies import VARIABLE
 from sumo3dviz_pt.installation.packages import ATOMIC, LLVM
-from sumo3dviz_pt.pipeline import doctor
 from sumo3dviz_pt.render.backend import VARIANTS
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -34,7 +34,7 @@ from sumo3dviz_pt.installation.packages import LIBRARIES, LLVM
 _TRY = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from sumo3dviz_pt.pipeline import doctor
+from sumo3dviz_pt.installation import doctor
 print(doctor.tried_out().as_json(), flush=True)
 """
 _USEFUL = ("sse4_2", "avx", "avx2", "fma", "f16c", "avx512f", "avx512vl", "asimd", "sve")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
+from sumo3dviz_pt.inspection.checks import Outing, check_scene, outlooks
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.news import heard_by
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.pipeline.checks import Outing, check_scene, outlooks
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.steps import WorkCourse, checking_steps

@@ -1,6 +1,6 @@
 """What `check` says is said once."""
 
-from sumo3dviz_pt.pipeline.checks import MOMENTS, in_words
+from sumo3dviz_pt.inspection.checks import MOMENTS, in_words
 
 UNKNOWN = {"triangles": None, "cpu_seconds_per_frame": None}
 FENCES = {"what": "fences", "why": "the scenario has none", **UNKNOWN}

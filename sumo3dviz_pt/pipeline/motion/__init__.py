@@ -1,1 +1,0 @@
-"""Looks at a log's motion."""
