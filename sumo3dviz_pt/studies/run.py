@@ -18,7 +18,6 @@ from pydantic import Field
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import settle
-from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.job.values import Target
 from sumo3dviz_pt.pipeline.costs import time_in_words
 from sumo3dviz_pt.pipeline.films.film import check_output, check_rides, prepared, render_film
@@ -122,8 +121,8 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
         there = plan.file.path.absolute().with_name(path.name)
         check_output(stimulus.job, there, fps=stimulus.job.output.fps)
         camera = stimulus.job.cameras[stimulus.shot.camera]
-        if isinstance(camera, LagrangianCamera):
-            ride = (camera.vehicle, stimulus.shot, stimulus.job.scenario)
+        if camera.rides_with:
+            ride = (camera.rides_with, stimulus.shot, stimulus.job.scenario)
             if repr(ride) not in rides:
                 rides.add(repr(ride))
                 check_rides(stimulus.job, FilmOrder(path), [ShotFilm(stimulus.shot, path)])

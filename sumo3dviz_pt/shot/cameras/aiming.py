@@ -155,6 +155,11 @@ def lens_of(settings: LensSettings, *, degrees: float = FOV) -> Lens:
     )
 
 
+def alone(settings: CameraSettings, location: Location = UNPLACED) -> Camera:
+    """Make a camera that rides with nobody; errors as in `build_camera`."""
+    return build_camera(settings, fleet=Fleet((), (), (), {}, location=location))
+
+
 _VIEWS = 60
 """Views that stand for the way of a camera that moves, beside those at its moments."""
 
@@ -183,7 +188,7 @@ def clearing(cameras: Iterable[CameraSettings]) -> list[CameraSettings]:
 
 def _views(settings: CameraSettings, location: Location) -> list[View]:
     """Views along a camera's way."""
-    camera = build_camera(settings, fleet=Fleet((), (), (), {}, location=location))
+    camera = alone(settings, location)
     moments = camera.moments()
     between = np.linspace(moments[0], moments[-1], _VIEWS) if len(moments) > 1 else moments
     return [camera.view_at(time) for time in sorted({*moments, *map(float, between)})]
