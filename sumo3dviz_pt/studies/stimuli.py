@@ -28,12 +28,12 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import located
 from sumo3dviz_pt.job.settings import (
     Job,
-    LayerName,
     ScenarioSettings,
     ShotSettings,
 )
 from sumo3dviz_pt.job.study import Patch, StudySettings
 from sumo3dviz_pt.job.yaml12 import KeyPath
+from sumo3dviz_pt.model.numbers import LayerName
 from sumo3dviz_pt.pipeline.provenance import (
     by_role,
     contents,

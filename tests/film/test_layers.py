@@ -18,8 +18,8 @@ import sumo3dviz_pt as sv
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_channels, read_exr
-from sumo3dviz_pt.job.settings import LayerName
 from sumo3dviz_pt.model.layers import LABELS, number_of
+from sumo3dviz_pt.model.numbers import LAYER_KINDS
 from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers, read_frame, read_things
 from sumo3dviz_pt.render.backend import choose_backend
 
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 
 SIZE = (192, 108)
 CROSSING = data_root("examples") / "crossing"
-ALL = [*LayerName.__args__]  # type: ignore[attr-defined]
+ALL = [*LAYER_KINDS]
 CHEAP = ["--fps", "5", "--spp", "1", "--size", "192x108", "--camera", "post", "--from", "4"]
 
 

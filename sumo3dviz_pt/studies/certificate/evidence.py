@@ -39,9 +39,9 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.job.settings import LayerName
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.numbers import LayerName
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.layers import beside
 from sumo3dviz_pt.pipeline.films.overlays import plain_twin
