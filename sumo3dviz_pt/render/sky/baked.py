@@ -1,8 +1,9 @@
 """Bakes a sky recipe into one radiance map and a sun or moon, and keeps skies of fine detail.
 
-Skies with clouds or stars lie in the user's cache, as baking one takes a CPU-second. Clouds are laid over the clear sky of
-`daylight` and `night`. The sun is a separate emitter: if it were painted into the map, nine of ten
-light samples would go there, and what lies in the shade would be noisy.
+Skies with clouds or stars lie in the user's cache, as baking one takes a CPU-second. Clouds are
+laid over the clear sky of `daylight` and `night`. The sun is a separate emitter: if it were
+painted into the map, nine of ten light samples would go there, and what lies in the shade would
+be noisy.
 """
 
 from __future__ import annotations
