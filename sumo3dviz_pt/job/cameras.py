@@ -25,7 +25,7 @@ from sumo3dviz_pt.job.values import (
     Turn,
     Whole,
 )
-from sumo3dviz_pt.model.numbers import Projection, Stereo
+from sumo3dviz_pt.model.numbers import PROJECTIONS, Projection, Stereo
 
 FOV = 50.0
 """Of a camera that says nothing of it [deg]."""
@@ -131,7 +131,7 @@ class LensSettings(Settings):
                 raise ValueError("vignetting belongs to perspective lenses")
         elif any(self.distortion):
             # Whoever only wants to know what the settings are need not have numpy.
-            from sumo3dviz_pt.model.lens import folds
+            from sumo3dviz_pt.model.projections import folds
 
             if folds(math.tan(math.radians(self.degrees(FOV) / 2.0)), self.distortion):
                 raise ValueError("this distortion folds the picture back; take smaller numbers")
@@ -172,7 +172,8 @@ class LensSettings(Settings):
             return math.degrees(2.0 * math.atan(0.5 * self.sensor / self.focal_length))
         if self.fov is not None:
             return self.fov
-        return {"fisheye": 180.0, "equirectangular": 360.0}.get(self.projection, default)
+        own = PROJECTIONS[self.projection]
+        return default if own is None else own
 
     def aperture(self, degrees: float) -> float:
         """Return the radius of the hole through which light comes, for an angle [deg], [m].

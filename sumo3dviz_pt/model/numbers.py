@@ -128,7 +128,15 @@ def zone_named(name: str) -> dt.tzinfo:
     raise ValueError(f"no time zone is called {name!r}; {hint}")
 
 
-Projection = Literal["perspective", "orthographic", "fisheye", "equirectangular"]
+PROJECTIONS: Mapping[str, float | None] = {
+    "perspective": None,
+    "orthographic": None,
+    "fisheye": 180.0,
+    "equirectangular": 360.0,
+}
+"""Kinds of pictures, with the opening angle of a lens that says none [deg]; None is the camera's.
+What they are is said in `model/projections.py`."""
+
 Stereo = Literal["none", "side_by_side", "top_bottom"]
 
 
@@ -173,6 +181,7 @@ LAYER_KINDS: Mapping[str, LayerKind] = {
 with a file of its own is written and read is said in `pipeline/films/layers.py`."""
 
 if TYPE_CHECKING:
-    LayerName = str
+    LayerName = Projection = str
 else:
+    Projection = Literal[tuple(PROJECTIONS)]
     LayerName = Literal[tuple(LAYER_KINDS)]

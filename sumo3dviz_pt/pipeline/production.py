@@ -102,7 +102,7 @@ def _check_weather(job: Job, quality: Quality, variant: str) -> None:
 def can_help(camera: CameraSettings) -> bool:
     """Return whether frames of a camera can help each other: sharp in time, and of one eye."""
     lens = camera.lens
-    one_eye = lens is None or (lens.stereo == "none" and lens.projection != "orthographic")
+    one_eye = lens is None or (lens.stereo == "none" and lens.width is None)
     return camera.shutter is None and one_eye
 
 

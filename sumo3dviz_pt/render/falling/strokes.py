@@ -96,7 +96,7 @@ class Laid(NamedTuple):
 
 def turn_of(lens: Lens, size: tuple[int, int]) -> float | None:
     """Return how many columns a whole turn takes [px]; None where columns do not go around."""
-    if lens.projection != "equirectangular":
+    if not lens.kind.goes_round:
         return None
     return size[0] / lens.turn
 

@@ -141,7 +141,7 @@ def lens_of(settings: LensSettings, *, degrees: float = FOV) -> Lens:
         degrees: Opening angle of a perspective lens that does not say it [deg].
     """
     if settings.width is not None:
-        return Lens(0.0, "orthographic", width=settings.width)
+        return Lens(0.0, settings.projection, width=settings.width)
     degrees = settings.degrees(degrees)
     focus = settings.focus if isinstance(settings.focus, float) else float("inf")
     return Lens(
