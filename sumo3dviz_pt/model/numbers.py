@@ -181,7 +181,8 @@ LAYER_KINDS: Mapping[str, LayerKind] = {
 with a file of its own is written and read is said in `pipeline/films/layers.py`."""
 
 if TYPE_CHECKING:
-    LayerName = Projection = str
+    LayerName = str
+    Projection = str
 else:
     Projection = Literal[tuple(PROJECTIONS)]
     LayerName = Literal[tuple(LAYER_KINDS)]

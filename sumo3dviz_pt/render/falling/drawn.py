@@ -457,9 +457,10 @@ def _laid(radiance: Image, seen: Layers, lens: Lens, falling: Falling, light: Sk
         crowns = splashes(falling, light, seen, lens=lens, size=size)
         if crowns is not None:
             draw(veil, crowns)
-    for matter, rate in ((kinds.rain(), falling.rain), (kinds.snow(), falling.snow)):
+    for name, matter in kinds.MATTERS.items():
+        rate = getattr(falling, name)
         if rate > 0.0:
-            drops, far = drops_before(falling, matter, rate, lens=lens, size=size)
+            drops, far = drops_before(falling, matter(), rate, lens=lens, size=size)
             draw(veil, strokes_of(drops, falling, far, light, lens=lens, size=size))
     laid = veil.over(radiance)
     if falling.windscreen is None:
