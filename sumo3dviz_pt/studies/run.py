@@ -8,7 +8,7 @@ of tools and the digests of all that lies in the folder.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -294,18 +294,6 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
     also = [record, *inputs, *measured]
     files = write_outputs(folder, plan, films, cards=cards, also=also, seal=seal)
     return FinishedStudy(tuple(files), certificate)
-
-
-def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
-    """Check a study, render its missing films and write what goes with them.
-
-    Yields:
-        Every film that was rendered.
-    """
-    check_study(plan, order)
-    for task in film_tasks(plan, order):
-        yield render_task(plan, order, task)
-    finish_study(plan, order)
 
 
 def _discard_frames(folder: Path, plan: StudyPlan) -> None:

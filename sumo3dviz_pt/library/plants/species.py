@@ -128,9 +128,6 @@ def urn(where: str) -> tuple[tuple[str, ...], tuple[float, ...]]:
     return tuple(name for _, name, _ in lots), tuple(weight for _, _, weight in lots)
 
 
-SEASONS = ("spring", "summer", "autumn", "winter")
-"""All of them."""
-
 _FRESH = np.array([1.22, 1.12, 0.85])  # spring's leaves, by summer's
 _FROSTED = np.array([0.92, 0.80, 0.95])  # winter's needles
 _FADED = np.array([1.35, 0.98, 0.72])  # autumn's grass
@@ -180,7 +177,7 @@ def leaf_tints(tint: Floats, kind: Species, season: str, *, chance: float) -> Fl
     Args:
         tint: In summer, (n, 3).
         kind: Its species.
-        season: One of `SEASONS`.
+        season: Of the weather.
         chance: How far this plant has turned, in [0, 1).
     """
     if season == "summer" or bare(kind, season):

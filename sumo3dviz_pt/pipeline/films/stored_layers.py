@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -86,26 +85,6 @@ def read_frame(folder: Path, number: int) -> FrameLayers:
         )
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"is damaged ({error}); render the frame again", file=path) from error
-
-
-def read_things(folder: Path) -> Mapping[int, Thing]:
-    """Return what the numbers of instances stand for in all frames of a film.
-
-    Args:
-        folder: A film's, such as `film.layers`.
-
-    Raises:
-        InputError: If they are missing or damaged.
-    """
-    path = folder / "instances.csv"
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        return {int(row["number"]): Thing(row["name"], row["label"]) for row in rows}
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"is damaged ({error})", file=path) from error
 
 
 def _said(path: Path) -> dict[str, Any]:
