@@ -196,7 +196,7 @@ class Overlaps(NamedTuple):
     parts: Polygons
 
 
-def withoutoverlaps(cells: Cells) -> Cells:
+def without_overlaps(cells: Cells) -> Cells:
     """Cut from every cell what belongs to cells before it on the same level."""
     first, second, parts = overlaps(cells)
     if not len(first):
