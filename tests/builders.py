@@ -310,3 +310,9 @@ def z_scores(means, variances, counts):
     (mean_a, mean_b), (var_a, var_b), (n_a, n_b) = means, variances, counts
     spread = np.sqrt(var_a / n_a + var_b / n_b)
     return (mean_a - mean_b) / np.maximum(spread, 1e-12)
+
+
+def aspect_at(signals, tls, link, time):
+    """Which lamps are lit for a link of a signal; none for an unknown one."""
+    heads = [signals.heads[k] for k in signals.heads_of(tls, link)[:1]]
+    return frozenset().union(*(head.course.lit_at(time, lamps=head.lamps) for head in heads))

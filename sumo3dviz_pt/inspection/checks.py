@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.falling import reflection_samples
 from sumo3dviz_pt.model.geometry import Floats
@@ -206,7 +206,7 @@ def _sparse(span: _Span, times: Floats) -> Floats:
 
 def _traced(quality: Quality, camera: CameraSettings) -> Quality:
     """Return a quality with all samples that a camera takes: reflections take a further pass."""
-    if not (isinstance(camera, LagrangianCamera) and camera.reflections):
+    if not camera.mirrored:
         return quality
     return quality.model_copy(update={"spp": quality.spp + reflection_samples(quality.spp)})
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import UNPLACED, Location, Network
 from sumo3dviz_pt.model.news import Doing, announce
@@ -94,9 +94,8 @@ def _camera(
 ) -> Camera:
     """Build a camera with no body but that of the road user it rides with."""
     riders: tuple[Trajectory, ...] = ()
-    if isinstance(settings, LagrangianCamera):
-        named = (settings.vehicle,)
-        riders = tuple(t for t in trajectories if t.id in named or t.key in named)
+    if settings.rides_with:
+        riders = tuple(t for t in trajectories if settings.rides_with in (t.id, t.key))
     fleet = build_fleet(riders, scenario.vehicle_types, job.vehicles, seed=job.seed)
     fleet = replace(fleet, location=scenario.network.location)
     return build_camera(settings, fleet=fleet, left_hand=scenario.network.left_hand)

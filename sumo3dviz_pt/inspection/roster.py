@@ -16,7 +16,7 @@ from typing import Any, overload
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import asked, settle
-from sumo3dviz_pt.job.settings import CameraSettings, EulerianCamera, Job
+from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.job.values import Finite, Metres, Seconds
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import Point, RoadUser
@@ -242,9 +242,9 @@ def point_near(
     if camera is None:
         hint = catalog.did_you_mean(place, job.cameras)
         raise ConfigError(f"no camera is called {place!r}{hint}", key=key)
-    if not isinstance(camera, EulerianCamera):
+    if camera.stands_at is None:
         raise ConfigError(f"{place!r} is no standing camera; give one, or X,Y [m]", key=key)
-    x, y, _ = camera.position
+    x, y, _ = camera.stands_at
     return Point(x, y, radius)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -25,7 +25,7 @@ from sumo3dviz_pt.job.values import (
     Turn,
     Whole,
 )
-from sumo3dviz_pt.model.numbers import Projection, Stereo
+from sumo3dviz_pt.model.numbers import PROJECTIONS, Projection, Stereo
 
 FOV = 50.0
 """Of a camera that says nothing of it [deg]."""
@@ -131,7 +131,7 @@ class LensSettings(Settings):
                 raise ValueError("vignetting belongs to perspective lenses")
         elif any(self.distortion):
             # Whoever only wants to know what the settings are need not have numpy.
-            from sumo3dviz_pt.model.lens import folds
+            from sumo3dviz_pt.model.projections import folds
 
             if folds(math.tan(math.radians(self.degrees(FOV) / 2.0)), self.distortion):
                 raise ValueError("this distortion folds the picture back; take smaller numbers")
@@ -172,7 +172,8 @@ class LensSettings(Settings):
             return math.degrees(2.0 * math.atan(0.5 * self.sensor / self.focal_length))
         if self.fov is not None:
             return self.fov
-        return {"fisheye": 180.0, "equirectangular": 360.0}.get(self.projection, default)
+        own = PROJECTIONS[self.projection]
+        return default if own is None else own
 
     def aperture(self, degrees: float) -> float:
         """Return the radius of the hole through which light comes, for an angle [deg], [m].
@@ -258,6 +259,42 @@ class Photographic(Settings):
     )
     exposure: Exposure | None = Field(None, description="default: the sky's own")
 
+    # What all of the program asks of a camera: a new mode overrides what differs for it.
+
+    @property
+    def rides_with(self) -> str:
+        """The id of the vehicle (or person) that it rides with; empty if it rides with nobody."""
+        return ""
+
+    @property
+    def preset(self) -> str:
+        """The file of `scene_templates/camera` that it takes; empty if it takes none."""
+        return ""
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether a further pass traces what a pane before it reflects."""
+        return False
+
+    @property
+    def stands_at(self) -> Point | None:
+        """Where it stands in network coordinates [m]; None if it moves."""
+        return None
+
+    @property
+    def flown(self) -> tuple[KeyFrame, ...]:
+        """The key frames that it flies through, each with its opening angle."""
+        return ()
+
+    @property
+    def gaze(self) -> tuple[float, float]:
+        """Where the head of a camera that rides is turned to: heading and pitch [deg]."""
+        return 0.0, 0.0
+
+    def gazing(self, heading: float, pitch: float) -> Self:
+        """Return the same camera with its head turned [deg], if it has one."""
+        return self
+
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -287,6 +324,11 @@ class EulerianCamera(Photographic):
             raise ValueError("give either heading (with pitch) or look_at")
         return self
 
+    @property
+    def stands_at(self) -> Point:
+        """Where it stands [m]."""
+        return self.position
+
     def in_words(self) -> str:
         """Return what it does, in one line."""
         aim = f"heading {self.heading:g}°" if self.heading is not None else ""
@@ -308,6 +350,30 @@ class LagrangianCamera(Photographic):
         False, description="whether the windscreen reflects the dashboard, in views from inside"
     )
     lens: LensSettings | None = Field(None, description="default: the view's own")
+
+    @property
+    def rides_with(self) -> str:
+        """The id of the vehicle (or person) that it rides with."""
+        return self.vehicle
+
+    @property
+    def preset(self) -> str:
+        """Its view."""
+        return self.view
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether its windscreen reflects the dashboard."""
+        return self.reflections
+
+    @property
+    def gaze(self) -> tuple[float, float]:
+        """Where its head is turned to: heading and pitch [deg]."""
+        return self.heading, self.pitch or 0.0
+
+    def gazing(self, heading: float, pitch: float) -> Self:
+        """Return the same camera with its head turned [deg]."""
+        return self.model_copy(update={"heading": heading, "pitch": pitch})
 
     def in_words(self) -> str:
         """Return what it does, in one line."""
@@ -351,6 +417,12 @@ class CinematicCamera(Photographic):
             raise ValueError("the times of keyframes must increase")
         return self
 
+    @property
+    def flown(self) -> tuple[KeyFrame, ...]:
+        """Its key frames, each with its opening angle."""
+        own = {"fov": self.lens.degrees(FOV)}
+        return tuple(key if key.fov else key.model_copy(update=own) for key in self.keyframes)
+
     def in_words(self) -> str:
         """Return what it does, in one line."""
         first, last = self.keyframes[0], self.keyframes[-1]
@@ -363,7 +435,7 @@ CameraSettings = Annotated[
     EulerianCamera | LagrangianCamera | CinematicCamera, Field(discriminator="mode")
 ]
 """The settings of one camera; its key `mode` says which. A mode that rides in no vehicle has a
-key `clear_view`."""
+key `clear_view`; what others ask of a camera are the properties of `Photographic`."""
 
 
 def _point(point: tuple[float, ...]) -> str:

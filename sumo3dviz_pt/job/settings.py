@@ -56,24 +56,10 @@ from sumo3dviz_pt.job.values import (
     models_in,
 )
 from sumo3dviz_pt.job.values import Settings as Settings
+from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
-
-
-LayerName = Literal[
-    "depth",
-    "normals",
-    "albedo",
-    "ids",
-    "instance",
-    "semantic",
-    "flow",
-    "boxes2d",
-    "boxes3d",
-    "lamps",
-]
-"""What can be written of every frame of a film; see the manual's page on layers."""
 
 
 class ScenarioSettings(Settings):
@@ -284,7 +270,7 @@ class OutputSettings(Settings):
     )
     layers: tuple[LayerName, ...] = Field(
         (),
-        max_length=len(get_args(LayerName)),
+        max_length=len(LAYER_KINDS),
         description="what is written of every frame beside the film, into its folder `.layers`:"
         " depth, normals, albedo, ids, instance, semantic, flow, boxes2d, boxes3d, lamps",
     )

@@ -289,7 +289,7 @@ def _within_tube(camera_path: CameraPath, towards: Floats, *, room: float | Floa
 
 def _half_diagonals(views: Sequence[View], aspect: float) -> Floats | None:
     """Return half the diagonal of what parallel rays show, (n,) [m]; None if there are none."""
-    if all(view.lens.projection != "orthographic" for view in views):
+    if all(not view.lens.kind.is_parallel for view in views):
         return None
     return np.array([0.5 * view.lens.width * np.hypot(1.0, aspect) for view in views])
 

@@ -2,17 +2,7 @@
 
 What a camera sees with: it answers where rays go and where things lie in the picture.
 
-How cameras lay directions out in a picture: perspective, parallel, fisheye, equirectangular.
-Places in a picture are two numbers: `left` and `up` go from 1 at its left and upper edge to -1 at
-its right and lower one. Directions are in the camera's frame, +x forward, +y left, +z up.
-
-References:
-    Fisheyes are equidistant: the angle from the axis is proportional to the distance from the
-        picture's middle (Kannala and Brandt, IEEE TPAMI 28, 2006, doi:10.1109/TPAMI.2006.153).
-    Distortion is radial, as OpenCV writes it (Brown, "Close-range camera calibration",
-        Photogrammetric Engineering 37, 1971): r' = r (1 + k1 r^2 + k2 r^4), of slopes r.
-    Omnidirectional stereo: Peleg, Ben-Ezra and Pritch, "Omnistereo: panoramic stereo imaging",
-        IEEE TPAMI 23, 2001, doi:10.1109/34.910880.
+How directions are laid out is said in `model/projections.py`. A picture may be one of both eyes.
 """
 
 from __future__ import annotations
@@ -27,143 +17,13 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.numbers import Projection as Projection
 from sumo3dviz_pt.model.numbers import Stereo as Stereo
-
-Distortion = tuple[float, float]
-
-_STEEPEST = 100.0
-"""Slopes beyond this lie outside of any picture."""
-
-NEWTON = 8
-"""Steps that find a slope from where distortion puts it."""
-
-
-def distorted(slopes: Floats, distortion: Distortion) -> Floats:
-    """Return the factor by which distortion stretches slopes, of lengths (...).
-
-    Where the polynomial would turn back, which is outside of any picture, slopes are only moved.
-    """
-    end = min(_turning(distortion), _STEEPEST)
-    inside = np.minimum(slopes, end)
-    square = np.square(inside)
-    stretch = 1.0 + square * (distortion[0] + distortion[1] * square)
-    outside = inside * stretch + (slopes - inside)
-    return np.divide(outside, slopes, out=np.asarray(stretch), where=slopes > end)
-
-
-def _turning(distortion: Distortion) -> float:
-    """Return the least slope at which distortion turns back; infinite if it never does."""
-    first, second = 3.0 * distortion[0], 5.0 * distortion[1]
-    roots = np.roots([second, first, 1.0]) if any(distortion) else np.zeros(0)
-    ends = [root.real for root in roots if abs(root.imag) < 1e-12 and root.real > 0.0]
-    return float(np.sqrt(min(ends))) if ends else float("inf")
-
-
-def undistorted(lengths: Floats, distortion: Distortion) -> Floats:
-    """Return the slopes that distortion puts at lengths, (...)."""
-    slopes = np.array(lengths, dtype=np.float64)
-    for _ in range(NEWTON):
-        square = np.square(slopes)
-        value = slopes * distorted(slopes, distortion)
-        steepness = 1.0 + square * (3.0 * distortion[0] + 5.0 * distortion[1] * square)
-        slopes -= (value - lengths) / steepness
-    return slopes
-
-
-def folds(length: float, distortion: Distortion) -> bool:
-    """Return whether distortion maps two slopes to one place, up to a length from the middle."""
-    slopes = undistorted(np.linspace(0.0, length, 65), distortion)
-    square = np.square(slopes)
-    steep = 1.0 + square * (3.0 * distortion[0] + 5.0 * distortion[1] * square)
-    back = slopes * distorted(slopes, distortion) - np.linspace(0.0, length, 65)
-    return bool((steep <= 0.05).any() or (np.abs(back) > 1e-6).any() or (slopes < 0.0).any())
-
-
-# Perspective ------------------------------------------------------------------------------------
-
-
-def perspective_rays(left: Floats, up: Floats, distortion: Distortion) -> Floats:
-    """Return unit directions of slopes to the left and up in a picture, (..., 3)."""
-    if any(distortion):
-        lengths = np.hypot(left, up)
-        slopes = undistorted(lengths, distortion)
-        stretch = np.divide(slopes, lengths, out=np.ones_like(slopes), where=lengths > 0)
-        left, up = left * stretch, up * stretch
-    rays = np.stack([np.ones_like(left), left, up], axis=-1)
-    return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
-
-
-# Fisheye ----------------------------------------------------------------------------------------
-
-
-def fisheye_rays(left: Floats, up: Floats) -> Floats:
-    """Return unit directions of angles from the axis, to the left and up, (..., 3)."""
-    angle = np.hypot(left, up)
-    share = np.sinc(angle / np.pi)  # sin(angle) / angle
-    return np.stack([np.cos(angle), share * left, share * up], axis=-1)
-
-
-def fisheye_places(points: Floats) -> tuple[Floats, Floats]:
-    """Return angles from the axis at which points, (..., 3), are seen: to the left and up."""
-    forward, left, up = np.moveaxis(points, -1, 0)
-    aside = np.hypot(left, up)
-    angle = np.arctan2(aside, forward)
-    scale = np.divide(angle, aside, out=np.zeros_like(angle), where=aside > 0)
-    return left * scale, up * scale
-
-
-# Equirectangular --------------------------------------------------------------------------------
-
-
-def equirectangular_rays(turn: Floats, rise: Floats) -> Floats:
-    """Return unit directions of angles to the left of the axis and above the horizon, (..., 3)."""
-    flat = np.cos(rise)
-    return np.stack([flat * np.cos(turn), flat * np.sin(turn), np.sin(rise)], axis=-1)
-
-
-def circle_origins(turn: Floats, shift: float) -> Floats:
-    """Return where the rays of an eye on the viewing circle begin, (..., 3) [m].
-
-    Args:
-        turn: Of the rays, to the left [rad].
-        shift: Of the eye, to the left [m].
-    """
-    flat = np.zeros_like(turn)
-    return np.stack([-shift * np.sin(turn), shift * np.cos(turn), flat], axis=-1)
-
-
-def equirectangular_places(points: Floats, shift: float) -> tuple[Floats, Floats]:
-    """Return at which turn and rise an eye on the viewing circle sees points, (..., 3) [rad].
-
-    Args:
-        points: In the camera's frame [m].
-        shift: Of the eye, to the left [m].
-    """
-    forward, left, up = np.moveaxis(points, -1, 0)
-    away = np.hypot(forward, left)
-    turn = np.arctan2(left, forward)
-    if shift == 0.0:
-        return turn, np.arctan2(up, away)
-    turn = turn - np.arcsin(np.clip(shift / np.maximum(away, 1e-12), -1.0, 1.0))
-    turn = (turn + np.pi) % (2.0 * np.pi) - np.pi
-    along = np.sqrt(np.maximum(np.square(away) - shift**2, 0.0))
-    return turn, np.arctan2(up, along)
-
-
-def is_before(points: Floats, projection: Projection) -> Bools:
-    """Return which points, (..., 3), can lie in a picture at all."""
-    if projection in ("perspective", "orthographic"):
-        return np.asarray(points[..., 0] > 0.0)
-    return np.ones(points.shape[:-1], dtype=np.bool_)
-
+from sumo3dviz_pt.model.projections import KINDS, NUMPY, WIDE, Distortion, Fisheye, Triple
 
 Points = TypeVar("Points", Floats, Image)
 """Coordinates in double or single precision."""
 
 Half = tuple[tuple[slice, slice], "Lens"]
 """A part of a picture, rows and columns, and what it is seen with."""
-
-_WIDE = float(np.radians(179.0))
-"""Rays farther than half of this from the axis have no slope [rad]."""
 
 _FAR = 1e9
 """Where things that are infinitely far away are taken to be [m]."""
@@ -177,7 +37,7 @@ class Lens:
 
     Attributes:
         opening: Horizontal opening angle [rad]; of parallel rays 0.
-        projection: How directions are laid out; see `projections`.
+        projection: How directions are laid out; see `model/projections.py`.
         width: Of what parallel rays show [m].
         aperture: Radius of the hole through which light comes [m]; 0 is a point.
         focus: Distance at which things are sharp [m]: along the axis for perspective pictures,
@@ -219,6 +79,11 @@ class Lens:
     # What kind it is --------------------------------------------------------------------------
 
     @property
+    def kind(self) -> Fisheye:
+        """What is known of its projection."""
+        return KINDS[self.projection]
+
+    @property
     def is_pinhole(self) -> bool:
         """Whether it is a plain pinhole: perspective, sharp, straight, with one eye."""
         return replace(self, opening=0.0, focus=0.0) == _PLAIN
@@ -226,17 +91,18 @@ class Lens:
     @property
     def is_straight(self) -> bool:
         """Whether its picture is a plane before the eye without distortion."""
-        return self.projection == "perspective" and not any(self.distortion)
+        return self.kind.is_flat and not any(self.distortion)
 
     @property
     def sees_around(self) -> bool:
         """Whether it sees what is beside it or behind, so that slopes say nothing."""
-        return self.projection in ("fisheye", "equirectangular") and self.opening >= _WIDE
+        kind = self.kind
+        return not (kind.is_flat or kind.is_parallel) and self.opening >= WIDE
 
     @property
     def has_one_centre(self) -> bool:
         """Whether all rays go through one point, up to its aperture."""
-        return self.projection != "orthographic" and self.stereo == "none" and self.shift == 0.0
+        return not self.kind.is_parallel and self.stereo == "none" and self.shift == 0.0
 
     def halves(self, size: tuple[int, int]) -> Iterator[Half]:
         """Yield the parts of a picture and their lenses: the left eye's, then the right eye's.
@@ -275,7 +141,7 @@ class Lens:
     @property
     def half_width(self) -> float:
         """Half the picture's width one metre ahead [m]; at most that of 179 degrees."""
-        return float(np.tan(min(self.opening, _WIDE) / 2.0))
+        return float(np.tan(min(self.opening, WIDE) / 2.0))
 
     @property
     def free_opening(self) -> float:
@@ -292,26 +158,11 @@ class Lens:
 
         Slopes in a perspective picture, metres of parallel rays, else angles [rad].
         """
-        if self.projection == "equirectangular":
-            return 0.5 * self.opening, 0.5 * np.pi
-        if self.projection == "fisheye":
-            return 0.5 * self.opening, 0.5 * self.opening * aspect
-        half = 0.5 * self.width if self.projection == "orthographic" else self.half_width
-        return half, half * aspect
+        return self.kind.edges(self, aspect)
 
     def half_diagonal(self, aspect: float) -> float:
         """Angle from the axis to the farthest corner of a picture of height / width [rad]."""
-        aspect = self.eye_aspect(aspect)
-        if self.projection == "fisheye":
-            return float(min(np.pi, self.opening / 2.0 * np.hypot(1.0, aspect)))
-        if self.projection == "equirectangular":
-            return float(max(self.opening / 2.0, np.pi / 2.0))
-        if self.projection == "orthographic":
-            return float(np.pi)
-        corner = self.half_width * np.hypot(1.0, aspect)
-        if any(self.distortion):
-            corner = float(undistorted(np.array(corner), self.distortion))
-        return float(np.arctan(corner))
+        return self.kind.half_diagonal(self, self.eye_aspect(aspect))
 
     def pixel_angle(self, width: int, *, away: float = 100.0) -> float:
         """Angle of a pixel of a picture so wide [px], on average [rad].
@@ -321,26 +172,18 @@ class Lens:
             away: Of what parallel rays show [m]; others do without it.
         """
         width = self.eye_size((width, 0))[0]
-        if self.projection == "orthographic":
+        if self.kind.is_parallel:
             return self.width / width / away
         return self.opening / width
 
     def pixel_width(self, width: float) -> float:
         """Width of a pixel in the middle of a picture so wide [px], one metre ahead [m]."""
         width = width / 2.0 if self.stereo == "side_by_side" else width
-        if self.projection == "orthographic":
-            return self.width / width
-        if self.projection == "perspective":
-            return 2.0 * self.half_width / width
-        return self.opening / width
+        return self.kind.pixel_width(self, width)
 
     def length_of(self, share: float, away: Floats) -> Floats:
         """How long things are that take up a share of the picture's width, by distance [m]."""
-        if self.projection == "orthographic":
-            return np.full_like(away, share * self.width)
-        if self.projection == "perspective":
-            return np.asarray(share * 2.0 * self.half_width * away)
-        return np.asarray(share * self.opening * away)
+        return self.kind.length_of(self, share, away)
 
     def middle_part(self, count: int) -> Lens:
         """Return the lens of the middle one of so many equal parts side by side."""
@@ -364,7 +207,7 @@ class Lens:
         up = 1 - 2 * (np.arange(height) + 0.5) / height
         if not self.is_straight:
             across, upwards = np.broadcast_arrays(left[None, :], up[:, None])
-            return self._rays(across, upwards, height / width)
+            return self._directions(across, upwards, height / width)
         half = self.half_width
         rays = np.ones((height, width, 3))
         rays[..., 1], rays[..., 2] = half * left[None, :], half * (height / width) * up[:, None]
@@ -388,14 +231,11 @@ class Lens:
             for part, lens in self.halves(size):
                 origins[part] = lens.origins(self.eye_size(size))
             return origins
-        across, upwards = self.edges(height / width)
-        left = across * (1 - 2 * (np.arange(width) + 0.5) / width)
-        if self.projection == "equirectangular":
-            return circle_origins(np.broadcast_to(left, (height, width)), self.shift)
-        if self.projection == "orthographic":
-            up = upwards * (1 - 2 * (np.arange(height) + 0.5) / height)
-            origins[..., 1], origins[..., 2] = left[None, :], up[:, None]
-        origins[..., 1] += self.shift
+        left = 1 - 2 * (np.arange(width) + 0.5) / width
+        up = 1 - 2 * (np.arange(height) + 0.5) / height
+        starts, _ = self._traced(left[None, :], up[:, None], height / width)
+        for axis, start in enumerate(starts):
+            origins[..., axis] = start
         return origins
 
     def ray(self, point: tuple[float, float], aspect: float) -> Floats:
@@ -407,22 +247,25 @@ class Lens:
         """
         if not self.is_straight:
             place = np.array([1.0 - 2.0 * point[0], 1.0 - 2.0 * point[1]])
-            return self._rays(place[0], place[1], aspect)
+            return self._directions(place[0], place[1], aspect)
         half = self.half_width
         across, up = half * (1.0 - 2.0 * point[0]), half * aspect * (1.0 - 2.0 * point[1])
         local = np.array([1.0, across, up])
         return np.asarray(local / np.linalg.norm(local))
 
-    def _rays(self, left: Floats, up: Floats, aspect: float) -> Floats:
+    def _directions(self, left: Floats, up: Floats, aspect: float) -> Floats:
         """Return unit directions through places of one eye's picture, (..., 3)."""
+        _, direction = self._traced(left, up, aspect)
+        rays = np.stack(np.broadcast_arrays(*direction, left)[:3], axis=-1)
+        if not self.kind.is_flat:
+            return rays
+        return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+
+    def _traced(self, left: Floats, up: Floats, aspect: float) -> tuple[Triple, Triple]:
+        """Return where rays through places of one eye's picture begin, and their directions."""
         across, upwards = self.edges(aspect)
-        if self.projection == "equirectangular":
-            return equirectangular_rays(across * left, upwards * up)
-        if self.projection == "fisheye":
-            return fisheye_rays(across * left, upwards * up)
-        if self.projection == "orthographic":
-            return np.broadcast_to((1.0, 0.0, 0.0), (*left.shape, 3)).copy()
-        return perspective_rays(across * left, upwards * up, self.distortion)
+        bent = self.distortion if any(self.distortion) else None
+        return self.kind.rays(NUMPY, across * left, upwards * up, shift=self.shift, distortion=bent)
 
     # Places -----------------------------------------------------------------------------------
 
@@ -445,7 +288,7 @@ class Lens:
             exact = np.asarray(points, np.float64)
             left, up = self._places(exact, height / width)
             place = np.stack([(height * (1.0 - up) - 1.0) / 2.0, (width * (1.0 - left) - 1.0) / 2])
-            return np.asarray(place, points.dtype), is_before(exact, self.projection)
+            return np.asarray(place, points.dtype), self.kind.is_before(exact)
         forward, left, up = np.moveaxis(points, -1, 0)
         ahead = forward > 0
         # px per unit of slope
@@ -462,17 +305,7 @@ class Lens:
     def _places(self, points: Floats, aspect: float) -> tuple[Floats, Floats]:
         """Return where points, (..., 3), lie: 1 at the left and upper edge, -1 opposite."""
         across, upwards = self.edges(aspect)
-        if self.projection == "equirectangular":
-            turn, rise = equirectangular_places(points, self.shift)
-            return turn / across, rise / upwards
-        forward, left, up = np.moveaxis(points - (0.0, self.shift, 0.0), -1, 0)
-        if self.projection == "fisheye":
-            left, up = fisheye_places(np.stack([forward, left, up], axis=-1))
-        elif self.projection == "perspective":
-            ahead = np.where(forward > 0, forward, np.inf)
-            left, up = left / ahead, up / ahead
-            stretch = distorted(np.hypot(left, up), self.distortion)
-            left, up = left * stretch, up * stretch
+        left, up = self.kind.places(self, points)
         return left / across, up / upwards
 
     def sees(self, points: Floats, aspect: float, *, margin: float = 0.0) -> Bools:
@@ -489,7 +322,7 @@ class Lens:
             away = np.maximum(np.linalg.norm(points, axis=-1), 1e-9)
             room = margin / self.length_of(0.5, away)
             inside = (np.abs(left) < 1.0 + room) & (np.abs(up) < 1.0 + room / aspect)
-            return np.asarray(inside & is_before(points, self.projection))
+            return np.asarray(inside & self.kind.is_before(points))
         forward, left, up = np.moveaxis(points, -1, 0)
         half = self.half_width * forward
         beside = np.abs(left) < half + margin
@@ -507,7 +340,7 @@ class Lens:
         across = np.abs(points[..., 1:]).max(axis=-1)
         if self.sees_around:
             return np.zeros_like(across)
-        if self.projection == "orthographic":
+        if self.kind.is_parallel:
             return np.asarray(across / (0.5 * self.width))
         return np.asarray(across / np.maximum(points[..., 0], 1.0) / self.half_width)
 
@@ -522,7 +355,7 @@ class Lens:
         forward, left = points[..., 0], points[..., 1]
         if self.sees_around:
             return np.ones(forward.shape, dtype=np.bool_)
-        if self.projection == "orthographic":
+        if self.kind.is_parallel:
             return np.asarray(np.abs(left) < 0.5 * widened * self.width + margin)
         room = widened * self.half_width * np.maximum(forward, 0.0) + margin
         return np.asarray((forward > -margin) & (np.abs(left) < room))

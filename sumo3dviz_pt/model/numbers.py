@@ -10,9 +10,10 @@ import datetime as dt
 import difflib
 import re
 import zoneinfo
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,16 @@ ANGLE = Range(-3600.0, 3600.0, "degrees")
 
 MOST_FRAMES = 1_000_000
 """Largest number of frames of a film, eleven hours at 25 a second."""
+
+
+def eased(share: Any, height: Any = 1.0) -> Any:
+    """Return a smooth S of shares in [0, 1], from 0 up to a height: 3 s^2 - 2 s^3 of it.
+
+    Args:
+        share: Numbers of any kind: Python's, NumPy's or Dr.Jit's.
+        height: Where it ends.
+    """
+    return height * share * share * (3.0 - 2.0 * share)
 
 
 _WRITTEN = re.compile(r"\+?(\d{1,9}(\.\d{0,9})?|\.\d{1,9})(\s*/\s*\d{1,9})?")
@@ -117,5 +128,61 @@ def zone_named(name: str) -> dt.tzinfo:
     raise ValueError(f"no time zone is called {name!r}; {hint}")
 
 
-Projection = Literal["perspective", "orthographic", "fisheye", "equirectangular"]
+PROJECTIONS: Mapping[str, float | None] = {
+    "perspective": None,
+    "orthographic": None,
+    "fisheye": 180.0,
+    "equirectangular": 360.0,
+}
+"""Kinds of pictures, with the opening angle of a lens that says none [deg]; None is the camera's.
+What they are is said in `model/projections.py`."""
+
 Stereo = Literal["none", "side_by_side", "top_bottom"]
+
+
+@dataclass(frozen=True, slots=True)
+class LayerKind:
+    """A layer that can be written beside a film.
+
+    Attributes:
+        cpu: What finding and writing it costs, for each million pixels [CPU-s].
+        stored: Bytes of its file, for each pixel.
+        rays: What rays through pixels' centres are asked for it, by the kernel's names.
+        channels: Its channels in the frame's EXR; none if it has a file of its own.
+        dtype: What these are stored as.
+        names: Whether it shows things, whose names are said beside it.
+    """
+
+    cpu: float
+    stored: float
+    rays: frozenset[str] = frozenset()
+    channels: tuple[str, ...] = ()
+    dtype: str = ""
+    names: bool = False
+
+
+_OWNER = frozenset({"depth", "face", "instance"})
+"""Rays that tell whose a pixel is."""
+
+LAYER_KINDS: Mapping[str, LayerKind] = {
+    # layer                   CPU-s/Mpx  B/px  rays, channels, precision
+    "depth": LayerKind(0.07, 3.0, frozenset({"depth"}), ("Z",), "float32"),
+    "normals": LayerKind(0.07, 1.6, frozenset({"normals"}), ("X", "Y", "Z"), "float16"),
+    "albedo": LayerKind(0.07, 1.75, frozenset({"albedo"}), ("R", "G", "B"), "float16"),
+    "ids": LayerKind(3.4, 0.75, _OWNER, names=True),
+    "instance": LayerKind(0.07, 0.15, _OWNER, ("id",), "uint32", names=True),
+    "semantic": LayerKind(0.07, 0.05, _OWNER, names=True),
+    "flow": LayerKind(0.45, 0.6, _OWNER | {"corners"}),
+    "boxes2d": LayerKind(0.07, 0.0, _OWNER, names=True),
+    "boxes3d": LayerKind(0.07, 0.0, _OWNER, names=True),
+    "lamps": LayerKind(0.0, 0.0),
+}
+"""What can be written of every frame of a film, by name; see the manual's page on layers. How one
+with a file of its own is written and read is said in `pipeline/films/layers.py`."""
+
+if TYPE_CHECKING:
+    LayerName = str
+    Projection = str
+else:
+    Projection = Literal[tuple(PROJECTIONS)]
+    LayerName = Literal[tuple(LAYER_KINDS)]

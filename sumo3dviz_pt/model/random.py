@@ -9,11 +9,24 @@ from itertools import accumulate
 
 import numpy as np
 
+_SHARES = 2**48
+"""How many shares there are, as many as a float tells apart with room to spare."""
+
 
 def share_of(seed: int, *words: str) -> float:
     """Return a number in [0, 1) that is always the same for the same seed and words."""
     text = ":".join([str(seed), *words]).encode("utf-8")
-    return int.from_bytes(hashlib.blake2b(text, digest_size=6).digest(), "big") / 2.0**48
+    return int.from_bytes(hashlib.blake2b(text, digest_size=6).digest(), "big") / _SHARES
+
+
+def seed_of(seed: int, *words: str) -> int:
+    """Return a whole number that is always the same for the same seed and words, [0, 2^48)."""
+    return int(share_of(seed, *words) * _SHARES)
+
+
+def dice_of(seed: int, *words: str) -> np.random.Generator:
+    """Return random numbers that are always the same for the same seed and words."""
+    return np.random.default_rng(seed_of(seed, *words))
 
 
 def pick(weights: Sequence[float], share: float) -> int:

@@ -1,7 +1,5 @@
 """How much daylight weather lets through: clouds that rain and snow fall from, and fog.
 
-What is above a scene, as the renderer is told of it.
-
 A layer of droplets takes hardly any light, but sends much of it back up. What passes is the
 two-stream answer for light that is scattered and never absorbed; light that the ground sends up is
 partly sent down again, so snow makes dull days brighter.
@@ -30,92 +28,12 @@ References:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
+from typing import Any, Self
 
 import numpy as np
-
-from sumo3dviz_pt.model.geometry import Colour, Floats, Image, frozen
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CloudLayer:
-    """Clouds over the upper hemisphere, equirectangular.
-
-    Rows go from the zenith to the horizon, columns clockwise from north seen
-    from above (north, east, south, west).
-
-    Attributes:
-        cover: Opacity, (h, w) in [0, 1].
-        sunlit: Share of the sun's irradiance that leaves as radiance x pi, (h, w).
-        skylit: Share of the sky's irradiance that leaves as radiance x pi, (h, w).
-        lit_from: Elevation of the sun that `sunlit` was made for [rad].
-    """
-
-    cover: Image
-    sunlit: Image
-    skylit: Image
-    lit_from: float = float(np.pi / 4)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sky:
-    """The environment as a recipe; the renderer bakes it into one map.
-
-    Attributes:
-        sun_direction: Unit vector to the sun (east, north, up), or None for no sun.
-        turbidity: Of the clear-sky model, [1, 10].
-        clouds: A layer over the clear sky, or None.
-        image: A user's radiance map instead of all this, (h, w, 3), rows from the
-            zenith to the nadir, columns as in `CloudLayer`; or None.
-        image_scale: Scene units per unit of `image`.
-        rotation: Turns clouds and image clockwise seen from above [rad].
-        night: Radiance of a moonless night sky, scene units; added everywhere.
-        moon_direction: Unit vector to the full moon, or None; it gives no light beside
-            the sun.
-        stars: Seed of the stars, or None for none.
-        glow: Radiance of a city's light at the horizon, scene units.
-        tint: What the sun's light and sky are multiplied with.
-        exposure: EV at which this sky looks right; the film's exposure adds to it.
-        overcast: Clouds that rain or snow falls from at some time, or None.
-    """
-
-    sun_direction: Floats | None
-    turbidity: float = 3.0
-    clouds: CloudLayer | None = None
-    image: Image | None = None
-    image_scale: float = 1.0
-    rotation: float = 0.0
-    night: Colour = (0.0, 0.0, 0.0)
-    moon_direction: Floats | None = None
-    stars: int | None = None
-    glow: Colour = (0.0, 0.0, 0.0)
-    tint: Colour = (1.0, 1.0, 1.0)
-    exposure: float = 0.0
-    overcast: CloudLayer | None = None
-
-    def __post_init__(self) -> None:
-        """Make the directions unit vectors."""
-        for name in ("sun_direction", "moon_direction"):
-            given = getattr(self, name)
-            if given is not None:
-                direction = np.asarray(given, dtype=np.float64)
-                object.__setattr__(self, name, frozen(direction / np.linalg.norm(direction)))
-
-
-@dataclass(frozen=True, slots=True)
-class Haze:
-    """Aerial perspective: radiance x transmittance + in-scattered horizon light.
-
-    Attributes:
-        extinction: Per metre for red, green, blue [1/m].
-        falls: Extinction of rain and snow that fall through it, where lamps light them [1/m].
-    """
-
-    extinction: Colour = (0.85 / 2600, 1.0 / 2600, 1.2 / 2600)
-    falls: float = 0.0
-
 
 CONTRAST = -math.log(0.02)
 """Optical depth at which a black thing keeps 2 % of contrast."""
@@ -135,7 +53,49 @@ TOP = 200.0
 
 
 @dataclass(frozen=True, slots=True)
-class Fog:
+class WeatherKind:
+    """A kind of weather, such as rain: what all of the program asks of it.
+
+    A kind is a class here and a field of `Weather`, a model of the same name in
+    `job/surroundings.py`, and for what falls a row of `MATTERS` in `render/falling/drops.py` and a
+    field of `Falling`.
+    """
+
+    @property
+    def falling_rate(self) -> float:
+        """How much of it falls, as water [mm/h]."""
+        return 0.0
+
+    @property
+    def falling_extinction(self) -> float:
+        """Extinction of the air by what of it falls [1/m]."""
+        return 0.0
+
+    @property
+    def lights_lamps(self) -> bool:
+        """Whether drivers light their lamps for it by day, however far one sees."""
+        return False
+
+    def between(self, later: Self, share: float) -> Self:
+        """Return what is between this and a later one, by a share in [0, 1]; words stay."""
+        mixed = {
+            each.name: _mixed(getattr(self, each.name), getattr(later, each.name), share)
+            for each in fields(self)
+            if not isinstance(getattr(self, each.name), str)
+        }
+        return replace(self, **mixed)
+
+    def in_words(self) -> tuple[str, ...]:
+        """Return what there is of it."""
+        return ()
+
+    def account(self) -> dict[str, Any]:
+        """Return it for JSON, with units in its keys; empty where there is nothing."""
+        return {}
+
+
+@dataclass(frozen=True, slots=True)
+class Fog(WeatherKind):
     """Droplets in the air.
 
     Attributes:
@@ -158,9 +118,30 @@ class Fog:
         """Optical depth straight up from the base; even fog ends at `TOP`."""
         return self.extinction * min(self.height, TOP)
 
+    def between(self, later: Self, share: float) -> Self:
+        """Interpolate extinction, and the fall of density over height."""
+        fall = _mixed(1.0 / self.height, 1.0 / later.height, share)
+        extinction = _mixed(self.extinction, later.extinction, share)
+        height = 1.0 / fall if fall > 0.0 else math.inf
+        return replace(self, extinction=extinction, height=height)
+
+    def in_words(self) -> tuple[str, ...]:
+        """Return how far one sees."""
+        if self.extinction <= 0.0:
+            return ("no fog",)
+        high = "" if math.isinf(self.height) else f", thinner above {self.height:.0f} m"
+        return (f"fog, visibility {self.visibility:.0f} m{high}",)
+
+    def account(self) -> dict[str, Any]:
+        """Return how far one sees."""
+        if self.extinction <= 0.0:
+            return {}
+        high = {} if math.isinf(self.height) else {"height_m": round(self.height, 2)}
+        return {"visibility_m": round(self.visibility, 1), **high}
+
 
 @dataclass(frozen=True, slots=True)
-class Rain:
+class Rain(WeatherKind):
     """Drops that fall.
 
     Attributes:
@@ -170,13 +151,31 @@ class Rain:
     rate: float
 
     @property
-    def extinction(self) -> float:
-        """Of the air that they fall through [1/m]."""
+    def falling_rate(self) -> float:
+        """How much falls [mm/h]."""
+        return self.rate
+
+    @property
+    def falling_extinction(self) -> float:
+        """Extinction of the air that they fall through [1/m]."""
         return 0.312e-3 * self.rate**0.67 if self.rate > 0.0 else 0.0
+
+    @property
+    def lights_lamps(self) -> bool:
+        """Whether it is more than a drizzle."""
+        return self.rate > 0.2
+
+    def in_words(self) -> tuple[str, ...]:
+        """Return how much falls."""
+        return (f"rain of {self.rate:g} mm/h",)
+
+    def account(self) -> dict[str, Any]:
+        """Return how much falls."""
+        return {"rate_mm_per_h": round(self.rate, 3)}
 
 
 @dataclass(frozen=True, slots=True)
-class Snow:
+class Snow(WeatherKind):
     """Snow that lies, and snow that falls.
 
     Attributes:
@@ -190,13 +189,37 @@ class Snow:
     falling: float = 0.0
 
     @property
-    def extinction(self) -> float:
-        """Of the air that it falls through [1/m]."""
+    def falling_extinction(self) -> float:
+        """Extinction of the air that it falls through [1/m]."""
         return 3.0e-3 * self.falling
+
+    @property
+    def falling_rate(self) -> float:
+        """How much falls, as water [mm/h]."""
+        return self.falling
+
+    @property
+    def lights_lamps(self) -> bool:
+        """Whether more than a few flakes fall."""
+        return self.falling > 0.1
+
+    def in_words(self) -> tuple[str, ...]:
+        """Return how much lies and falls."""
+        lies = (f"{100 * self.depth:.1f} cm of snow, roads {self.roads}",)
+        falls = (f"snowfall of {self.falling:g} mm/h",)
+        return (*(lies if self.depth > 0.0 else ()), *(falls if self.falling > 0.0 else ()))
+
+    def account(self) -> dict[str, Any]:
+        """Return how much lies and falls."""
+        return {
+            "depth_cm": round(100.0 * self.depth, 2),
+            "roads": self.roads,
+            "falling_mm_per_h": round(self.falling, 3),
+        }
 
 
 @dataclass(frozen=True, slots=True)
-class Wind:
+class Wind(WeatherKind):
     """Air that moves.
 
     Attributes:
@@ -218,9 +241,21 @@ class Wind:
         return math.hypot(self.east, self.north)
 
     @property
-    def velocity(self) -> Floats:
-        """East, north and up, (3,) [m/s]."""
-        return frozen([self.east, self.north, 0.0])
+    def bearing(self) -> float:
+        """Where it comes from, clockwise from north [deg]."""
+        return math.degrees(math.atan2(-self.east, -self.north)) % 360.0
+
+    def in_words(self) -> tuple[str, ...]:
+        """Return how fast it is and where it comes from."""
+        return (f"wind of {self.speed:.1f} m/s from {self.bearing:.0f}\u00b0",)
+
+    def account(self) -> dict[str, Any]:
+        """Return how fast it is and where it comes from."""
+        return {"speed_m_per_s": round(self.speed, 2), "from_deg": round(self.bearing, 1)}
+
+
+FALLING_KINDS: Mapping[str, type[Rain | Snow]] = MappingProxyType({"rain": Rain, "snow": Snow})
+"""What falls, by the names in scene files; their fields have the names of the keys there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,11 +281,23 @@ class Weather:
     season: str = "summer"
 
     @property
+    def kinds(self) -> Mapping[str, WeatherKind]:
+        """All that there is, by the names of the fields and in their order."""
+        found = ((each.name, getattr(self, each.name)) for each in fields(self))
+        return {name: kind for name, kind in found if isinstance(kind, WeatherKind)}
+
+    @property
+    def rates(self) -> Mapping[str, float]:
+        """How much falls of what falls, by its name, as water [mm/h]."""
+        return {
+            name: kind.falling_rate for name, kind in self.kinds.items() if kind.falling_rate > 0.0
+        }
+
+    @property
     def is_murky(self) -> bool:
         """Whether drivers light their lamps by day: rain, falling snow, or little to be seen."""
-        rain = self.rain is not None and self.rain.rate > 0.2
-        snow = self.snow is not None and self.snow.falling > 0.1
-        return rain or snow or self.extinction > CONTRAST / _MURKY
+        lamps = any(kind.lights_lamps for kind in self.kinds.values())
+        return lamps or self.extinction > CONTRAST / _MURKY
 
     @property
     def is_dense(self) -> bool:
@@ -260,7 +307,7 @@ class Weather:
     @property
     def falls(self) -> float:
         """Extinction by what falls, the same at all heights [1/m]."""
-        return sum(each.extinction for each in (self.rain, self.snow) if each is not None)
+        return sum(kind.falling_extinction for kind in self.kinds.values())
 
     @property
     def extinction(self) -> float:
@@ -333,12 +380,17 @@ class WeatherCourse:
     @property
     def rains(self) -> bool:
         """Whether it ever rains."""
-        return any(moment.rain is not None and moment.rain.rate > 0.0 for moment in self.moments)
+        return self.has_falling("rain")
 
     @property
     def snows(self) -> bool:
         """Whether snow ever falls."""
-        return any(each.snow is not None and each.snow.falling > 0.0 for each in self.moments)
+        return self.has_falling("snow")
+
+    def has_falling(self, name: str = "") -> bool:
+        """Return whether some kind ever falls; without a name, whether any does."""
+        rates = [moment.rates for moment in self.moments]
+        return any(name in each if name else each for each in rates)
 
     @property
     def is_snowy(self) -> bool:
@@ -355,9 +407,6 @@ class WeatherCourse:
         return between(self.moments[after - 1], self.moments[after], share)
 
 
-_Kind = TypeVar("_Kind")
-
-
 def between(earlier: Weather, later: Weather, share: float) -> Weather:
     """Return the weather between two others of the same kinds; words are the earlier's.
 
@@ -368,51 +417,15 @@ def between(earlier: Weather, later: Weather, share: float) -> Weather:
     """
     if earlier == later:
         return earlier
+    after = later.kinds
+    kinds: dict[str, Any] = {
+        name: kind.between(after[name], share) for name, kind in earlier.kinds.items()
+    }
     return replace(
         earlier,
-        fog=_between(_between_fogs, earlier.fog, later.fog, share),
-        rain=_between(_between_rains, earlier.rain, later.rain, share),
         wetness=_mixed(earlier.wetness, later.wetness, share),
         puddles=_mixed(earlier.puddles, later.puddles, share),
-        snow=_between(_between_snows, earlier.snow, later.snow, share),
-        wind=_between(_between_winds, earlier.wind, later.wind, share),
-    )
-
-
-def _between(
-    mix: Callable[[_Kind, _Kind, float], _Kind],
-    earlier: _Kind | None,
-    later: _Kind | None,
-    share: float,
-) -> _Kind | None:
-    """Interpolate what both weathers have; the kinds are the same."""
-    return None if earlier is None or later is None else mix(earlier, later, share)
-
-
-def _between_rains(earlier: Rain, later: Rain, share: float) -> Rain:
-    """Interpolate the rate."""
-    return Rain(_mixed(earlier.rate, later.rate, share))
-
-
-def _between_snows(earlier: Snow, later: Snow, share: float) -> Snow:
-    """Interpolate depth and rate."""
-    depth = _mixed(earlier.depth, later.depth, share)
-    return Snow(depth, earlier.roads, _mixed(earlier.falling, later.falling, share))
-
-
-def _between_winds(earlier: Wind, later: Wind, share: float) -> Wind:
-    """Interpolate the velocity."""
-    east, north = ((earlier.east, later.east), (earlier.north, later.north))
-    return Wind(_mixed(*east, share), _mixed(*north, share))
-
-
-def _between_fogs(earlier: Fog, later: Fog, share: float) -> Fog:
-    """Interpolate extinction, and the fall of density over height."""
-    fall = _mixed(1.0 / earlier.height, 1.0 / later.height, share)
-    return Fog(
-        _mixed(earlier.extinction, later.extinction, share),
-        1.0 / fall if fall > 0.0 else math.inf,
-        earlier.base,
+        **kinds,
     )
 
 
@@ -421,10 +434,9 @@ def _mixed(earlier: float, later: float, share: float) -> float:
     return earlier + (later - earlier) * share
 
 
-def _kinds(weather: Weather) -> tuple[bool | str, ...]:
+def _kinds(weather: Weather) -> tuple[str, ...]:
     """Return what is in a weather at all."""
-    parts = (weather.fog, weather.rain, weather.snow, weather.wind)
-    return (*(part is not None for part in parts), weather.season)
+    return (*weather.kinds, weather.season)
 
 
 _GROUND, _SNOWY = 0.2, 0.5
@@ -511,6 +523,5 @@ def _through(depth: float, sine: float) -> float:
 
 
 def _falling(weather: Weather) -> float:
-    """Rain and snow together, as water [mm/h]."""
-    rain = 0.0 if weather.rain is None else weather.rain.rate
-    return rain + (0.0 if weather.snow is None else weather.snow.falling)
+    """All that falls, as water [mm/h]."""
+    return sum(weather.rates.values())

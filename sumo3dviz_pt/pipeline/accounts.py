@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from pathlib import Path
@@ -32,7 +31,7 @@ from sumo3dviz_pt.job.surroundings import WeatherSettings
 from sumo3dviz_pt.model.camera import Shutter
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, Sky
-from sumo3dviz_pt.model.weather import CONTRAST, Fog, Snow, Weather, WeatherCourse, Wind
+from sumo3dviz_pt.model.weather import CONTRAST, Weather, WeatherCourse
 from sumo3dviz_pt.pipeline.metering import metering_of
 from sumo3dviz_pt.pipeline.provenance import by_role, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.traffic import ridden_ids
@@ -109,44 +108,13 @@ def weather_report(job: Job) -> WeatherReport:
 
 def in_words(weather: Weather) -> str:
     """Return a weather in one line."""
-    words = []
-    if weather.fog is not None:
-        words.append(_fog_words(weather.fog))
-    if weather.rain is not None:
-        words.append(f"rain of {weather.rain.rate:g} mm/h")
+    words = {name: list(kind.in_words()) for name, kind in weather.kinds.items()}
+    air = [word for name in ("fog", "rain") for word in words.pop(name, ())]
     if weather.falls > 0.0:
-        words.append(f"seen through what falls {CONTRAST / weather.falls / 1000:.1f} km")
+        air.append(f"seen through what falls {CONTRAST / weather.falls / 1000:.1f} km")
     if weather.wetness > 0.0 or weather.puddles > 0.0:
-        words.append(f"wetness {weather.wetness:.2g}, puddles {weather.puddles:.2g}")
-    if weather.snow is not None:
-        words += _snow_words(weather.snow)
-    if weather.wind is not None:
-        speed, bearing = _blowing(weather.wind)
-        words.append(f"wind of {speed:.1f} m/s from {bearing:.0f}\u00b0")
-    return ", ".join([*words, weather.season])
-
-
-def _fog_words(fog: Fog) -> str:
-    """Fog in words."""
-    if fog.extinction <= 0.0:
-        return "no fog"
-    high = "" if math.isinf(fog.height) else f", thinner above {fog.height:.0f} m"
-    return f"fog, visibility {fog.visibility:.0f} m{high}"
-
-
-def _snow_words(snow: Snow) -> list[str]:
-    """Snow in words."""
-    words = []
-    if snow.depth > 0.0:
-        words.append(f"{100 * snow.depth:.1f} cm of snow, roads {snow.roads}")
-    if snow.falling > 0.0:
-        words.append(f"snowfall of {snow.falling:g} mm/h")
-    return words
-
-
-def _blowing(wind: Wind) -> tuple[float, float]:
-    """Speed [m/s] and where a wind comes from, clockwise from north [deg]."""
-    return wind.speed, math.degrees(math.atan2(-wind.east, -wind.north)) % 360.0
+        air.append(f"wetness {weather.wetness:.2g}, puddles {weather.puddles:.2g}")
+    return ", ".join([*air, *(word for some in words.values() for word in some), weather.season])
 
 
 def weather_account(weather: Weather) -> dict[str, Any]:
@@ -157,23 +125,8 @@ def weather_account(weather: Weather) -> dict[str, Any]:
         "puddles": round(weather.puddles, 4),
         "season": weather.season,
     }
-    if weather.fog is not None and weather.fog.extinction > 0.0:
-        found["fog"] = {"visibility_m": round(weather.fog.visibility, 1)}
-        if not math.isinf(weather.fog.height):
-            found["fog"]["height_m"] = round(weather.fog.height, 2)
-    if weather.rain is not None:
-        found["rain"] = {"rate_mm_per_h": round(weather.rain.rate, 3)}
-    if weather.snow is not None:
-        snow = weather.snow
-        found["snow"] = {
-            "depth_cm": round(100.0 * snow.depth, 2),
-            "roads": snow.roads,
-            "falling_mm_per_h": round(snow.falling, 3),
-        }
-    if weather.wind is not None:
-        speed, bearing = _blowing(weather.wind)
-        found["wind"] = {"speed_m_per_s": round(speed, 2), "from_deg": round(bearing, 1)}
-    return found
+    kinds = {name: kind.account() for name, kind in weather.kinds.items()}
+    return found | {name: account for name, account in kinds.items() if account}
 
 
 _STEP = 1.0e-4

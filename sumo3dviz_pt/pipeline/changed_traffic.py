@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import MOST_DELAY, RideEdit
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.random import share_of
@@ -189,7 +189,7 @@ def shows(job: Job) -> Callable[[str, str], bool]:
         return lambda kind, name: True
     named = {*traffic.rides, *(edit.behind for edit in traffic.rides.values())}
     named |= {*job.vehicles.by_id} | {
-        camera.vehicle for camera in job.cameras.values() if isinstance(camera, LagrangianCamera)
+        camera.rides_with for camera in job.cameras.values() if camera.rides_with
     }
 
     def shown(kind: str, name: str) -> bool:

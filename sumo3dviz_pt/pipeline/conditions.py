@@ -246,10 +246,8 @@ def _kind(weather: WeatherCourse | None) -> str:
     """The weather of the bench that costs as much."""
     if weather is None:
         return "dry"
-    if weather.rains:
-        return "rain"
-    if weather.snows:
-        return "snowfall"
+    if weather.has_falling():
+        return "snowfall" if weather.snows and not weather.rains else "rain"
     if weather.is_snowy:
         return "snow"
     return "fog" if weather.is_foggy else "dry"

@@ -7,12 +7,12 @@ docs/internals/forecasts.md; machines differ by a factor of two.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from types import MappingProxyType
 
 from sumo3dviz_pt.installation.dependencies import threads
-from sumo3dviz_pt.job.settings import LayerName, Quality
+from sumo3dviz_pt.job.settings import Quality
+from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName
 
 _START = 16.0
 """Reading, building, loading and compiling [CPU-s]; 10 less where a kept place is found."""
@@ -46,22 +46,6 @@ _MEMORY, _MEMORY_PER_MEGAPIXEL, _MEMORY_PER_MEGATRIANGLE = 1750.0, 1100.0, 300.0
 
 _RAYS = 0.15
 """One ray through the centre of each pixel, for all layers, for each million pixels [CPU-s]."""
-
-_LAYERS: Mapping[LayerName, tuple[float, float]] = MappingProxyType(
-    {
-        # layer     finding and writing it [CPU-s/Mpx], its file [bytes/px]
-        "depth": (0.07, 3.0),
-        "normals": (0.07, 1.6),
-        "albedo": (0.07, 1.75),
-        "instance": (0.07, 0.15),
-        "semantic": (0.07, 0.05),
-        "boxes2d": (0.07, 0.0),
-        "boxes3d": (0.07, 0.0),
-        "lamps": (0.0, 0.0),
-        "flow": (0.45, 0.6),
-        "ids": (3.4, 0.75),
-    }
-)
 
 _DAYS = 3
 """From so many on, days are told instead of hours."""
@@ -152,10 +136,10 @@ def layers_cost(layers: Sequence[LayerName], *, size: tuple[int, int]) -> Layers
     """
     megapixels = size[0] * size[1] / 1e6
     rays = _RAYS if layers else 0.0
-    own = [_LAYERS[layer] for layer in layers]
+    own = [LAYER_KINDS[layer] for layer in layers]
     return LayersCost(
-        megapixels * (rays + sum(seconds for seconds, _ in own)),
-        megapixels * sum(stored for _, stored in own),
+        megapixels * (rays + sum(kind.cpu for kind in own)),
+        megapixels * sum(kind.stored for kind in own),
     )
 
 

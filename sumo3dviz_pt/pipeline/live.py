@@ -22,7 +22,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.news import Doing, announce
@@ -279,7 +279,7 @@ class Live:
         count = int((ground.end - ground.begin) / step) + 1
         self._frames = ground.begin + step * np.arange(count, dtype=np.float64)
         self._eyes: Floats | None = None
-        self._riding: tuple[LagrangianCamera, ...] = ()
+        self._riding: tuple[CameraSettings, ...] = ()
         self._session: Session | None = None
         self._quick: Quick | None = None
         self.shot: Shot = self._built(job, None, ())
@@ -322,15 +322,15 @@ class Live:
         left_hand = self.ground.scenario.network.left_hand
         return camera_view(self.shot, camera, time, left_hand=left_hand)
 
-    def sits_closed(self, camera: LagrangianCamera) -> bool:
+    def sits_closed(self, camera: CameraSettings) -> bool:
         """Return whether a camera sits in a vehicle that cannot be opened yet."""
         from sumo3dviz_pt.cast.fleet import find_rider
 
-        if not catalog.template("camera", camera.view).get("cutaway"):
+        if not (camera.preset and catalog.template("camera", camera.preset).get("cutaway")):
             return False
-        return find_rider(self.shot.fleet, camera.vehicle).key not in self.shot.fleet.cockpits
+        return find_rider(self.shot.fleet, camera.rides_with).key not in self.shot.fleet.cockpits
 
-    def life_of(self, camera: LagrangianCamera) -> tuple[float, float]:
+    def life_of(self, camera: CameraSettings) -> tuple[float, float]:
         """Return the first and last time at which the road user a camera rides with is there [s].
 
         Raises:
@@ -338,7 +338,7 @@ class Live:
         """
         from sumo3dviz_pt.cast.fleet import find_rider
 
-        pieces = find_rider(self.shot.fleet, camera.vehicle).pieces
+        pieces = find_rider(self.shot.fleet, camera.rides_with).pieces
         return pieces[0].begin, pieces[-1].end
 
     def ground_at(self, position: Floats) -> float:
@@ -356,7 +356,7 @@ class Live:
         *,
         job: Job | None = None,
         eyes: Floats | None = None,
-        riding: LagrangianCamera | None = None,
+        riding: CameraSettings | None = None,
     ) -> None:
         """Build the scene again; the old one stays if that fails.
 
@@ -381,7 +381,7 @@ class Live:
             return None
         return self.shot.under_sky(job.sky, job.lights)
 
-    def _built(self, job: Job, eyes: Floats | None, riding: tuple[LagrangianCamera, ...]) -> Shot:
+    def _built(self, job: Job, eyes: Floats | None, riding: tuple[CameraSettings, ...]) -> Shot:
         """Return the shot of some choices."""
         from sumo3dviz_pt.shot.picking import build_roam
 

@@ -24,7 +24,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.installation.dependencies import load
 from sumo3dviz_pt.job.cameras import LensSettings
 from sumo3dviz_pt.job.errors import settle
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
 from sumo3dviz_pt.job.values import Finite, Positive, Seed, Size, Whole, check_variant
 from sumo3dviz_pt.model.camera import frame_step
 from sumo3dviz_pt.model.geometry import Floats
@@ -102,7 +102,7 @@ def _check_weather(job: Job, quality: Quality, variant: str) -> None:
 def can_help(camera: CameraSettings) -> bool:
     """Return whether frames of a camera can help each other: sharp in time, and of one eye."""
     lens = camera.lens
-    one_eye = lens is None or (lens.stereo == "none" and lens.projection != "orthographic")
+    one_eye = lens is None or (lens.stereo == "none" and lens.width is None)
     return camera.shutter is None and one_eye
 
 
@@ -492,8 +492,8 @@ def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tup
     """
     from sumo3dviz_pt.cast.fleet import find_trajectory
 
-    if isinstance(camera, LagrangianCamera):
-        trajectories = (find_trajectory(trajectories, camera.vehicle),)
+    if camera.rides_with:
+        trajectories = (find_trajectory(trajectories, camera.rides_with),)
     pieces = [piece for trajectory in trajectories for piece in trajectory.pieces]
     if not pieces:
         raise ConfigError("nobody moves in this log", key="scenario")

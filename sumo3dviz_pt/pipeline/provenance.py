@@ -17,7 +17,7 @@ from types import MappingProxyType
 from typing import Any
 
 from sumo3dviz_pt.catalog import data_root, template_file
-from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import TrafficSettings, WeatherSettings
 from sumo3dviz_pt.library.vehicles.user_mesh import companions
 from sumo3dviz_pt.model.traffic import ScenarioFiles
@@ -201,8 +201,8 @@ def _presets(job: Job, camera: str) -> dict[str, Path]:
     """Return the files of the presets that a scene names, by name."""
     view = job.cameras[camera]
     named = {"scene": job.template, "quality": job.quality, "sky": job.sky.preset}
-    if isinstance(view, LagrangianCamera):
-        named["camera"] = view.view
+    if view.preset:
+        named["camera"] = view.preset
     return {
         f"scene_templates/{kind}/{name}.yaml": template_file(kind, name)
         for kind, name in named.items()

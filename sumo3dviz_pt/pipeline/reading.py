@@ -23,7 +23,6 @@ from sumo3dviz_pt.files.atomic import can_replace, check_spared
 from sumo3dviz_pt.job.settings import (
     CameraSettings,
     Job,
-    LagrangianCamera,
     ObjectSettings,
     ShotSettings,
 )
@@ -381,13 +380,13 @@ def check_rider(
     Raises:
         ConfigError: Says when the log has the road user, or which one may be meant.
     """
-    if not isinstance(camera, LagrangianCamera):
+    if not camera.rides_with:
         return
-    missing = _missing(camera.vehicle, times, trajectories)
+    missing = _missing(camera.rides_with, times, trajectories)
     if missing is not None:
         from sumo3dviz_pt.sumo import whereabouts
 
-        raise _absent(camera.vehicle, whereabouts(logs, camera.vehicle), missing, name=name)
+        raise _absent(camera.rides_with, whereabouts(logs, camera.rides_with), missing, name=name)
 
 
 def check_companions(
@@ -408,13 +407,13 @@ def check_companions(
 
     for shot, times in films:
         camera = job.cameras[shot.camera]
-        if not isinstance(camera, LagrangianCamera):
+        if not camera.rides_with:
             continue
-        found = whereabouts(logs, camera.vehicle)
+        found = whereabouts(logs, camera.rides_with)
         absent = _outside(times, found.spans) & (times <= found.end + _SLACK)
         if absent.any() or not found.spans:
             missing = float(times[np.argmax(absent)])
-            raise _absent(camera.vehicle, found, missing, name=shot.camera)
+            raise _absent(camera.rides_with, found, missing, name=shot.camera)
 
 
 def check_known(name: str, logs: Sequence[Path]) -> None:

@@ -20,7 +20,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.files.atomic import open_plain
 from sumo3dviz_pt.job.errors import Source, explained, located, reason
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
 from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, as_path, parse_yaml, plain
 
 FILE = "scene.schema.json"
@@ -133,9 +133,9 @@ def _named(job: Job) -> Iterator[_Named]:
     for type_id, vclass in job.vehicles.types.items():
         yield _Named(("vehicles", "types", type_id), vclass, "vClass of SUMO", classes)
     for name, camera in job.cameras.items():
-        if isinstance(camera, LagrangianCamera):
+        if camera.preset:
             views = names_for("cameras.NAME.view")
-            yield _Named(("cameras", name, "view"), camera.view, "camera preset", views)
+            yield _Named(("cameras", name, "view"), camera.preset, "camera preset", views)
     for index, shot in enumerate(job.shots):
         yield _Named(("shots", index, "camera"), shot.camera, "camera", tuple(job.cameras))
     for path, surface in _surfaces(job):

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import MOST_DELAY, RideEdit
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario
@@ -104,7 +104,7 @@ def mover_of(job: Job, name: str, edit: RideEdit) -> str:
 def ridden_ids(job: Job) -> set[str]:
     """Return the ids of all with whom a camera of the scene rides, whichever one looks."""
     cameras = job.cameras.values()
-    return {plain_id(each.vehicle) for each in cameras if isinstance(each, LagrangianCamera)}
+    return {plain_id(each.rides_with) for each in cameras if each.rides_with}
 
 
 def as_moved(change: str, jobs: Iterable[Job]) -> str:

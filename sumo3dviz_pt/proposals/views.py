@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, unit
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.proposals.busiest import Busiest, Movement
@@ -192,20 +193,20 @@ def _ways(scouting: Scouting) -> list[Floats]:
     place = scouting.found.place
     share = np.linspace(0.0, 1.0, 5)
     # Slow at the begin and at the end.
-    eased = share * share * (3.0 - 2.0 * share)
-    heights = 19.0 - 10.5 * eased
+    along = eased(share)
+    heights = 19.0 - 10.5 * along
     ways = []
     for azimuth in _azimuths("flight", 16):
         for sweep in (-0.9, 0.9):
-            turn = azimuth + sweep * eased
-            away = 52.0 - 20.0 * eased
+            turn = azimuth + sweep * along
+            away = 52.0 - 20.0 * along
             spots = place[:2] + (away * np.stack([np.cos(turn), np.sin(turn)])).T
             ways.append(_raised(spots, place, heights, scouting))
     for azimuth in _headings(scouting):
         towards = np.array([np.cos(azimuth), np.sin(azimuth)])
         for side in (-3.0, 3.0):
             aside = side * np.array([-towards[1], towards[0]])
-            spots = place[:2] - (78.0 - 48.0 * eased)[:, None] * towards + aside
+            spots = place[:2] - (78.0 - 48.0 * along)[:, None] * towards + aside
             ways.append(_raised(spots, place, heights - 1.0, scouting))
     return ways
 

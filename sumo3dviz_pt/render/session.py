@@ -54,8 +54,8 @@ class Facts:
     """What one place of each pixel shows.
 
     Attributes:
-        found: What was asked for, by the names of `render.kernel.centres`, as arrays (h, w) or
-            (h, w, c).
+        found: What was asked for, by the names of `RAYS` in `render/kernel/integrator.py`, as
+            arrays (h, w) or (h, w, c).
         owner: Number at each pixel of the thing that stands, or the part of what moves, (h, w);
             0 where there is none. None where nobody asked for `OWNERS`.
         owners: Names of all numbers.
@@ -84,7 +84,7 @@ def facts_of(
     Args:
         kernel: Of the scene, at that frame.
         loaded: The scene.
-        wanted: Names of `render.kernel.centres`.
+        wanted: Names of `RAYS` in `render/kernel/integrator.py`.
         at: Where in the pixels, in widths and heights of one.
         owners: Of that frame, where they are known already.
     """
@@ -347,7 +347,7 @@ class Session:
         """Find what each pixel of the frame that was traced last shows.
 
         Args:
-            wanted: Names of `render.kernel.centres`.
+            wanted: Names of `RAYS` in `render/kernel/integrator.py`.
             at: Where in the pixels, in widths and heights of one.
             owners: Of that frame, where they are known already.
 

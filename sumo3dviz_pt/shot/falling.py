@@ -354,7 +354,7 @@ class Flying:
             job: The scene file.
         """
         course = data.weather
-        if course is None or not (course.rains or course.snows or course.is_wet):
+        if course is None or not (course.has_falling() or course.is_wet):
             return None
         standing = tuple(Standing.of(lamps) for lamps in data.lamps if lamps.sampled)
         said = job.weather
@@ -382,14 +382,12 @@ class Flying:
         exposure = exposure_of(camera)
         wind = (0.0, 0.0) if weather.wind is None else (weather.wind.east, weather.wind.north)
         lens = view.lens
-        snow = 0.0 if weather.snow is None else weather.snow.falling
         falling = Falling(
             time,
             exposure,
             self.seed,
             _ends(camera, view, time, exposure),
-            rain=0.0 if weather.rain is None else weather.rain.rate,
-            snow=snow,
+            **weather.rates,
             wind=wind,
             drift=carried_by_wind(self.course, time),
             fog=0.0 if weather.fog is None else weather.fog.extinction,

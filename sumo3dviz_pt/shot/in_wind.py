@@ -9,7 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.camera import CameraPath, in_picture
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes, settled
-from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.random import seed_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.swaying import Swaying, strength_of
 from sumo3dviz_pt.model.weather import WeatherCourse
@@ -217,7 +217,7 @@ def _swaying(
     return Swaying(
         feet=np.array([plant.foot for plant in own]),
         heights=np.array([plant.height for plant in own]),
-        seeds=np.array([int(share_of(seed, run.plant, "wind") * 2**48) for run in runs]),
+        seeds=np.array([seed_of(seed, run.plant, "wind") for run in runs]),
         shares=np.array([shares[run.plant] for run in runs]),
         vertices=np.array([run.vertices.stop - run.vertices.start for run in runs]),
         leaves=leaves,

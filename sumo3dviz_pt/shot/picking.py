@@ -24,7 +24,7 @@ import numpy as np
 from sumo3dviz_pt.cast.axles import rigid_frames, unit_frames
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.cast.poses import Present, links_of
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.layers import Thing, thing_named
@@ -270,7 +270,7 @@ def build_roam(
     times: tuple[float, float],
     frames: Floats | None = None,
     eyes: Floats | None = None,
-    riding: Sequence[LagrangianCamera] = (),
+    riding: Sequence[CameraSettings] = (),
 ) -> Shot:
     """Build everything around some places, and room for everyone.
 

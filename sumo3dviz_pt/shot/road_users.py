@@ -19,7 +19,7 @@ import numpy as np
 from sumo3dviz_pt.cast.fleet import Fleet, build_fleet, find_rider, find_trajectory
 from sumo3dviz_pt.cast.lamps import vehicle_lights
 from sumo3dviz_pt.job.cameras import FocusOn
-from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera
+from sumo3dviz_pt.job.settings import CameraSettings
 from sumo3dviz_pt.model.camera import INSTANT, CameraPath, Shutter, frame_step, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.scene import View
@@ -181,8 +181,8 @@ def countable(
     if world.outlook is None:
         return frozenset()
     keys = {each.key for each in trajectories}
-    if isinstance(camera, LagrangianCamera):
-        keys.discard(find_trajectory(trajectories, camera.vehicle).key)
+    if camera.rides_with:
+        keys.discard(find_trajectory(trajectories, camera.rides_with).key)
     return frozenset(keys)
 
 
@@ -220,9 +220,9 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:
         camera: Its settings.
         world: Tells on which side drivers sit, and whether wipers move.
     """
-    if not isinstance(camera, LagrangianCamera):
+    if not camera.rides_with:
         return fleet
-    key, wet = find_rider(fleet, camera.vehicle).key, has_pane(world.weather, world.job)
+    key, wet = find_rider(fleet, camera.rides_with).key, has_pane(world.weather, world.job)
     return fleet.with_cockpit(key, left_hand=world.left_hand, wipers=not wet)
 
 

@@ -17,7 +17,6 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.model.layers import linear_from_srgb
 from sumo3dviz_pt.pipeline.reading import scenario_files
 from sumo3dviz_pt.studies.certificate.acts import Acts, Subject, key_of, subject_of
@@ -38,8 +37,7 @@ Logs = dict[tuple[str, str], Sequence[tuple[float, float]]]
 
 def rider_of(stimulus: Stimulus) -> str:
     """Return the id of the vehicle that a film's camera rides in, or nothing."""
-    camera = stimulus.job.cameras[stimulus.shot.camera]
-    return camera.vehicle if isinstance(camera, LagrangianCamera) else ""
+    return stimulus.job.cameras[stimulus.shot.camera].rides_with
 
 
 def subject_of_pair(study: StudyFile, pair: StimulusPair, *, rider: str = "") -> Subject:

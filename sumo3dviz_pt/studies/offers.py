@@ -13,13 +13,13 @@ import numpy as np
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.sessions import CAMERA
-from sumo3dviz_pt.job.settings import EulerianCamera, Job
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.pipeline.accounts import camera_account
 from sumo3dviz_pt.pipeline.changed_traffic import shows
 from sumo3dviz_pt.pipeline.films.orders import Pace
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.traffic import plain_id
-from sumo3dviz_pt.shot.cameras.free import standing_view
+from sumo3dviz_pt.shot.cameras.aiming import alone
 from sumo3dviz_pt.studies.kerb.pairs import SEEN_FAR, ahead_of, passages
 from sumo3dviz_pt.studies.kerb.place import Kerb
 from sumo3dviz_pt.studies.measured.observer import Observer, way_across
@@ -70,17 +70,17 @@ def _offer(plan: StudyPlan, stimulus: Stimulus) -> Offer | None:
     """Return what a film offers; None if nobody waits in it."""
     job, settings = stimulus.job, plan.file.settings.report
     camera = job.cameras[stimulus.shot.camera]
-    if not isinstance(camera, EulerianCamera):
+    if camera.stands_at is None:
         return None
     times = Pace.of(job, stimulus.shot).times(stimulus.shot)
     also = [each.position for each in settings.observers.values() if each.position is not None]
-    near = np.array([camera.position[:2], *also], dtype=float)
+    near = np.array([camera.stands_at[:2], *also], dtype=float)
     simulation = simulated(stimulus, near, count=len(times))
     network = simulation.scenario.network
     if way_across(near[0], network) is None and not also:
         return None
     speed = float(Pace.of(job, stimulus.shot).speed)
-    view = standing_view(camera, network.location)
+    view = alone(camera, network.location).view_at(float(times[0]))
     frames = [camera_account(view, network.location)] * len(times)
     _, watched = watched_by(simulation, frames, settings, near=near, speed=speed)
     rows = tuple(

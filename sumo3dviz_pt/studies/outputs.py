@@ -44,7 +44,14 @@ from sumo3dviz_pt.studies.folder import FOLDER
 from sumo3dviz_pt.studies.plan import StudyPlan
 from sumo3dviz_pt.studies.records import MATERIALS, FilmRecord, film_path
 from sumo3dviz_pt.studies.stimuli import Stimulus, told_only
-from sumo3dviz_pt.studies.tools.content import Clip, Screen, StudyContent, letter, trial_name
+from sumo3dviz_pt.studies.tools.content import (
+    WRITERS,
+    Clip,
+    Screen,
+    StudyContent,
+    letter,
+    trial_name,
+)
 from sumo3dviz_pt.studies.tools.datasets import (
     CHECKSUMS,
     digest_of,
@@ -54,7 +61,7 @@ from sumo3dviz_pt.studies.tools.datasets import (
     write_inputs,
 )
 from sumo3dviz_pt.studies.tools.pages import write_sheet
-from sumo3dviz_pt.studies.tools.surveys import ONLINE, write_tools
+from sumo3dviz_pt.studies.tools.surveys import write_tools
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.overlays.canvas import Canvas
@@ -421,7 +428,7 @@ def write_outputs(
     files.append(
         write_inputs(folder, [path for path in also if path.is_relative_to(folder / FOLDER)])
     )
-    if content.url is None and ONLINE & set(plan.file.settings.tools.write):
+    if content.url is None and any(WRITERS[tool].online for tool in plan.file.settings.tools.write):
         log.info("files of LimeSurvey and Qualtrics need tools.url, where the films lie online")
     if seal is not None:
         seal(files)

@@ -8,7 +8,7 @@ of tools and the digests of all that lies in the folder.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,6 @@ from pydantic import Field
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import settle
-from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.job.values import Target
 from sumo3dviz_pt.pipeline.costs import time_in_words
 from sumo3dviz_pt.pipeline.films.film import check_output, check_rides, prepared, render_film
@@ -122,8 +121,8 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
         there = plan.file.path.absolute().with_name(path.name)
         check_output(stimulus.job, there, fps=stimulus.job.output.fps)
         camera = stimulus.job.cameras[stimulus.shot.camera]
-        if isinstance(camera, LagrangianCamera):
-            ride = (camera.vehicle, stimulus.shot, stimulus.job.scenario)
+        if camera.rides_with:
+            ride = (camera.rides_with, stimulus.shot, stimulus.job.scenario)
             if repr(ride) not in rides:
                 rides.add(repr(ride))
                 check_rides(stimulus.job, FilmOrder(path), [ShotFilm(stimulus.shot, path)])
@@ -295,18 +294,6 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
     also = [record, *inputs, *measured]
     files = write_outputs(folder, plan, films, cards=cards, also=also, seal=seal)
     return FinishedStudy(tuple(files), certificate)
-
-
-def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
-    """Check a study, render its missing films and write what goes with them.
-
-    Yields:
-        Every film that was rendered.
-    """
-    check_study(plan, order)
-    for task in film_tasks(plan, order):
-        yield render_task(plan, order, task)
-    finish_study(plan, order)
 
 
 def _discard_frames(folder: Path, plan: StudyPlan) -> None:

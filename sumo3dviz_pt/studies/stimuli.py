@@ -28,13 +28,12 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import located
 from sumo3dviz_pt.job.settings import (
     Job,
-    LagrangianCamera,
-    LayerName,
     ScenarioSettings,
     ShotSettings,
 )
 from sumo3dviz_pt.job.study import Patch, StudySettings
 from sumo3dviz_pt.job.yaml12 import KeyPath
+from sumo3dviz_pt.model.numbers import LayerName
 from sumo3dviz_pt.pipeline.provenance import (
     by_role,
     contents,
@@ -309,7 +308,7 @@ class _Digests:
         settings = {key: value for key, value in job.model_dump().items() if key not in _APART}
         settings["output"] = {k: v for k, v in settings["output"].items() if k != "layers"}
         camera = job.cameras.get(shot.camera)
-        view = camera.view if isinstance(camera, LagrangianCamera) else ""
+        view = "" if camera is None else camera.preset
         content = {
             "settings": with_files(settings, contents),
             "files": self._scenario(job),

@@ -87,21 +87,6 @@ def write_boxes(path: Path, what: Spherical) -> None:
         part.unlink(missing_ok=True)
 
 
-def read_boxes(path: Path) -> Spherical | None:
-    """Return what a film tells players; None where it has no such boxes.
-
-    Raises:
-        RenderError: If it is no such film.
-        OSError: If it cannot be read.
-    """
-    with path.open("rb") as film:
-        for name, start, size in _outer(film, name=path.name):
-            if name == b"moov":
-                film.seek(start)
-                return _found(film.read(size))
-    return None
-
-
 # Writing ----------------------------------------------------------------------------------------
 
 
@@ -213,23 +198,3 @@ def inner_boxes(content: bytes) -> Iterator[tuple[bytes, int, int]]:
             return
         yield kind, at, size
         at += size
-
-
-def _found(content: bytes) -> Spherical | None:
-    """Return what boxes that lie in each other tell players."""
-    known = dict(_told(content))
-    if not known:
-        return None
-    return Spherical(int(known.get("stereo", 0)), known.get("cropped"))
-
-
-def _told(content: bytes) -> Iterator[tuple[str, float]]:
-    """Yield what boxes that lie in each other tell, by name."""
-    for name, start, size in inner_boxes(content):
-        one = content[start : start + size]
-        if name in _HEADERS or name in ENTRIES or name in (b"sv3d", b"proj"):
-            yield from _told(one[_HEADERS.get(name, ENTRY_HEADER if name in ENTRIES else 8) :])
-        elif name == b"st3d":
-            yield "stereo", float(one[12])
-        elif name == b"equi":
-            yield "cropped", struct.unpack(">I", one[20:24])[0] / 2**32

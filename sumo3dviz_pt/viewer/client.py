@@ -452,7 +452,7 @@ class Projector:
                 "time": state.time,
                 "size": list(mean.size),
                 "eye": said_of(Eye.of(view).said(self._live.location)),
-                "riding": view.rides_in or (state.ride.vehicle if state.ride else None),
+                "riding": view.rides_in or (state.ride.rides_with if state.ride else None),
                 "playing": state.playing,
                 "denoised": smooth,
             },

@@ -66,9 +66,6 @@ AXES = (
 
 FASTER = frozenset({"ShiftLeft", "ShiftRight"})
 
-CODES = FASTER | {code for _, more, less in AXES for code in (*more, *less)}
-"""All keys that move an eye."""
-
 _SWING = 4.0
 """A heading turns by at most this many times the drag: near the poles it would whirl."""
 

@@ -296,7 +296,7 @@ class RenderThread:
         client.state = obeyed(order, client.state, self.live)
         ride = client.state.ride
         if ride is not None and self.live.sits_closed(ride):
-            self._rebuild(f"opening the cabin of {ride.vehicle}", riding=ride)
+            self._rebuild(f"opening the cabin of {ride.rides_with}", riding=ride)
 
     @_follow.register
     def _(self, order: messages.Pick, client: Client) -> None:

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.cameras import FOV
-from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LagrangianCamera
+from sumo3dviz_pt.job.settings import CameraSettings, KeyFrame, LagrangianCamera
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live
 from sumo3dviz_pt.viewer import messages
@@ -57,7 +56,7 @@ class ViewerState:
     dynamic: bool = True
     denoise: bool = False
     exposure: float = 0.0
-    ride: LagrangianCamera | None = None
+    ride: CameraSettings | None = None
     keys: frozenset[str] = frozenset()
     frames: tuple[KeyFrame, ...] = ()
     heard: int = 0
@@ -103,7 +102,7 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
     if state.flying or not state.keys:
         return state
     if state.ride is not None:
-        before = Eye(np.zeros(3), state.ride.heading, state.ride.pitch or 0.0)
+        before = Eye(np.zeros(3), *state.ride.gaze)
         return _looking(state, before, moved(before, state.keys & _LOOK, seconds))
     ground = live.ground_at(state.eye.position)
     return replace(state, eye=moved(state.eye, state.keys, seconds, ground=ground))
@@ -114,8 +113,7 @@ def _looking(state: ViewerState, before: Eye, after: Eye) -> ViewerState:
     if state.ride is None or after is before:
         return state
     heading = (after.heading + 180.0) % 360.0 - 180.0
-    turn = {"heading": heading, "pitch": after.pitch}
-    return replace(state, ride=state.ride.model_copy(update=turn))
+    return replace(state, ride=state.ride.gazing(heading, after.pitch))
 
 
 def outside(state: ViewerState, live: Live) -> ViewerState:
@@ -155,7 +153,7 @@ def _(order: messages.Drag, state: ViewerState, live: Live) -> ViewerState:
         return state
     if state.ride is None:
         return replace(state, eye=turned(state.eye, order.dx, order.dy, order.width))
-    before = Eye(np.zeros(3), state.ride.heading, state.ride.pitch or 0.0, 0.0, state.eye.fov)
+    before = Eye(np.zeros(3), *state.ride.gaze, 0.0, state.eye.fov)
     return _looking(state, before, turned(before, order.dx, order.dy, order.width))
 
 
@@ -167,25 +165,18 @@ def _(order: messages.GoTo, state: ViewerState, live: Live) -> ViewerState:
         raise ConfigError(f"no camera is called {order.name!r}", key="camera")
     camera = cameras[order.name]
     state = replace(state, ride=None, flying=False)
-    if isinstance(camera, LagrangianCamera):
+    if camera.rides_with:
         return _riding(state, camera, live)
-    if isinstance(camera, CinematicCamera):
-        time = within(camera.keyframes[0].time, live)
+    if camera.flown:
+        time = within(camera.flown[0].time, live)
         state = replace(state, eye=Eye.of(live.view_of(camera, time)), time=time, playing=False)
-        return state if _unsaved(state.frames, live) else replace(state, frames=_frames_of(camera))
+        return state if _unsaved(state.frames, live) else replace(state, frames=camera.flown)
     return replace(state, eye=Eye.of(live.view_of(camera, state.time)))
-
-
-def _frames_of(camera: CinematicCamera) -> tuple[KeyFrame, ...]:
-    """Return the key frames of a path, each with its opening angle."""
-    own = {"fov": camera.lens.degrees(FOV)}
-    return tuple(key if key.fov else key.model_copy(update=own) for key in camera.keyframes)
 
 
 def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
     """Return whether there are key frames that no camera of the scene has."""
-    paths = [each for each in live.job.cameras.values() if isinstance(each, CinematicCamera)]
-    return bool(frames) and frames not in map(_frames_of, paths)
+    return bool(frames) and frames not in [each.flown for each in live.job.cameras.values()]
 
 
 @obeyed.register
@@ -280,7 +271,7 @@ def _dropped(state: ViewerState, live: Live) -> KeyFrame:
     return key_frame(eye, time)
 
 
-def _riding(state: ViewerState, camera: LagrangianCamera, live: Live) -> ViewerState:
+def _riding(state: ViewerState, camera: CameraSettings, live: Live) -> ViewerState:
     """Ride with a road user, at a time at which it is there."""
     riding = replace(state, ride=camera, flying=False)
     begin, end = live.life_of(camera)

@@ -78,7 +78,7 @@ _OWN = frozenset({"trees", "shrubs"})  # have their species' colours
 
 
 def season_of(job: Job) -> str:
-    """Return what leaves and grass look like in a scene file, a word of `SEASONS`."""
+    """Return what leaves and grass look like in a scene file."""
     return "summer" if job.weather is None else job.weather.season
 
 
@@ -87,7 +87,7 @@ def in_season(parts: Iterable[StaticPart], season: str) -> tuple[StaticPart, ...
 
     Args:
         parts: In summer's colours, but for trees and shrubs.
-        season: A word of `SEASONS`.
+        season: Of the weather.
     """
     if season == "summer":
         return tuple(parts)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,11 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.model.weather import (
     CONTRAST,
+    FALLING_KINDS,
     Fog,
-    Rain,
-    Snow,
     Weather,
     WeatherCourse,
+    WeatherKind,
     Wind,
     cover,
     left,
@@ -34,9 +35,6 @@ _Said = WeatherMoment | WeatherSettings
 
 _NEARLY_ALL = 95.0
 """Share of roads on which fog is as dense as said; a viaduct may rise above [%]."""
-
-_ROADS = "tracked"
-"""What roads are like under snow, where nothing is said of them."""
 
 _WEST = 270.0
 """Where wind comes from, where that is not said [deg]."""
@@ -94,18 +92,17 @@ def _weather_at(settings: WeatherSettings, time: float, base: float) -> Weather:
     """The weather of a moment that the course names."""
     numbers = _Numbers(settings, time)
     wetness = numbers.of(lambda said: said.wetness)
-    rate = numbers.of(lambda said: None if said.rain is None else said.rain.rate)
+    fallen: dict[str, Any] = {name: _part(numbers, name) for name in FALLING_KINDS}
     if wetness is None:
-        wetness = min(1.0, (rate or 0.0) / _SOAKING)
+        wetness = min(1.0, (0.0 if fallen["rain"] is None else fallen["rain"].rate) / _SOAKING)
     puddles = numbers.of(lambda said: said.puddles)
     return Weather(
         fog=_fog(numbers, base),
-        rain=None if rate is None else Rain(rate),
         wetness=wetness,
         puddles=_POOLS * wetness if puddles is None else puddles,
-        snow=_snow(numbers),
         wind=_wind(numbers),
         season=settings.season,
+        **fallen,
     )
 
 
@@ -167,14 +164,21 @@ def _fall(fog: FogSettings) -> float | None:
     return None if fog.height is None else 1.0 / fog.height
 
 
-def _snow(numbers: _Numbers) -> Snow | None:
-    """The snow of a moment."""
-    if not numbers.anyone(lambda said: said.snow):
+def _part(numbers: _Numbers, name: str) -> WeatherKind | None:
+    """A kind of weather whose numbers and words have the same names in the scene file."""
+
+    def said_of(field: str) -> Callable[[_Said], Any]:
+        return lambda said: getattr(getattr(said, name), field, None)
+
+    if not numbers.anyone(lambda said: getattr(said, name)):
         return None
-    depth = numbers.of(lambda said: None if said.snow is None else said.snow.depth)
-    falling = numbers.of(lambda said: None if said.snow is None else said.snow.falling)
-    roads = numbers.word(lambda said: None if said.snow is None else said.snow.roads)
-    return Snow(depth or 0.0, roads or _ROADS, falling or 0.0)
+    kind, found = FALLING_KINDS[name], {}
+    for each in fields(kind):
+        ask = numbers.word if isinstance(each.default, str) else numbers.of
+        value = ask(said_of(each.name))
+        if value is not None:
+            found[each.name] = value
+    return kind(**found)
 
 
 def _wind(numbers: _Numbers) -> Wind | None:

@@ -12,7 +12,7 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.sumo import read_network
-from sumo3dviz_pt.world.roads.cells import overlapping_pairs
+from sumo3dviz_pt.world.roads.cells import overlaps
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 from sumo3dviz_pt.world.roads.roads import build_roads
 
@@ -40,7 +40,7 @@ def layout(name: str) -> RoadLayout:
 @pytest.mark.parametrize("name", FLAT)
 def test_no_two_pieces_share_area(name):
     cells = layout(name).cells
-    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
+    assert len(overlaps(cells, above=1e-4).winners) == 0
     whole = shapely.union_all(cells.polygons, grid_size=1e-6).area
     assert shapely.area(cells.polygons).sum() == pytest.approx(whole, rel=1e-5)
 
@@ -82,4 +82,4 @@ def test_two_kilometres_of_motorway_stay_within_the_budget():
 def test_hills_have_no_overlap_on_one_level():
     cells = layout("monaco_west_hills").cells
     # A handful of places are 2.5 m apart at one end and less at the other.
-    assert len(overlapping_pairs(cells, above=1e-4)[0]) <= 5
+    assert len(overlaps(cells, above=1e-4).winners) <= 5

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from builders import aspect_at
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.sumo import read_network, read_signals
@@ -97,7 +98,7 @@ def test_interpolated_yellow_only_where_the_log_has_none(name):
         if letters & set("yYu") or "r" not in letters:
             times = phases[tls].times[:: max(len(phases[tls].times) // 50, 1)]
             for time in times:
-                assert signals.aspect_at(tls, link, time) == logged.aspect_at(tls, link, time)
+                assert aspect_at(signals, tls, link, time) == aspect_at(logged, tls, link, time)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -14,7 +14,7 @@ from sumo3dviz_pt.library.mesh.bands import mitres, without_repeats
 from sumo3dviz_pt.library.mesh.planar import triangulate
 from sumo3dviz_pt.model.geometry import arc_length
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.world.roads.cells import overlapping_pairs
+from sumo3dviz_pt.world.roads.cells import overlaps
 from sumo3dviz_pt.world.roads.layout import layout_roads
 
 CARS = frozenset({"passenger"})
@@ -33,7 +33,7 @@ def road(key: str, points: list[tuple[int, int]]) -> Edge:
 def test_crossing_roads_never_overlap_and_cover_their_lanes(one, other):
     edges = {key: road(key, points) for key, points in (("one", one), ("other", other))}
     cells = layout_roads(Network(edges, {}, (), Location()), RoadSettings()).cells
-    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
+    assert len(overlaps(cells, above=1e-4).winners) == 0
     whole = shapely.union_all(cells.polygons, grid_size=1e-6)
     assert shapely.area(cells.polygons).sum() == pytest.approx(whole.area, rel=1e-3)
     for edge in edges.values():

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, settled
+from sumo3dviz_pt.model.numbers import eased
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,4 +78,4 @@ def smoothstep(low: float, high: float, values: Floats) -> Floats:
         values: Any shape.
     """
     t = np.clip((values - low) / (high - low), 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))
+    return np.asarray(eased(t))

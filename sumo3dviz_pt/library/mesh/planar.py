@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, settled, unit
+from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 
 SMALLEST_AREA = 1e-5
 """Polygons below this area [m2] are dropped; nobody can see them."""
@@ -164,18 +164,3 @@ def grid_faces(rows: int, columns: int, *, closed: bool = False) -> Ints:
     return np.concatenate(
         [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
     )
-
-
-def height_field(x: Floats, y: Floats, z: Floats) -> Mesh:
-    """Build a surface over a rectangular grid, facing up, with smooth normals.
-
-    Args:
-        x: Increasing, (n,) [m].
-        y: Increasing, (m,) [m].
-        z: Heights, (m, n) [m].
-    """
-    xx, yy = np.meshgrid(x, y)
-    slope_y, slope_x = np.gradient(z, y, x)
-    normals = np.stack([-slope_x, -slope_y, np.ones_like(z)], axis=-1).reshape(-1, 3)
-    vertices = np.stack([xx, yy, z], axis=-1).reshape(-1, 3)
-    return Mesh(vertices, grid_faces(*z.shape), unit(normals))

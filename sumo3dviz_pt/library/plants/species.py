@@ -12,7 +12,7 @@ photographs of central Europe. Winter is late January, spring late April, autumn
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -89,10 +89,16 @@ class Species(RecipeValue):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _PlantFile(AssetFile):
-    """Content of the `asset.yaml` of a plant."""
+    """Content of the `asset.yaml` of a plant.
+
+    Attributes:
+        planted: Where our code plants it, by the names that `urn` is asked for: its lots in the
+            urn from which species are drawn there, each as its turn and its weight.
+    """
 
     kind: Literal["tree", "shrub"]
     recipe: Species
+    planted: Mapping[str, tuple[tuple[int, float], ...]] = field(default_factory=dict)
 
 
 _FILES = read_family("plants", _PlantFile)
@@ -108,8 +114,19 @@ SHRUBS: Mapping[str, Species] = MappingProxyType(
 """Shrubs by name."""
 
 
-SEASONS = ("spring", "summer", "autumn", "winter")
-"""All of them."""
+def urn(where: str) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    """Return the species that are drawn somewhere, with their weights, in the order of their turns.
+
+    Args:
+        where: Such as `alleys`; a species may have several lots.
+    """
+    lots = sorted(
+        (turn, name, weight)
+        for name, file in _FILES.items()
+        for turn, weight in file.planted.get(where, ())
+    )
+    return tuple(name for _, name, _ in lots), tuple(weight for _, _, weight in lots)
+
 
 _FRESH = np.array([1.22, 1.12, 0.85])  # spring's leaves, by summer's
 _FROSTED = np.array([0.92, 0.80, 0.95])  # winter's needles
@@ -160,7 +177,7 @@ def leaf_tints(tint: Floats, kind: Species, season: str, *, chance: float) -> Fl
     Args:
         tint: In summer, (n, 3).
         kind: Its species.
-        season: One of `SEASONS`.
+        season: Of the weather.
         chance: How far this plant has turned, in [0, 1).
     """
     if season == "summer" or bare(kind, season):

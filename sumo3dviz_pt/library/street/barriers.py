@@ -23,6 +23,7 @@ from sumo3dviz_pt.library.buildings.shell import box
 from sumo3dviz_pt.library.materials import coloured
 from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, arc_length, merge_meshes, unit
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.scene import Part
 
 STEP = 2.0
@@ -105,7 +106,7 @@ def end_drop(line: Floats) -> Floats:
     total = distance[-1]
     ramp = min(_RAMP, total / 3)
     share = np.clip(np.minimum(distance, total - distance) / ramp, 0.0, 1.0)
-    drop: Floats = _BURIED * (1.0 - share * share * (3.0 - 2.0 * share))
+    drop: Floats = _BURIED * (1.0 - eased(share))
     return drop
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,12 +25,19 @@ from sumo3dviz_pt.image.layers import (
     boxes_2d,
     coco_categories,
     flow_of,
+    header,
     kitti_calibration,
     kitti_line,
+    mattes,
+    read_flow,
+    read_numbers,
+    write_flow,
+    write_numbers,
 )
-from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints, Transform
 from sumo3dviz_pt.model.layers import SKY, Thing
 from sumo3dviz_pt.model.network import UNPLACED, Location
+from sumo3dviz_pt.model.numbers import LAYER_KINDS
 from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, View
 
 if TYPE_CHECKING:
@@ -38,9 +45,6 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Facts, Session
     from sumo3dviz_pt.shot.build import Shot
 
-
-FOLDERS = ("frames", "ids", "semantic", "flow", "kitti")
-"""Folders of files of single frames."""
 
 WHOLE = ("cameras.json", "instances.csv", "coco.json", "lamps.csv")
 """Files of a whole film."""
@@ -61,35 +65,22 @@ def channels_file(folder: Path, number: int) -> Path:
     return folder / "frames" / f"{number:06d}.exr"
 
 
-def mattes_file(folder: Path, number: int) -> Path:
-    """Return the file of a frame's Cryptomatte."""
-    return folder / "ids" / f"{number:06d}.exr"
-
-
-def classes_file(folder: Path, number: int) -> Path:
-    """Return the file of a frame's classes."""
-    return folder / "semantic" / f"{number:06d}.png"
-
-
-def flow_file(folder: Path, number: int) -> Path:
-    """Return the file of the flow from a frame to the next."""
-    return folder / "flow" / f"{number:06d}.png"
-
-
-def kitti_files(folder: Path, number: int) -> tuple[Path, Path]:
-    """Return the files of a frame's boxes and of its camera, as KITTI has them."""
-    kitti = folder / "kitti"
-    return kitti / f"{number:06d}.txt", kitti / f"calib.{number:06d}.txt"
+def own_file(folder: Path, number: int, layer: str) -> Path:
+    """Return the file of a frame that one layer has for itself."""
+    return folder / OWN_FILES[layer].place.format(number)
 
 
 def files_of(folder: Path, number: int) -> tuple[Path, ...]:
     """Return all files that a frame's layers may have."""
-    own = (said_file, channels_file, mattes_file, classes_file, flow_file)
-    return *(place(folder, number) for place in own), *kitti_files(folder, number)
+    own = [own_file(folder, number, layer) for layer in OWN_FILES]
+    camera = _calibration(own_file(folder, number, "boxes3d"))
+    return said_file(folder, number), channels_file(folder, number), *own, camera
 
 
-_OWNED = frozenset({"ids", "instance", "semantic", "flow", "boxes2d", "boxes3d"})
-"""Layers for which it must be known whose a pixel is."""
+def _calibration(boxes: Path) -> Path:
+    """Return the file of a frame's camera as KITTI has it, beside that of its boxes."""
+    return boxes.with_name(f"calib.{boxes.name}")
+
 
 _SIDE = 4
 """Rays a pixel, along each of its sides, that tell coverage."""
@@ -97,12 +88,7 @@ _SIDE = 4
 
 def rays_for(wanted: Collection[str]) -> set[str]:
     """Return what rays through pixels' centres are asked for some layers."""
-    rays = {"depth", "normals", "albedo"} & {*wanted}
-    if _OWNED & {*wanted}:
-        rays |= {"depth", "face", "instance"}
-    if "flow" in wanted:
-        rays.add("corners")
-    return rays
+    return {ray for layer in wanted for ray in LAYER_KINDS[layer].rays}
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,44 +275,25 @@ class LayerWriter:
         Raises:
             OSError: If a file cannot be written.
         """
+        from sumo3dviz_pt.image.exr import write_parts
+
         wanted = frozenset(self.production.job.output.layers)
         frame = session.frame
         assert frame is not None, "render a frame first"
         seen = FrameFacts(self.production.shot, session, frame, wanted)
-        for name in FOLDERS:
-            (self.folder / name).mkdir(parents=True, exist_ok=True)
-        self._write_pictures(seen, number)
-        if "flow" in wanted and number + 1 < len(self.production.times):
-            self._write_flow(seen, number)
-        if "boxes3d" in wanted:
-            _write_kitti(self.folder, seen, number)
+        for file in files_of(self.folder, number):
+            file.parent.mkdir(parents=True, exist_ok=True)
+        parts = _parts(seen)
+        if parts:
+            write_parts(channels_file(self.folder, number), parts)
+        for layer, own in OWN_FILES.items():
+            if layer in wanted:
+                own.write(own_file(self.folder, number, layer), seen, self.production, number)
         # What says that all is there comes last.
         location = self.production.shot.fleet.location
         said = _said(seen, number, key=self.production.key, location=location)
         said["layers"] = sorted(wanted)
         write_whole(said_file(self.folder, number), json.dumps(said))
-
-    def _write_pictures(self, seen: FrameFacts, number: int) -> None:
-        """Write what is stored as channels, classes and mattes."""
-        from sumo3dviz_pt.image.exr import write_channels, write_parts
-        from sumo3dviz_pt.image.layers import header, mattes, write_numbers
-
-        parts = _parts(seen)
-        if parts:
-            write_parts(channels_file(self.folder, number), parts)
-        if "semantic" in seen.wanted:
-            write_numbers(classes_file(self.folder, number), seen.classes)
-        if "ids" in seen.wanted:
-            owners, names = seen.coverage()
-            path = mattes_file(self.folder, number)
-            write_channels(path, mattes(owners, names), header(names[1:]))
-
-    def _write_flow(self, seen: FrameFacts, number: int) -> None:
-        """Write the flow to the next frame."""
-        from sumo3dviz_pt.image.layers import write_flow
-
-        after = self.production.shot.frame_at(float(self.production.times[number + 1]))
-        write_flow(flow_file(self.folder, number), *seen.flow(after))
 
     def finish(self) -> None:
         """Write what is said of the whole film, from what is said of its frames."""
@@ -338,11 +305,9 @@ class LayerWriter:
         rows = {(number, *thing) for one in said for number, thing in one["things"].items()}
         ordered = sorted(rows, key=lambda row: row[1:])
         _write_csv(self.folder / "instances.csv", ("number", "name", "label", "label_id"), ordered)
-        if "boxes2d" in wanted:
-            write_whole(self.folder / "coco.json", json.dumps(_coco(said)))
-        if "lamps" in wanted:
-            lit = [(one["frame"], one["time"], lamp) for one in said for lamp in one["lamps"]]
-            _write_csv(self.folder / "lamps.csv", ("frame", "time", "lamp"), lit)
+        for layer, row in SAID.items():
+            if layer in wanted and row.finish is not None:
+                row.finish(self.folder, said)
 
 
 def is_written(folder: Path, number: int, *, key: str, layers: Iterable[str]) -> bool:
@@ -357,17 +322,13 @@ def is_written(folder: Path, number: int, *, key: str, layers: Iterable[str]) ->
 
 
 def _parts(seen: FrameFacts) -> dict[str, dict[str, Any]]:
-    """Return the channels of depth, normals, albedo and instance numbers, as asked for."""
-    found = seen.facts.found
+    """Return the channels of all layers that lie in the frame's EXR, as asked for."""
     parts: dict[str, dict[str, Any]] = {}
-    if "depth" in seen.wanted:
-        parts["depth"] = {"Z": np.asarray(found["depth"], np.float32)}
-    for layer, letters in (("normals", "XYZ"), ("albedo", "RGB")):
-        if layer in seen.wanted:
-            half = found[layer].astype(np.float16)
-            parts[layer] = {letter: half[..., k] for k, letter in enumerate(letters)}
-    if "instance" in seen.wanted:
-        parts["instance"] = {"id": seen.numbers}
+    for layer, kind in LAYER_KINDS.items():
+        if kind.channels and layer in seen.wanted:
+            found = seen.numbers if layer == "instance" else seen.facts.found[layer]
+            stored = np.atleast_3d(found.astype(kind.dtype))
+            parts[layer] = {letter: stored[..., k] for k, letter in enumerate(kind.channels)}
     return parts
 
 
@@ -382,15 +343,9 @@ def _said(seen: FrameFacts, number: int, *, key: str, location: Location) -> dic
         "camera": camera_of(frame.view, seen.size, location),
         "things": {},
     }
-    if {"instance", "ids", "semantic", "boxes2d", "boxes3d"} & wanted:
+    if any(LAYER_KINDS[layer].names for layer in wanted):
         said["things"] = {t.number: (t.name, t.label, t.label_id) for t in seen.things}
-    if "boxes2d" in wanted:
-        said["boxes2d"] = [asdict(box) for box in seen.boxes_2d]
-    if "boxes3d" in wanted:
-        said["boxes3d"] = [_box_3d(box, location) for box in seen.boxes_3d]
-    if "lamps" in wanted:
-        said["lamps"] = seen.lit
-    return said
+    return said | {name: row.say(seen, location) for name, row in SAID.items() if name in wanted}
 
 
 def camera_of(view: View, size: tuple[int, int], location: Location = UNPLACED) -> dict[str, Any]:
@@ -417,7 +372,32 @@ def _box_3d(box: Box3d, location: Location) -> dict[str, Any]:
     return {"name": box.name, "part": box.part, "size": box.size, "world_from_box": matrix}
 
 
-def _write_kitti(folder: Path, seen: FrameFacts, number: int) -> None:
+def _write_classes(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+    """Write the class of each pixel."""
+    write_numbers(path, seen.classes)
+
+
+def _write_mattes(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+    """Write a Cryptomatte."""
+    from sumo3dviz_pt.image.exr import write_channels
+
+    owners, names = seen.coverage()
+    write_channels(path, mattes(owners, names), header(names[1:]))
+
+
+def _write_flow(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+    """Write the flow to the next frame, if there is one."""
+    if number + 1 < len(production.times):
+        write_flow(path, *seen.flow(production.shot.frame_at(float(production.times[number + 1]))))
+
+
+def _read_flow(path: Path) -> dict[str, Any]:
+    """Return flow, and where it is known."""
+    flow, known = read_flow(path)
+    return {"flow": flow, "flow_valid": known}
+
+
+def _write_kitti(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
     """Write the boxes of what is seen, and the camera, as KITTI has them."""
     labels = {thing.name: thing.label for thing in seen.things}
     around = {box.name: box for box in seen.boxes_2d}
@@ -425,10 +405,83 @@ def _write_kitti(folder: Path, seen: FrameFacts, number: int) -> None:
         kitti_line(box, around[box.name], labels[box.name], seen.frame.view, seen.size)
         for box in seen.boxes_3d
     ]
-    file, calibration = kitti_files(folder, number)
-    write_whole(file, "".join(f"{line}\n" for line in lines))
+    write_whole(path, "".join(f"{line}\n" for line in lines))
     camera = camera_of(seen.frame.view, seen.size)
-    write_whole(calibration, kitti_calibration(camera["focal"], camera["centre"]))
+    write_whole(_calibration(path), kitti_calibration(camera["focal"], camera["centre"]))
+
+
+@dataclass(frozen=True, slots=True)
+class OwnFile:
+    """The file of a frame that a layer has for itself.
+
+    Attributes:
+        place: In the film's folder, with a place for the frame's number.
+        write: Writes it.
+        read: Returns the pictures in it, by name; None if it is for other programs alone.
+    """
+
+    place: str
+    write: Callable[[Path, FrameFacts, Production, int], None]
+    read: Callable[[Path], Mapping[str, Any]] | None = None
+
+
+OWN_FILES: Mapping[str, OwnFile] = {
+    "ids": OwnFile("ids/{:06d}.exr", _write_mattes),
+    "semantic": OwnFile(
+        "semantic/{:06d}.png", _write_classes, lambda path: {"semantic": read_numbers(path)}
+    ),
+    "flow": OwnFile("flow/{:06d}.png", _write_flow, _read_flow),
+    "boxes3d": OwnFile("kitti/{:06d}.txt", _write_kitti),
+}
+"""Files of layers that are no channels of the frame's EXR."""
+
+
+def _write_coco(folder: Path, said: Sequence[Mapping[str, Any]]) -> None:
+    """Write the boxes of all frames as one COCO data set."""
+    write_whole(folder / "coco.json", json.dumps(_coco(said)))
+
+
+def _write_lamps(folder: Path, said: Sequence[Mapping[str, Any]]) -> None:
+    """Write which lamps are lit in which frame."""
+    lit = [(one["frame"], one["time"], lamp) for one in said for lamp in one["lamps"]]
+    _write_csv(folder / "lamps.csv", ("frame", "time", "lamp"), lit)
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a layer says of a frame in words and numbers.
+
+    Attributes:
+        say: Returns it for a frame, in SUMO's coordinates.
+        read: Makes it again of what was stored.
+        finish: Writes a file of what was said of all frames into the film's folder, if anything.
+    """
+
+    say: Callable[[FrameFacts, Location], Any]
+    read: Callable[[Any], Any]
+    finish: Callable[[Path, Sequence[Mapping[str, Any]]], None] | None = None
+
+
+SAID: Mapping[str, Said] = {
+    "boxes2d": Said(
+        lambda seen, location: [asdict(box) for box in seen.boxes_2d],
+        lambda said: tuple(Box2d(**one) for one in said),
+        _write_coco,
+    ),
+    "boxes3d": Said(
+        lambda seen, location: [_box_3d(box, location) for box in seen.boxes_3d],
+        lambda said: tuple(_read_box_3d(one) for one in said),
+    ),
+    "lamps": Said(lambda seen, location: seen.lit, frozenset, _write_lamps),
+}
+"""Layers that are no pictures."""
+
+
+def _read_box_3d(said: Mapping[str, Any]) -> Box3d:
+    """Return a box around a body."""
+    length, width, height = said["size"]
+    placed = Transform(np.array(said["world_from_box"]))
+    return Box3d(said["name"], said["part"], (length, width, height), placed)
 
 
 def _coco(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

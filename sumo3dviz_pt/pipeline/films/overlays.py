@@ -24,7 +24,6 @@ import numpy as np
 from sumo3dviz_pt.errors import InputError, RenderError
 from sumo3dviz_pt.files.atomic import write_whole
 from sumo3dviz_pt.job.overlays import OverlaySettings
-from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import View
@@ -123,8 +122,7 @@ def film_facts(production: Production, wanted: OverlaySettings, *, rate: float) 
         log.warning("overlays: nobody near the camera of this film is called %s", pattern)
     job, fleet = production.job, production.shot.fleet
     camera = job.cameras[production.camera]
-    rides = isinstance(camera, LagrangianCamera)
-    ridden = find_rider(fleet, camera.vehicle).key if isinstance(camera, LagrangianCamera) else ""
+    ridden = find_rider(fleet, camera.rides_with).key if camera.rides_with else ""
     views = [production.shot.frame_at(at).view for at in production.times.tolist()]
     around = _around(production, views, wanted)
     frames = [
@@ -143,7 +141,7 @@ def film_facts(production: Production, wanted: OverlaySettings, *, rate: float) 
         _paths(fleet, production.times, wanted),
         lanes,
         widths,
-        inside=rides and bool(views[0].rides_in),
+        inside=bool(ridden) and bool(views[0].rides_in),
     )
 
 

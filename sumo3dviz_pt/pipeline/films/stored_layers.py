@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.layers import Box2d, Box3d
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.layers import Layers, Thing
+from sumo3dviz_pt.model.numbers import LAYER_KINDS
 from sumo3dviz_pt.pipeline.films import layers as places
 from sumo3dviz_pt.pipeline.films.layers import FORMS
 
@@ -79,34 +79,12 @@ def read_frame(folder: Path, number: int) -> FrameLayers:
             said["frame"],
             said["time"],
             _pictures(folder, number),
-            {int(key): Thing(one[0], one[1]) for key, one in said["things"].items()},
-            tuple(Box2d(**one) for one in said.get("boxes2d", ())),
-            tuple(_box_3d(one) for one in said.get("boxes3d", ())),
-            frozenset(said.get("lamps", ())),
-            _camera(said["camera"]),
+            things={int(key): Thing(one[0], one[1]) for key, one in said["things"].items()},
+            **{layer: row.read(said.get(layer, ())) for layer, row in places.SAID.items()},
+            camera=_camera(said["camera"]),
         )
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"is damaged ({error}); render the frame again", file=path) from error
-
-
-def read_things(folder: Path) -> Mapping[int, Thing]:
-    """Return what the numbers of instances stand for in all frames of a film.
-
-    Args:
-        folder: A film's, such as `film.layers`.
-
-    Raises:
-        InputError: If they are missing or damaged.
-    """
-    path = folder / "instances.csv"
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        return {int(row["number"]): Thing(row["name"], row["label"]) for row in rows}
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"is damaged ({error})", file=path) from error
 
 
 def _said(path: Path) -> dict[str, Any]:
@@ -125,30 +103,21 @@ def _said(path: Path) -> dict[str, Any]:
 def _pictures(folder: Path, number: int) -> Layers:
     """Return all layers of a frame that are pictures."""
     from sumo3dviz_pt.image.exr import read_channels
-    from sumo3dviz_pt.image.layers import read_flow, read_numbers
 
     found: dict[str, Any] = {}
     if (file := places.channels_file(folder, number)).is_file():
         channels, _ = read_channels(file)
-        for layer, letters in (("depth", "Z"), ("normals", "XYZ"), ("albedo", "RGB")):
-            own = [channels[f"{layer}.{k}"] for k in letters if f"{layer}.{k}" in channels]
+        for layer, kind in LAYER_KINDS.items():
+            own = [channels[f"{layer}.{k}"] for k in kind.channels if f"{layer}.{k}" in channels]
             if own:
-                whole = np.stack(own, axis=-1).astype(np.float32)
-                found[layer] = whole[..., 0] if len(letters) == 1 else whole
-        if "instance.id" in channels:
-            found["instance"] = channels["instance.id"]
-    if (file := places.classes_file(folder, number)).is_file():
-        found["semantic"] = read_numbers(file)
-    if (file := places.flow_file(folder, number)).is_file():
-        found["flow"], found["flow_valid"] = read_flow(file)
+                whole = np.stack(own, axis=-1)
+                whole = whole.astype(np.float32) if kind.dtype.startswith("float") else whole
+                found[layer] = whole[..., 0] if len(kind.channels) == 1 else whole
+    for layer, row in places.OWN_FILES.items():
+        file = places.own_file(folder, number, layer)
+        if row.read is not None and file.is_file():
+            found |= row.read(file)
     return Layers(found)
-
-
-def _box_3d(said: Mapping[str, Any]) -> Box3d:
-    """Return a box around a body."""
-    length, width, height = said["size"]
-    placed = Transform(np.array(said["world_from_box"]))
-    return Box3d(said["name"], said["part"], (length, width, height), placed)
 
 
 def _camera(said: Mapping[str, Any]) -> Camera:

@@ -32,6 +32,7 @@ from sumo3dviz_pt.model.falling import Cabin, Falling, SkyLight, drop_speed, rai
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.lens import Lens, planes_of_rays
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.falling import drops as kinds
 from sumo3dviz_pt.render.falling.drops import (
@@ -160,8 +161,7 @@ def _far(drops: Drops, away: Floats, far: Reach) -> Floats:
 
 def _smooth(share: Floats) -> Floats:
     """Return a smooth step from 0 to 1 of shares."""
-    share = np.clip(share, 0.0, 1.0)
-    return np.asarray(share * share * (3.0 - 2.0 * share))
+    return np.asarray(eased(np.clip(share, 0.0, 1.0)))
 
 
 _LARGE = 1.6
@@ -457,9 +457,10 @@ def _laid(radiance: Image, seen: Layers, lens: Lens, falling: Falling, light: Sk
         crowns = splashes(falling, light, seen, lens=lens, size=size)
         if crowns is not None:
             draw(veil, crowns)
-    for matter, rate in ((kinds.rain(), falling.rain), (kinds.snow(), falling.snow)):
+    for name, matter in kinds.MATTERS.items():
+        rate = getattr(falling, name)
         if rate > 0.0:
-            drops, far = drops_before(falling, matter, rate, lens=lens, size=size)
+            drops, far = drops_before(falling, matter(), rate, lens=lens, size=size)
             draw(veil, strokes_of(drops, falling, far, light, lens=lens, size=size))
     laid = veil.over(radiance)
     if falling.windscreen is None:

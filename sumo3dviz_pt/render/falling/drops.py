@@ -22,10 +22,11 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -118,7 +119,8 @@ class Matter:
     """What falls.
 
     Attributes:
-        name: `rain` or `snow`.
+        name: That of its rate in `Falling`; chance counts by it, too.
+        flakes: Whether its members are flakes.
         kinds: Its bins.
         sizes: The distribution for a rate [mm/h].
         diameter: In the air [mm] by the diameter as water [mm].
@@ -128,6 +130,7 @@ class Matter:
     """
 
     name: str
+    flakes: bool
     kinds: tuple[Kind, ...]
     sizes: Callable[[float], Sizes]
     diameter: Callable[[Floats], Floats]
@@ -161,9 +164,8 @@ class Reach:
 def rain() -> Matter:
     """Return the drops of rain; smaller ones are mist."""
     edges = [*np.arange(0.4, 2.0, 0.2), *np.arange(2.0, 4.0, 0.4), 4.0, 4.8, 6.0]
-    return Matter(
-        "rain", _kinds(edges, drop_speed, np.asarray), rain_sizes, np.asarray, 0.03, 1.6, 14_000
-    )
+    kinds = _kinds(edges, drop_speed, np.asarray)
+    return Matter("rain", False, kinds, rain_sizes, np.asarray, 0.03, 1.6, 14_000)
 
 
 @cache
@@ -171,7 +173,11 @@ def snow() -> Matter:
     """Return the flakes of snow."""
     edges = np.geomspace(0.3, 4.5, 15).tolist()
     kinds = _kinds(edges, flake_speed, flake_diameter)
-    return Matter("snow", kinds, snow_sizes, flake_diameter, 0.1, 0.8, 30_000)
+    return Matter("snow", True, kinds, snow_sizes, flake_diameter, 0.1, 0.8, 30_000)
+
+
+MATTERS: Mapping[str, Callable[[], Matter]] = MappingProxyType({"rain": rain, "snow": snow})
+"""What falls, by the names of `Falling`'s rates; drawn one after the other."""
 
 
 def _kinds(
@@ -238,8 +244,6 @@ LOW_WIND = 0.7
 _SLOW = 0.25
 """Share of a drop, or of all if there is less than one in a cube, that comes by and by."""
 
-_SALTS = {"rain": 0x5261696E, "snow": 0x536E6F77}
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drops:
@@ -295,7 +299,7 @@ def drops_before(
         if end > NEAREST:
             cells = _cells(falling, kind, end=end, cone=cone)
             each.append(_members(falling, matter, kind, sizes, cells))
-    return joined(each, flakes=matter.name == "snow"), far
+    return joined(each, flakes=matter.flakes), far
 
 
 def joined(each: Sequence[Drops], *, flakes: bool) -> Drops:
@@ -338,7 +342,7 @@ def _cells(falling: Falling, kind: Kind, *, end: float, cone: float) -> Ints:
 
 def _members(falling: Falling, matter: Matter, kind: Kind, sizes: Sizes, cells: Ints) -> Drops:
     """Return the drops of a kind in some of its cubes."""
-    seed = falling.seed * 0x1F + _SALTS[matter.name]
+    seed = falling.seed * 0x1F + int.from_bytes(matter.name.capitalize().encode())
     keys = keys_of(seed, np.full(len(cells), kind.number), *cells.T)
     dense = float(sizes.above(kind.low) - sizes.above(kind.high)) * kind.cell**3
     # Where the rate rises, the last one of a cube comes into being little by little.

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.numbers import eased
 
 _ROOM, _LEAST_ROOM = np.float32(0.02), np.float32(0.02)
 """How softly a surface hides what is behind it: share of the distance, and at least so far [m]."""
@@ -95,7 +96,7 @@ class Laid(NamedTuple):
 
 def turn_of(lens: Lens, size: tuple[int, int]) -> float | None:
     """Return how many columns a whole turn takes [px]; None where columns do not go around."""
-    if lens.projection != "equirectangular":
+    if not lens.kind.goes_round:
         return None
     return size[0] / lens.turn
 
@@ -304,4 +305,4 @@ def _thick(lines: _Lines, owner: Ints, row: Ints, held: Floats, off: Image) -> I
     half = lines.half[owner, None]
     soft = np.maximum(2.0 * _SOFT * half, 1.0)
     rise = np.clip((half + 0.5 * soft - apart) / soft, 0.0, 1.0)
-    return np.asarray(rise * rise * (3.0 - 2.0 * rise), dtype=np.float32)
+    return np.asarray(eased(rise), dtype=np.float32)

@@ -6,7 +6,6 @@ without other lenses stay the same. Any other lens is a few operations of the ke
 are no part of the kernel's code.
 
 References:
-    As in `model.projections`, which does the same in numpy, for single rays.
     Cook, Porter and Carpenter, "Distributed ray tracing", SIGGRAPH 1984,
         doi:10.1145/800031.808590: depth of field by points on the lens.
 """
@@ -20,12 +19,45 @@ import mitsuba as mi
 
 from sumo3dviz_pt.model.falling import Pane
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lens import NEWTON
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.convert import NEAR_CLIP, WHOLE, PicturePart
 
 _FARTHEST = 1e7
 """Of what a lens can be focused on [m]; farther is infinity in single precision."""
+
+
+class DrJitMath:
+    """What rays are worked out with in the kernel; see `ArrayMath` in `model/projections.py`."""
+
+    def cos(self, value: Any) -> Any:
+        """Return cosines."""
+        return dr.cos(value)
+
+    def sincos(self, value: Any) -> tuple[Any, Any]:
+        """Return sines and cosines."""
+        sine, cosine = dr.sincos(value)
+        return sine, cosine
+
+    def hypot(self, one: Any, other: Any) -> Any:
+        """Return lengths of two sides together."""
+        return dr.sqrt(one * one + other * other)
+
+    def sinc(self, value: Any) -> Any:
+        """Return sines over their angles, 1 at 0."""
+        return dr.select(value > 1e-6, dr.sin(value) / dr.maximum(value, 1e-6), 1.0)
+
+    def select(self, where: Any, one: Any, other: Any) -> Any:
+        """Return one value where something holds, and another elsewhere."""
+        return dr.select(where, one, other)
+
+    def stretch(self, slopes: Any, distortion: Any) -> Any:
+        """Return the factor by which distortion stretches slopes."""
+        first, second = distortion
+        square = slopes * slopes
+        return 1.0 + square * (first + second * square)
+
+
+_DRJIT = DrJitMath()
 
 
 class SensorEye:
@@ -114,42 +146,20 @@ class LensEye:
 
     def _traced(self, left: Any, up: Any, shift: Any) -> tuple[Any, Any]:
         """Return where rays begin and their directions, in the camera's frame."""
-        lens = self._lens
-        beside = mi.Vector3f(0.0, shift, 0.0)
-        if lens.projection == "equirectangular":
-            sine, cosine = dr.sincos(left)
-            rise, flat = dr.sincos(up)
-            direction = mi.Vector3f(flat * cosine, flat * sine, rise)
-            return mi.Vector3f(-shift * sine, shift * cosine, 0.0), direction
-        if lens.projection == "fisheye":
-            angle = dr.sqrt(left * left + up * up)
-            share = dr.select(angle > 1e-6, dr.sin(angle) / dr.maximum(angle, 1e-6), 1.0)
-            return beside, mi.Vector3f(dr.cos(angle), share * left, share * up)
-        if lens.projection == "orthographic":
-            return mi.Vector3f(0.0, left, up), mi.Vector3f(1.0, 0.0, 0.0)
-        if any(lens.distortion):
-            left, up = self._straightened(left, up)
-        return beside, dr.normalize(mi.Vector3f(1.0, left, up))
-
-    def _straightened(self, left: Any, up: Any) -> tuple[Any, Any]:
-        """Return the slopes that distortion puts at places, as `projections.undistorted` does."""
-        first, second = (_number(one) for one in self._lens.distortion)
-        length = dr.sqrt(left * left + up * up)
-        slope = mi.Float(length)
-        for _ in range(NEWTON):
-            square = slope * slope
-            value = slope * (1.0 + square * (first + second * square))
-            steepness = 1.0 + square * (3.0 * first + 5.0 * second * square)
-            slope -= (value - length) / steepness
-        stretch = dr.select(length > 0.0, slope / length, 1.0)
-        return left * stretch, up * stretch
+        kind, bent = self._lens.kind, None
+        if any(self._lens.distortion):
+            first, second = self._lens.distortion
+            bent = (_number(first), _number(second))
+        start, direction = kind.rays(_DRJIT, left, up, shift=shift, distortion=bent)
+        towards = mi.Vector3f(*direction)
+        return mi.Vector3f(*start), dr.normalize(towards) if kind.is_flat else towards
 
     def _refracted(self, start: Any, direction: Any, on_lens: Any) -> tuple[Any, Any]:
         """Return rays from points on the lens that meet where it is focused."""
         lens = self._lens
         radius, focus = _number(lens.aperture), _number(min(lens.focus, _FARTHEST))
         disk = mi.warp.square_to_uniform_disk_concentric(on_lens) * radius
-        if lens.projection == "perspective":
+        if lens.kind.is_flat:
             offset = mi.Vector3f(0.0, disk.x, disk.y)
             sharp = direction * (focus / direction.x)
         else:

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, grey_opening
 
 from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.trajectory import TyreTracks
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernel.rows import Kind
@@ -99,8 +100,7 @@ class Exposure:
 
 def soft(value: Any) -> Any:
     """Return a value, cut to [0, 1], with soft ends."""
-    share = dr.clip(value, 0.0, 1.0)
-    return share * share * (3.0 - 2.0 * share)
+    return eased(dr.clip(value, 0.0, 1.0))
 
 
 def number(value: float) -> Any:

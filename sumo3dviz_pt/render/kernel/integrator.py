@@ -12,8 +12,9 @@ picture does not depend on whether it was asked.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import drjit as dr
@@ -37,22 +38,6 @@ from sumo3dviz_pt.render.kernel.tables import Owners, Tables, owners_of
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.loaded import LoadedScene
 
-WIDTHS: Mapping[str, int] = {
-    "depth": 1,
-    "face": 1,
-    "instance": 1,
-    "corners": 2,
-    "normals": 3,
-    "albedo": 3,
-}
-"""Channels of everything that can be asked for.
-
-`depth` is the distance from the eye along the ray [m], 0 where nothing was met; `face` the number
-of the face in the tables, `instance` Mitsuba's number of the instance or 0, `corners` where in the
-face it was met: weights of its second and third corner; `normals` unit shading normals; `albedo`
-reflectance.
-"""
-
 CENTRE = (0.5, 0.5)
 """The middle of a pixel, in widths and heights of it."""
 
@@ -72,7 +57,7 @@ def met_through(
     Args:
         place: What the rays go through.
         eye: What the rays come from; all go through the middle of its lens.
-        wanted: Names of `WIDTHS`.
+        wanted: Names of `RAYS`.
         at: Where in the pixels, in widths and heights of one.
         size: Width, height of the picture [px].
     """
@@ -87,7 +72,8 @@ def met_through(
     found = place.solids.nearest(ray, True)
     # Rays may begin a little before the eye.
     found.t += eye.lead(ray)
-    channels = {name: _channels(name, place, found, ray) for name in WIDTHS if name in wanted}
+    met = Met(place, found, ray)
+    channels = {name: of(met) for name, of in RAYS.items() if name in wanted}
     dr.schedule(channels)
     return {
         name: np.stack([np.array(one) for one in some], axis=-1)
@@ -97,27 +83,67 @@ def met_through(
     }
 
 
-def _channels(name: str, place: Place, found: Any, ray: Any) -> list[Any]:
-    """Return the channels of one thing that was asked for."""
-    there = mi.Bool(found.is_valid())
-    if name == "depth":
-        return [dr.select(there, found.t, 0.0)]
-    if name == "instance":
-        return [dr.select(there, dr.reinterpret_array(mi.UInt32, found.instance), 0)]
-    if name == "corners":
-        return [dr.select(there, one, 0.0) for one in found.prim_uv]
-    surface = place.surfaces.met(found, ray, mi.Bool(True))
-    if name == "face":
-        return [dr.select(surface.there, surface.face, 0)]
-    if name == "normals":
-        normal = mi.Vector3f(surface.si.sh_frame.n)
-        return [dr.select(surface.there, one, 0.0) for one in normal]
-    albedo = surface.finish.colour
-    if place.surfaces.foreign:
-        si = found.compute_surface_interaction(ray, mi.RayFlags.All, surface.foreign)
-        theirs = si.bsdf().eval_diffuse_reflectance(si, surface.foreign)
-        albedo = dr.select(surface.foreign, theirs, albedo)
-    return [dr.select(surface.there, one, 0.0) for one in albedo]
+@dataclass(frozen=True, eq=False)
+class Met:
+    """What rays have met.
+
+    Attributes:
+        place: What they went through.
+        found: Mitsuba's word for what each of them met first.
+        ray: The rays.
+    """
+
+    place: Place
+    found: Any
+    ray: Any
+
+    @cached_property
+    def surface(self) -> Any:
+        """The surfaces that they met."""
+        return self.place.surfaces.met(self.found, self.ray, mi.Bool(True))
+
+    def there(self, channels: Any) -> list[Any]:
+        """Return channels where something was met, else 0."""
+        return [dr.select(self.surface.there, one, 0.0) for one in channels]
+
+
+def _instance(met: Met) -> list[Any]:
+    """Return Mitsuba's numbers of instances."""
+    number = dr.reinterpret_array(mi.UInt32, met.found.instance)
+    return [dr.select(mi.Bool(met.found.is_valid()), number, 0)]
+
+
+def _corners(met: Met) -> list[Any]:
+    """Return where in the faces they were met."""
+    there = mi.Bool(met.found.is_valid())
+    return [dr.select(there, one, 0.0) for one in met.found.prim_uv]
+
+
+def _albedo(met: Met) -> list[Any]:
+    """Return reflectances."""
+    albedo, foreign = met.surface.finish.colour, met.surface.foreign
+    if met.place.surfaces.foreign:
+        si = met.found.compute_surface_interaction(met.ray, mi.RayFlags.All, foreign)
+        theirs = si.bsdf().eval_diffuse_reflectance(si, foreign)
+        albedo = dr.select(foreign, theirs, albedo)
+    return met.there(albedo)
+
+
+RAYS: Mapping[str, Callable[[Met], list[Any]]] = {
+    "depth": lambda met: [dr.select(mi.Bool(met.found.is_valid()), met.found.t, 0.0)],
+    "face": lambda met: [dr.select(met.surface.there, met.surface.face, 0)],
+    "instance": _instance,
+    "corners": _corners,
+    "normals": lambda met: met.there(mi.Vector3f(met.surface.si.sh_frame.n)),
+    "albedo": _albedo,
+}
+"""The channels of everything that can be asked for; layers name them in `model/numbers.py`.
+
+`depth` is the distance from the eye along the ray [m], 0 where nothing was met; `face` the number
+of the face in the tables, `instance` Mitsuba's number of the instance or 0, `corners` where in the
+face it was met: weights of its second and third corner; `normals` unit shading normals; `albedo`
+reflectance.
+"""
 
 
 CHANNELS = Channels.in_order(capped=3, lost=3, depth=1, hit=1, albedo=3, normal=3)

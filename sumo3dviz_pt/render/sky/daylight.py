@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Sky
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.sky.air import clear_dome, sunlight
@@ -212,7 +213,7 @@ def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Dayl
         return Daylight(np.zeros((*size, 3), np.float32), np.zeros(3), np.zeros(3))
     model = _SunskyModel(direction, turbidity)
     fade = twilight_factor(elevation)
-    share = _smooth((elevation - _OWN_ENDS) / (_MODEL_ALONE - _OWN_ENDS))
+    share = eased(min(max((elevation - _OWN_ENDS) / (_MODEL_ALONE - _OWN_ENDS), 0.0), 1.0))
     sky, sun = agreement(elevation)
     coarse = model.sky() * (sky * fade)
     direct = model.sun() * sun
@@ -223,12 +224,6 @@ def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Dayl
         direct = _own_sun(elevation, direct, turbidity, share)
     high = direct if share == 1.0 else _sun_aloft(elevation, direct, turbidity, share)
     return Daylight(resampled(coarse, size), direct * risen_share(elevation), high)
-
-
-def _smooth(t: float) -> float:
-    """Return 0 below 0, 1 above 1, and a smooth S between."""
-    t = min(max(t, 0.0), 1.0)
-    return t * t * (3.0 - 2.0 * t)
 
 
 def risen_share(elevation: float) -> float:

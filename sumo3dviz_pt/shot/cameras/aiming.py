@@ -141,7 +141,7 @@ def lens_of(settings: LensSettings, *, degrees: float = FOV) -> Lens:
         degrees: Opening angle of a perspective lens that does not say it [deg].
     """
     if settings.width is not None:
-        return Lens(0.0, "orthographic", width=settings.width)
+        return Lens(0.0, settings.projection, width=settings.width)
     degrees = settings.degrees(degrees)
     focus = settings.focus if isinstance(settings.focus, float) else float("inf")
     return Lens(
@@ -153,6 +153,11 @@ def lens_of(settings: LensSettings, *, degrees: float = FOV) -> Lens:
         stereo=settings.stereo,
         eye_distance=settings.eye_distance,
     )
+
+
+def alone(settings: CameraSettings, location: Location = UNPLACED) -> Camera:
+    """Make a camera that rides with nobody; errors as in `build_camera`."""
+    return build_camera(settings, fleet=Fleet((), (), (), {}, location=location))
 
 
 _VIEWS = 60
@@ -183,7 +188,7 @@ def clearing(cameras: Iterable[CameraSettings]) -> list[CameraSettings]:
 
 def _views(settings: CameraSettings, location: Location) -> list[View]:
     """Views along a camera's way."""
-    camera = build_camera(settings, fleet=Fleet((), (), (), {}, location=location))
+    camera = alone(settings, location)
     moments = camera.moments()
     between = np.linspace(moments[0], moments[-1], _VIEWS) if len(moments) > 1 else moments
     return [camera.view_at(time) for time in sorted({*moments, *map(float, between)})]

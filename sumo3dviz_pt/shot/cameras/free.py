@@ -145,8 +145,7 @@ class FlyingCamera:
                 direction = subject.at(time) - position
                 if np.linalg.norm(direction) > _NEAR:
                     aim = aim_at(direction, roll=roll)
-        parallel = self.lens.projection == "orthographic"
-        lens = self.lens if parallel else replace(self.lens, opening=opening)
+        lens = self.lens if self.lens.kind.is_parallel else replace(self.lens, opening=opening)
         return View(aim.placed(position), lens)
 
     def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:

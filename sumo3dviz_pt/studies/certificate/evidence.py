@@ -39,9 +39,10 @@ from scipy.ndimage import binary_dilation, binary_erosion
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.job.settings import LayerName
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import LUMINANCE
+from sumo3dviz_pt.model.numbers import LayerName
+from sumo3dviz_pt.model.weather import FALLING_KINDS
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.layers import beside
 from sumo3dviz_pt.pipeline.films.overlays import plain_twin
@@ -131,7 +132,7 @@ def read_evidence(
 def _is_clear(account: Mapping[str, Any]) -> bool:
     """Return whether a film's air scatters no light that is seen before the sky."""
     weather = account.get("scene", {}).get("weather") or {}
-    return not any(weather.get(key) for key in ("fog", "rain", "snow", "course", "preset"))
+    return not any(weather.get(key) for key in ("fog", *FALLING_KINDS, "course", "preset"))
 
 
 def _rays(camera: Camera) -> Floats:

@@ -30,7 +30,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import RideEdit
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario, ScenarioFiles, Trace
@@ -126,8 +126,7 @@ def simulated(stimulus: Stimulus, near: Floats, *, count: int) -> Simulated:
     """
     times = Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot)[:count]
     _, scenario = read_files(stimulus.job, begin=float(times[0]), end=float(times[-1]))
-    camera = stimulus.job.cameras[stimulus.shot.camera]
-    ridden = camera.vehicle if isinstance(camera, LagrangianCamera) else ""
+    ridden = stimulus.job.cameras[stimulus.shot.camera].rides_with
     motion = motion_of(stimulus.job, scenario)
     traffic = traffic_at(motion, scenario, times, near=near, ridden=ridden)
     return Simulated(scenario, motion, traffic)

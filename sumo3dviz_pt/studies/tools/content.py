@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from string import ascii_uppercase
-from typing import Any
+from typing import Any, TypeVar
 
 from sumo3dviz_pt.files.atomic import whole
 from sumo3dviz_pt.studies.designs.trials import Playlist, Profile, Ranks, Trial
@@ -343,3 +343,32 @@ def write_table(
         for row in chain([first], coming):
             writer.writerow([_safe(row[column]) for column in columns])
     return path
+
+
+@dataclass(frozen=True, slots=True)
+class Writer:
+    """What writes the files of a tool.
+
+    Attributes:
+        write: Writes them into the study's folder, and returns them.
+        online: Whether the tool can only show films from an address.
+    """
+
+    write: Callable[[Path, StudyContent], list[Path]]
+    online: bool
+
+
+WRITERS: dict[str, Writer] = {}
+"""Writers by the tools' names in study files; modules of this folder add theirs by `writes`."""
+
+_Write = TypeVar("_Write", bound=Callable[[Path, StudyContent], list[Path]])
+
+
+def writes(tool: str, *, online: bool = False) -> Callable[[_Write], _Write]:
+    """Return what enters a function as the writer of a tool; see `Writer`."""
+
+    def enter(write: _Write) -> _Write:
+        WRITERS[tool] = Writer(write, online)
+        return write
+
+    return enter

@@ -35,6 +35,7 @@ from sumo3dviz_pt.studies.tools.content import (
     playlist_rows,
     trial_rows,
     write_table,
+    writes,
 )
 
 SCHEMA = "1.5.0"
@@ -67,6 +68,7 @@ def write_data(folder: Path, content: StudyContent) -> list[Path]:
     return [write_table(folder / "data" / name, rows) for name, rows in tables(content).items()]
 
 
+@writes("psychds")
 def write_psychds(folder: Path, content: StudyContent) -> list[Path]:
     """Write what makes a folder with tables and films a Psych-DS data set."""
     columns = dict.fromkeys(name for rows in tables(content).values() for name in next(iter(rows)))
@@ -152,6 +154,7 @@ _DRAFT = "BEP044 (draft of 2026); released BIDS only knows stim_file in events.t
 _ABSENT = "n/a"
 
 
+@writes("bids")
 def write_bids(folder: Path, content: StudyContent) -> list[Path]:
     """Write `bids/stimuli`: films under the names of the draft, stimuli.tsv and stimuli.json.
 

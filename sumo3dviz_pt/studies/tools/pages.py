@@ -39,6 +39,7 @@ from sumo3dviz_pt.studies.tools.content import (
     StudyContent,
     letter,
     trial_name,
+    writes,
 )
 
 VERSION = "8.3.0"
@@ -66,6 +67,7 @@ def own_texts() -> Mapping[str, Any]:
     return found
 
 
+@writes("jspsych")
 def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
     """Write `index.html` into the study's folder, and jsPsych beside it where it is to be there."""
     files = [folder / "index.html"]

@@ -26,14 +26,14 @@ import hashlib
 import html
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path, PurePosixPath
-from types import MappingProxyType
 
 from sumo3dviz_pt.files.atomic import write_whole
 from sumo3dviz_pt.studies.designs.trials import Trial
 from sumo3dviz_pt.studies.tools.content import (
+    WRITERS,
     Record,
     Session,
     StudyContent,
@@ -41,9 +41,10 @@ from sumo3dviz_pt.studies.tools.content import (
     playlist_rows,
     wide_rows,
     write_table,
+    writes,
 )
-from sumo3dviz_pt.studies.tools.datasets import write_bids, write_data, write_psychds
-from sumo3dviz_pt.studies.tools.pages import own_texts, write_jspsych
+from sumo3dviz_pt.studies.tools.datasets import write_data
+from sumo3dviz_pt.studies.tools.pages import own_texts
 
 _COLUMNS = (
     *("id", "related_id", "class", "type/scale", "name", "relevance", "text", "help", "language"),
@@ -141,6 +142,7 @@ def _longest(content: StudyContent) -> int:
 # LimeSurvey --------------------------------------------------------------------------------
 
 
+@writes("limesurvey", online=True)
 def write_limesurvey(folder: Path, content: StudyContent) -> list[Path]:
     """Write `limesurvey.txt`, a whole survey to import, and the script that it loads."""
     rows: list[Record] = [dict.fromkeys(_COLUMNS, "") | row for row in _survey(content)]
@@ -220,6 +222,7 @@ def _only_for(content: StudyContent, position: int) -> dict[str, str]:
 # Qualtrics ---------------------------------------------------------------------------------
 
 
+@writes("qualtrics", online=True)
 def write_qualtrics(folder: Path, content: StudyContent) -> list[Path]:
     """Write `qualtrics.txt`, a survey to import, and the script that it loads."""
     text = folder / "qualtrics.txt"
@@ -249,6 +252,7 @@ _PAGES = Path(__file__).with_name("page")
 _STATIC = "films"
 
 
+@writes("otree")
 def write_otree(folder: Path, content: StudyContent) -> list[Path]:
     """Write the app `otree/films`; without an address, films are the project's static files."""
     here = folder / "otree" / "films"
@@ -307,6 +311,7 @@ def _study(content: StudyContent) -> Mapping[str, object]:
     }
 
 
+@writes("psychopy")
 def write_psychopy(folder: Path, content: StudyContent) -> list[Path]:
     """Write a conditions file of all trials, and one for each playlist, in its order.
 
@@ -320,25 +325,6 @@ def write_psychopy(folder: Path, content: StudyContent) -> list[Path]:
     return files
 
 
-Writer = Callable[[Path, StudyContent], list[Path]]
-
-WRITERS: Mapping[str, Writer] = MappingProxyType(
-    {
-        "jspsych": write_jspsych,
-        "psychopy": write_psychopy,
-        "psychds": write_psychds,
-        "bids": write_bids,
-        "limesurvey": write_limesurvey,
-        "qualtrics": write_qualtrics,
-        "otree": write_otree,
-    }
-)
-"""Writers by the tools' names in study files."""
-
-ONLINE = frozenset({"limesurvey", "qualtrics"})
-"""Tools that can only show films from an address."""
-
-
 def write_tools(folder: Path, content: StudyContent, tools: Iterable[str]) -> list[Path]:
     """Write the tables of a study and the files of some tools; return all files.
 
@@ -349,6 +335,7 @@ def write_tools(folder: Path, content: StudyContent, tools: Iterable[str]) -> li
     """
     files = write_data(folder, content)
     for tool in tools:
-        if content.url is not None or tool not in ONLINE:
-            files += WRITERS[tool](folder, content)
+        writer = WRITERS[tool]
+        if content.url is not None or not writer.online:
+            files += writer.write(folder, content)
     return list(dict.fromkeys(files))

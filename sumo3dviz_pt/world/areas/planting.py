@@ -15,6 +15,7 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
 from sumo3dviz_pt.library.plants.greenery import CORE_FACES, far_trees
+from sumo3dviz_pt.library.plants.species import urn
 from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
@@ -39,7 +40,6 @@ _RIM = 1.2  # of stems from the edge of their area [m]
 _SHRUB_REACH = 90.0
 _GROVE = 450.0  # farther away one far tree stands for several [m]
 _TUFTS = {False: 30, True: 14}
-_SHRUBS = ("hazel", "privet", "hazel", "broom")
 _HECTARE = 10_000.0
 
 
@@ -182,12 +182,12 @@ def _some(spots: _Spots, index: Ints) -> _Spots:
 
 def _pois(stands: Sequence[Stand], spots: _Spots, index: Ints, *, tall: bool) -> list[Poi]:
     """Plants as points of interest; those with others before them may be coarser."""
-    found = []
+    found, shrubs = [], urn("area_shrubs")
     for rank, k in enumerate(index.tolist()):
         stand, share = stands[int(spots.stands[k])], float(spots.shares[k])
         weights = dict(stand.cover.species) if tall else {}
-        names = list(weights) or list(_SHRUBS)
-        sums = np.cumsum(list(weights.values()) or [1.0] * len(_SHRUBS))
+        names, often = (tuple(weights), tuple(weights.values())) if weights else shrubs
+        sums = np.cumsum(often)
         species = names[int(np.searchsorted(sums / sums[-1], share, side="right"))]
         i, j = spots.cells[k].tolist()
         name = f"area:{'tree' if tall else 'shrub'}:{stand.area.id}:{i}:{j}"

@@ -30,7 +30,7 @@ from sumo3dviz_pt.library.buildings.styles import (
 )
 from sumo3dviz_pt.library.materials import MATERIALS, TINT, surface_bsdf, surface_scale
 from sumo3dviz_pt.model.geometry import Bools, Floats, belonging, merge_meshes, settled
-from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.random import dice_of, share_of
 from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Bsdf, LampSet, Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import Kind, Staging, colour_in, drawn_model
@@ -130,6 +130,10 @@ class Chance:
     def share(self, word: str) -> float:
         """Return a number in [0, 1) for a use."""
         return share_of(self.seed, self.name, word)
+
+    def dice(self, word: str) -> np.random.Generator:
+        """Return random numbers for a use."""
+        return dice_of(self.seed, self.name, word)
 
 
 def house_parts(
@@ -314,7 +318,7 @@ def _colours(
     style: BuildingStyle, settings: ObjectSettings, chance: Chance, *, textured: bool
 ) -> Palette:
     """Colours of one building, chosen by its name."""
-    rng = np.random.default_rng(int(chance.share("colour") * 2**48))
+    rng = chance.dice("colour")
     return palette(style.colours, rng, colour_in(settings), textured=textured, dark=chance.dark)
 
 

@@ -22,7 +22,7 @@ from sumo3dviz_pt.library.street import barriers
 from sumo3dviz_pt.library.street.barriers import MODELS as BARRIERS
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, belonging
 from sumo3dviz_pt.model.network import Lane, Network
-from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.random import dice_of, share_of
 from sumo3dviz_pt.model.scene import LeftOut, Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import FENCES, Kind, Staging, colour_in, kind_of
@@ -162,9 +162,8 @@ def hedge_parts(
         # Build it piece by piece, each at its level of detail.
         for first, piece in _pieces(flat, around.index.covers(flat, margin=margin)):
             level = staging.level(kind, float(around.distances(piece).min()))
-            chance = share_of(around.seed, kind.name, item.id, str(first))
             line = np.column_stack([piece, around.height_at(piece)])
-            rng = np.random.default_rng(int(chance * 2**48))
+            rng = dice_of(around.seed, kind.name, item.id, str(first))
             core, leaves = hedge(line, section, level=level, rng=rng)
             tint = leaves.tint
             if colour is not None and tint is not None:

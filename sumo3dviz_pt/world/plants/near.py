@@ -30,7 +30,7 @@ from sumo3dviz_pt.library.plants.greenery import (
 from sumo3dviz_pt.library.plants.leaves import OUTLINE, cards_of, triangles, wanted, with_leaves
 from sumo3dviz_pt.model.camera import in_picture
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, belonging, merge_meshes
-from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.random import dice_of, share_of
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.objects.kinds import PLANTS, kind_of
@@ -157,7 +157,7 @@ def tree_pits(
         along = around.index.directions[around.index.nearest(places)[0]]
     soils, frames, tints = [], [], []
     for name, place, level, way in zip(names, places, standing(places), along, strict=True):
-        rng = np.random.default_rng(int(share_of(around.seed, "pit", name) * 2**48))
+        rng = dice_of(around.seed, "pit", name)
         soil, frame = _pit(np.array([*place, level]), way, rng)
         soils.append(belonging(soil, f"pit:{name}"))
         frames.append(belonging(frame, f"pit:{name}"))

@@ -20,10 +20,11 @@ from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.mesh.planar import sides
 from sumo3dviz_pt.library.plants.greenery import CORE_FACES, FarTrees, far_trees
+from sumo3dviz_pt.library.plants.species import urn
 from sumo3dviz_pt.model.camera import in_picture
 from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, merge_meshes, settled
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.model.random import dice_of, pick
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.land.horizon import GREEN, grown
@@ -63,8 +64,6 @@ _SHRUB_REACH = 200.0
 _LOTS = 88.0  # spacing of lots that may bear a grove [m]
 _TILE = 12.0  # of the ground's texture [m]
 _FIELDS = np.array([[1.0, 0.5], [-1.0, 2.0]]) / (16.0 * _TILE)  # as that draws them [1/m]
-_KINDS_OF_TREE = {"maple": 2, "lime": 2, "oak": 3, "birch": 2, "poplar": 1, "pine": 2, "spruce": 1}
-_ALLEY = {"lime": 3, "maple": 3, "poplar": 2, "birch": 2, "oak": 1}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -219,12 +218,12 @@ def plant(network: Network, plot: Plot, *, around: Surroundings) -> Planting:
 def _along(border: Border, seed: int, nursery: _Nursery) -> None:
     """A row of trees, or shrubs in clumps, beside a carriageway."""
     edge, length = border.edge.id, border.length
-    rng = _dice(seed, "border", edge)
+    rng = dice_of(seed, "planting", "border", edge)
     if is_fast(border):
         return  # those have belts (`wayside`)
     # A row of trees.
     out = border.walk + rng.uniform(13.0, 15.0)
-    species, chance = _drawn(_ALLEY, rng), rng.random()
+    species, chance = _drawn("alleys", rng), rng.random()
     gap = rng.uniform(9.0, 14.0)
     if length > 50.0 and chance < 0.5:
         along = np.arange(rng.uniform(0, gap), length, gap)
@@ -236,9 +235,10 @@ def _along(border: Border, seed: int, nursery: _Nursery) -> None:
     if length < 25.0:
         return
     # Shrubs come in clumps of one kind.
+    kinds, _ = urn("verges")
     for clump in range(int(length / 26.0)):
         if rng.random() < 0.45:
-            count, model = int(rng.integers(2, 7)), ("hazel", "privet", "broom")[rng.integers(3)]
+            count, model = int(rng.integers(2, 7)), kinds[rng.integers(len(kinds))]
             along = np.clip(rng.uniform(0, length) + rng.normal(0, 3.5, count), 0.0, length)
             places = border.at(along, border.walk + rng.uniform(4.5, 10.0, count)).places
             nursery.shrubs += [
@@ -249,7 +249,7 @@ def _along(border: Border, seed: int, nursery: _Nursery) -> None:
 
 def _grove(lot: tuple[int, int], seed: int, nursery: _Nursery) -> None:
     """A grove of mostly one species, with shrubs at its rim, in some of the lots."""
-    rng = _dice(seed, "grove", str(lot[0]), str(lot[1]))
+    rng = dice_of(seed, "planting", "grove", str(lot[0]), str(lot[1]))
     if rng.random() > 0.34:
         return
     # Choose its shape and species.
@@ -259,7 +259,7 @@ def _grove(lot: tuple[int, int], seed: int, nursery: _Nursery) -> None:
     size = 4.2 * np.sqrt(count)
     turn = rng.uniform(0, np.pi)
     long, wide = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
-    species, other = _drawn(_KINDS_OF_TREE, rng), _drawn(_KINDS_OF_TREE, rng)
+    species, other = _drawn("groves", rng), _drawn("groves", rng)
     # Plant trees in an oval, and shrubs around it.
     spots = _apart(rng.uniform(-1, 1, (4 * count, 2)) * [1.5 * size, 0.75 * size], 5.0)[:count]
     for k, (a, b) in enumerate(spots):
@@ -278,13 +278,13 @@ def _hedgerows(around: Surroundings, origin: Floats, nursery: _Nursery) -> None:
     corners = {tuple(cell) for cell in _cells_of(_lots(around, 60.0), origin)}
     for i, j in sorted(corners):
         for side, step in enumerate(np.eye(2)):
-            rng = _dice(around.seed, "hedgerow", str(i), str(j), str(side))
+            rng = dice_of(around.seed, "planting", "hedgerow", str(i), str(j), str(side))
             if rng.random() > 0.42:
                 continue
             begin, way = origin + back @ np.array([i, j]), back @ step
             at = np.arange(0.02, 0.98, 4.0 / float(np.hypot(*way)))
             dense = np.sin(9.0 * at + rng.uniform(0, 6.28)) + 0.8 * np.sin(23.0 * at)
-            species = _drawn(_KINDS_OF_TREE, rng)
+            species = _drawn("groves", rng)
             for k, (share, full) in enumerate(zip(at, dense, strict=True)):
                 place = begin + share * way + rng.normal(0, 0.9, 2)
                 name = f"hedgerow:{i}:{j}:{side}:{k}"
@@ -402,14 +402,10 @@ def _apart(spots: Floats, gap: float) -> Floats:
     return np.array(chosen).reshape(-1, 2)
 
 
-def _drawn(weights: dict[str, int], rng: np.random.Generator) -> str:
+def _drawn(where: str, rng: np.random.Generator) -> str:
     """A species by chance."""
-    return list(weights)[pick(list(weights.values()), float(rng.random()))]
-
-
-def _dice(seed: int, *words: str) -> np.random.Generator:
-    """Chance of one thing."""
-    return np.random.default_rng(int(share_of(seed, "planting", *words) * 2**48))
+    names, weights = urn(where)
+    return names[pick(weights, float(rng.random()))]
 
 
 FARTHEST = 2800.0
@@ -437,9 +433,7 @@ def plant_far(plot: Plot, *, around: Surroundings) -> tuple[StaticPart, ...]:
     spots: list[Floats] = []
     houses: list[Floats] = []
     for block in blocks:
-        rng = np.random.default_rng(
-            int(share_of(around.seed, "far", str(block[0]), str(block[1])) * 2**48)
-        )
+        rng = dice_of(around.seed, "far", str(block[0]), str(block[1]))
         middle = (np.array(block) + rng.uniform(0.0, 1.0, 2)) * _BLOCK
         what = rng.random()
         if what < _LINE:

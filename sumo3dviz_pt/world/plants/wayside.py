@@ -22,9 +22,10 @@ import shapely
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.plants.greenery import CORE_FACES, Blades, blades_mesh, far_trees
+from sumo3dviz_pt.library.plants.species import urn
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.random import dice_of, share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.land.horizon import grown
@@ -104,7 +105,7 @@ def _weeds(borders: Sequence[Border], plot: Plot, around: Surroundings) -> Stati
 
 def _clumps(border: Border, seed: int) -> Floats:
     """Places of clumps beside a border, (n, 2) [m]: in drifts, denser away from the road."""
-    rng = np.random.default_rng(int(share_of(seed, "weeds", border.edge.id) * 2**48))
+    rng = dice_of(seed, "weeds", border.edge.id)
     count = int(_VERGES_DENSE * border.length * (_DEEP - _MOWN))
     along = rng.uniform(0.0, border.length, count)
     # The mower's edge is no straight line.
@@ -151,9 +152,7 @@ def _gravel(borders: Sequence[Border], around: Surroundings) -> StaticPart:
             away = float(around.distances(middle)[0])
             if away > REACH or not around.pictured(middle, radius=_PIECE).all():
                 continue
-            rng = np.random.default_rng(
-                int(share_of(around.seed, "gravel", border.edge.id, str(k)) * 2**48)
-            )
+            rng = dice_of(around.seed, "gravel", border.edge.id, str(k))
             mesh, tint = _strip(border, ends, away, around, rng)
             meshes.append(mesh)
             tints.append(tint)
@@ -204,9 +203,6 @@ _TUFTS = 46
 _WOODED, _SCRUB = -0.75, -1.15  # cover above which there are trees, and shrubs
 _SIGHT = 170.0  # roads are kept in sight up to this distance from a camera that stays [m]
 _ROOM = {"blocks": 21.0, "homes": 13.0, "shops": 16.0, "trees": 4.0, "shrubs": 1.5}
-_SPECIES = ("maple", "lime", "oak", "birch", "poplar", "pine", "spruce")
-_OFTEN = np.array([4.0, 3.0, 4.0, 2.5, 0.8, 1.0, 1.2])
-_SHRUBS = ("hazel", "hazel", "privet", "broom")
 
 
 class _Row(NamedTuple):
@@ -289,7 +285,7 @@ def _belt(
     places, numbers, names = [np.zeros((0, 2))], [np.zeros(0, np.int64)], []
     for border in borders:
         for row, (out, gap) in enumerate(rows):
-            rng = _dice(around.seed, what, border.edge.id, str(row))
+            rng = dice_of(around.seed, "wayside", what, border.edge.id, str(row))
             at = np.arange(rng.uniform(0.0, gap), border.length, gap)
             at = at + rng.uniform(-0.4, 0.4, len(at)) * gap
             side = border.walk + out + rng.normal(0.0, 0.16 * gap, len(at))
@@ -368,14 +364,16 @@ def _pois(trees: _BeltSpots, shrubs: _BeltSpots, seed: int) -> tuple[Poi, ...]:
     """Belts as points of interest; neighbours are mostly of one species."""
     found = []
     before = _before(trees)
+    species, often = urn("belts")
+    bushes, _ = urn("belt_shrubs")
     for name, place, row in zip(trees.names, trees.places, before, strict=True):
         stand = share_of(seed, "stand", *(str(int(v // 38.0)) for v in place))
         own = share_of(seed, "stem", name)
         share = stand if own < 0.6 else (own - 0.6) / 0.4
-        model = _SPECIES[int(np.searchsorted(np.cumsum(_OFTEN) / _OFTEN.sum(), share))]
+        model = species[int(np.searchsorted(np.cumsum(often) / np.sum(often), share))]
         found.append(planted(f"wayside:{name}", place, model, tall=True, behind=int(row)))
     for name, place, row in zip(shrubs.names, shrubs.places, _before(shrubs), strict=True):
-        model = _SHRUBS[int(share_of(seed, "shrub", name) * len(_SHRUBS))]
+        model = bushes[int(share_of(seed, "shrub", name) * len(bushes))]
         found.append(planted(f"wayside:{name}", place, model, tall=False, behind=int(row)))
     return tuple(found)
 
@@ -400,11 +398,6 @@ def _far(places: Floats, around: Surroundings) -> tuple[StaticPart, ...]:
     return (StaticPart("ground/wayside", "ground", Part(mesh, "leaf", tint)),)
 
 
-def _dice(seed: int, *words: str) -> np.random.Generator:
-    """Chance of one row."""
-    return np.random.default_rng(int(share_of(seed, "wayside", *words) * 2**48))
-
-
 _GAP = 5.5  # between trees [m]
 _EDGE = 2.6  # distance of trunks from the border of the lot [m]
 _YARDS_DENSE = 0.9  # share of places that bear one
@@ -412,7 +405,6 @@ _OVERLAP = 0.15  # by how much neighbours may overlap [m]
 _HEDGE = 0.7  # how far the hedge's middle lies behind the building line [m]
 _THICK = 0.5  # half the width of a hedge [m]
 _LOOKED_OVER = 4.0  # cameras higher than this above the roads look over hedges [m]
-_YARDS_SPECIES = ("maple", "lime", "birch", "lime")
 
 
 def gardens(rows: Rows) -> tuple[Yard, ...]:
@@ -470,11 +462,12 @@ def _trees(yard: Yard, seed: int) -> Iterator[tuple[Floats, str]]:
     inner = shapely.Polygon(yard.plan).buffer(-_EDGE)
     if inner.is_empty:
         return
-    rng = np.random.default_rng(int(share_of(seed, "yard trees", yard.id) * 2**48))
+    rng = dice_of(seed, "yard trees", yard.id)
+    kinds, _ = urn("yards")
     x0, y0, x1, y1 = inner.bounds
     for x in np.arange(x0 + 0.3, x1, _GAP):
         for y in np.arange(y0 + 0.3, y1, _GAP):
             place = np.array([x, y]) + rng.uniform(-0.9, 0.9, 2)
-            species = _YARDS_SPECIES[int(rng.integers(len(_YARDS_SPECIES)))]
+            species = kinds[int(rng.integers(len(kinds)))]
             if shapely.contains_xy(inner, *place) and rng.random() < _YARDS_DENSE:
                 yield place, species

@@ -20,6 +20,7 @@ import shapely
 from sumo3dviz_pt.library.mesh.bands import band_along, offset
 from sumo3dviz_pt.library.street.barriers import quad_mesh, swept, upright_boxes
 from sumo3dviz_pt.model.geometry import Floats, Mesh, arc_length, merge_meshes
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.lines import Paint
@@ -129,7 +130,7 @@ class RailHeight:
             spots, max_distance=_RAMP, return_distance=True, all_matches=False
         )
         share[found] *= np.clip((away - _BESIDE) / (_RAMP - _BESIDE), 0.0, 1.0)
-        return np.asarray(RISE * share * share * (3.0 - 2.0 * share))
+        return np.asarray(eased(share, RISE))
 
 
 def track_parts(

@@ -198,7 +198,7 @@ class Overlaps(NamedTuple):
 
 def without_overlaps(cells: Cells) -> Cells:
     """Cut from every cell what belongs to cells before it on the same level."""
-    first, second, parts = _overlaps(cells)
+    first, second, parts = overlaps(cells)
     if not len(first):
         return cells
     polygons = cells.polygons.copy()
@@ -212,19 +212,13 @@ def without_overlaps(cells: Cells) -> Cells:
     return replace(cells, polygons=polygons, cutters=cutters)
 
 
-def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Ints]:
-    """Return pairs of cells that overlap on one level: winners and losers, (m,) each.
+def overlaps(cells: Cells, *, above: float = _CRUMB) -> Overlaps:
+    """Return the pairs of cells that overlap on one level.
 
     Args:
         cells: In order of precedence.
         above: Overlaps of less than this area do not count [m2].
     """
-    found = _overlaps(cells, above=above)
-    return found.winners, found.losers
-
-
-def _overlaps(cells: Cells, *, above: float = _CRUMB) -> Overlaps:
-    """The pairs of cells that overlap on one level; arguments as in `overlapping_pairs`."""
     tree = shapely.STRtree(cells.polygons)
     one, other = tree.query(cells.polygons, predicate="intersects")
     ordered = one < other

@@ -29,6 +29,7 @@ from sumo3dviz_pt.library.materials import (
 from sumo3dviz_pt.library.mesh.planar import Triangles, polygon_parts, triangulate_all
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.rails.tracks import track_parts, track_rise
@@ -208,7 +209,7 @@ class WalkingHeight:
         share = np.clip(signed / _RAMP + 0.5, 0.0, 1.0)
         rise = np.zeros(len(spots))
         rise[share > 0.0] = rise_at(self.drops, np.asarray(points)[share > 0.0, :2])
-        return np.asarray(rise * share * share * (3.0 - 2.0 * share))
+        return np.asarray(eased(share, rise))
 
 
 LEVEL = 3.0

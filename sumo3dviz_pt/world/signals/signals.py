@@ -297,20 +297,6 @@ class Signals:
             i for i, head in enumerate(self.heads) if head.tls == tls and link in head.links
         )
 
-    def aspect_at(self, tls: str, link: int, time: float) -> frozenset[str]:
-        """Return which lamps are lit for a link; none for an unknown link.
-
-        Args:
-            tls: Id of the traffic light.
-            link: Number of the link.
-            time: [s].
-        """
-        found = self.heads_of(tls, link)
-        if not found:
-            return frozenset()
-        head = self.heads[found[0]]
-        return head.course.lit_at(time, lamps=head.lamps)
-
 
 def build_signals(
     network: Network,

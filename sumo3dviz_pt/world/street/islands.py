@@ -15,6 +15,7 @@ import shapely
 from sumo3dviz_pt.library.materials import KERB
 from sumo3dviz_pt.library.mesh.bands import between
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, triangulate_many
+from sumo3dviz_pt.library.plants.species import urn
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
@@ -40,7 +41,6 @@ _AROUND = 0.9  # share of an island's border that lanes pass on the inner side
 _STEP = 2.0  # distance of places on a border [m]
 _GAP, _INSIDE = 2.4, 2.2  # between shrubs, and from a kerb to them [m]
 _DENSE = 0.35  # share of places with a shrub
-_SHRUBS = ("privet", "broom")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,12 +195,12 @@ def _shrubs(island: Island, seed: int) -> list[tuple[Floats, str]]:
     if room.is_empty:
         return []
     x0, y0, x1, y1 = (round(value) for value in room.bounds)
-    found = []
+    found, (kinds, _) = [], urn("islands")
     for x in np.arange(x0, x1, _GAP):
         for y in np.arange(y0, y1, _GAP):
             name = f"{x:.1f}:{y:.1f}"
             chance, turn = (share_of(seed, "island", name, word) for word in ("dense", "turn"))
             place = np.array([x, y]) + 0.8 * np.array([np.cos(7 * turn), np.sin(7 * turn)])
             if chance < _DENSE and shapely.contains_xy(room, *place):
-                found.append((place, _SHRUBS[int(turn * len(_SHRUBS))]))
+                found.append((place, kinds[int(turn * len(kinds))]))
     return found

@@ -29,7 +29,7 @@ from sumo3dviz_pt.model.geometry import (
     merge_meshes,
 )
 from sumo3dviz_pt.model.layers import LUMINANCE
-from sumo3dviz_pt.model.scene import LampSet, Lobe, Part
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, LampSet, Lobe, Part
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.placement.lanes import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_at
@@ -57,7 +57,6 @@ LOBE = Lobe(3.0, 4.0)
 """Of a head: most candelas 50 degrees from straight down."""
 
 _COLOUR = (1.0, 0.78, 0.56)
-_CANDELAS = 32_000.0  # cd/m^2 in a scene unit
 _SPACING = 30.0
 _SHIFTS = np.array([0.0, 2.5, -2.5, 5.0, -5.0, 7.5, -7.5])  # other places of a lamp [m]
 _ARM = 2.0  # how far heads stand out [m]
@@ -97,7 +96,7 @@ class Lamp:
 def radiance(height: float) -> Colour:
     """Return the radiance of a lens that hangs at a height [m] straight down, in scene units."""
     area = LENS[0] * LENS[1]
-    luminance = FLUX[height] / (LOBE.flux * area) / _CANDELAS
+    luminance = FLUX[height] / (LOBE.flux * area) / CANDELAS_PER_UNIT
     scale = luminance / float(np.dot(_COLOUR, LUMINANCE))
     red, green, blue = (scale * channel for channel in _COLOUR)
     return red, green, blue

@@ -9,7 +9,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import build_body, has_windscreen, open_cockpit
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.fleet import Fleet
-from sumo3dviz_pt.library.vehicles.interior.controls import NEEDLE, needle_angles, shown_speed
+from sumo3dviz_pt.library.vehicles.interior.controls import NEEDLE, needle_angles
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Mover, View
@@ -51,7 +51,9 @@ def kmh_shown(cabin: Mover, needle: Mover) -> float:
     """Read the dial from the driver's side."""
     local = np.linalg.inv(cabin.world_from_body.matrix) @ needle.world_from_body.matrix
     _, y, z = local[:3, 2]
-    return 3.6 * shown_speed(float(np.arctan2(-y, z)))
+    speeds = np.linspace(0.0, 60.0, 601)
+    angles = [needle_angles(float(speed))[0] for speed in speeds]
+    return 3.6 * float(np.interp(np.arctan2(-y, z), angles, speeds))
 
 
 @pytest.mark.parametrize("name", sorted(CARS))

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.model.lens import Lens, folds
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.projections import folds
 
 SIZE = (64, 32)
 LENSES = {

@@ -17,19 +17,20 @@ def test_visibility_is_where_two_per_cent_of_contrast_are_left():
 
 @pytest.mark.parametrize(("rate", "per_km"), [(10.0, 1.46), (50.0, 4.29), (0.0, 0.0)])
 def test_rain_hardly_takes_light_away(rate, per_km):
-    assert Rain(rate).extinction * 1000.0 == pytest.approx(per_km, abs=0.01)
+    assert Rain(rate).falling_extinction * 1000.0 == pytest.approx(per_km, abs=0.01)
 
 
 @pytest.mark.parametrize(("rate", "sight"), [(1.0, 1000.0), (2.5, 500.0)])
 def test_snowfall_hides_what_the_classes_of_snow_say(rate, sight):
     """By 5 % of contrast, which meteorologists take."""
-    seen = -math.log(0.05) / Snow(falling=rate).extinction
+    seen = -math.log(0.05) / Snow(falling=rate).falling_extinction
     assert sight * 0.75 < seen < sight * 1.05
 
 
 def test_wind_comes_from_its_bearing():
-    assert np.allclose(Wind.coming(5.0, math.radians(270.0)).velocity, [5.0, 0.0, 0.0])
-    assert np.allclose(Wind.coming(5.0, 0.0).velocity, [0.0, -5.0, 0.0])
+    west, north = (Wind.coming(5.0, math.radians(bearing)) for bearing in (270.0, 0.0))
+    assert np.allclose([west.east, west.north], [5.0, 0.0])
+    assert np.allclose([north.east, north.north], [0.0, -5.0])
 
 
 def test_numbers_between_moments_are_interpolated():

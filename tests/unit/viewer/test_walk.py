@@ -13,12 +13,13 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.shot.cameras.aiming import build_camera
-from sumo3dviz_pt.viewer.keyframes import CODES, STEEPEST, Eye, moved, turned, wrapped
+from sumo3dviz_pt.viewer.keyframes import AXES, FASTER, STEEPEST, Eye, moved, turned, wrapped
 
 EAST = Eye(np.array([10.0, 20.0, 5.0]), heading=90.0, pitch=-10.0, roll=3.0, fov=60.0)
 WIDTH = 960.0
 
 METRES = st.floats(-1e4, 1e4)
+CODES = FASTER | {code for _, more, less in AXES for code in (*more, *less)}
 KEYS = st.frozensets(st.sampled_from(sorted(CODES)))
 EYES = st.builds(
     lambda x, y, z, *angles: Eye(np.array([x, y, z]), *angles),

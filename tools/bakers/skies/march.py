@@ -24,6 +24,7 @@ from bakers.noise import blurred
 from bakers.skies.recipe import CloudRecipe, towards_of
 from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.numbers import eased
 
 Singles = NDArray[np.float32]
 
@@ -108,7 +109,7 @@ def _look_up(noise: Singles, points: Singles, span: float, chance: Singles) -> S
 def _smooth(low: float, high: float, values: Singles) -> Singles:
     """Rise from 0 at `low` to 1 at `high` in a smooth S, in single precision."""
     t = np.clip((values - np.float32(low)) * np.float32(1.0 / (high - low)), 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))
+    return np.asarray(eased(t))
 
 
 def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) -> Singles:

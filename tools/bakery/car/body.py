@@ -15,6 +15,7 @@ from bakery.halves import half_surface
 from bakery.mesh.cutting import Surface
 from bakery.mesh.implicit import ProfileCurve, intersect, unite
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.numbers import eased
 
 WELL_DEPTH = 0.30
 """How far wheel wells reach inwards from the flank [m]."""
@@ -157,7 +158,7 @@ def _side(shape: CarShape, d: Floats, z: Floats) -> Floats:
     rise = np.clip((z - low - 0.15) / 0.22, 0.0, 1.0)
     below = 1.0 - np.exp(-np.maximum(shape.crease(d) - z, 0.0) / 0.045)
     flank = shape.half * shape.plan(d) * shape.section(z)
-    flank = flank - recipe.crease * fade * below * rise * rise * (3.0 - 2.0 * rise)
+    flank = flank - eased(rise, recipe.crease * fade * below)
     # The doors end over a ledge that catches the light.
     ledge = shape.ledge(d)
     under = np.exp(-np.maximum(z - ledge, 0.0) / 0.05) * np.clip(

@@ -100,11 +100,6 @@ def needle_angles(speed: float) -> tuple[float, float]:
     return _angle(speed / _TOP_SPEED), _angle(revs / _TOP_REVS)
 
 
-def shown_speed(angle: float) -> float:
-    """Return the speed that a needle shows at an angle from upright, [m/s]."""
-    return float((angle + _END) / (2.0 * _END) * _TOP_SPEED)
-
-
 def _angle(share: float) -> float:
     """Where a needle points for a share of the scale [rad]."""
     return float((2.0 * min(share, 1.0) - 1.0) * _END)

@@ -12,6 +12,7 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract
 from sumo3dviz_pt.model.geometry import UNWORN, Floats, Ints, Mesh
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.world.roads.drops import cut_on_grid
 from sumo3dviz_pt.world.roads.strips import BICYCLES, PAVING, BoundsXY, distance_to
 
@@ -34,7 +35,7 @@ def patchy(points: Floats, scale: float, *, salt: int) -> Floats:
     # Lattices of different noises must not share their corners.
     x, y = (points[..., k] / scale + 0.37 * salt for k in range(2))
     i, j = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
-    u, v = (f * f * (3.0 - 2.0 * f) for f in (x - i, y - j))
+    u, v = (eased(f) for f in (x - i, y - j))
     below = _hashed(i, j, salt) * (1.0 - u) + _hashed(i + 1, j, salt) * u
     above = _hashed(i, j + 1, salt) * (1.0 - u) + _hashed(i + 1, j + 1, salt) * u
     return np.asarray(below * (1.0 - v) + above * v)

@@ -17,7 +17,6 @@ from sumo3dviz_pt.library.mesh.bands import (
 )
 from sumo3dviz_pt.library.mesh.planar import (
     closing,
-    height_field,
     polygon_parts,
     subtract,
     triangulate,
@@ -128,10 +127,3 @@ def test_walls_face_outwards():
     assert (np.sum(centres * areas(mesh), axis=1) > 0).all()
     assert np.linalg.norm(areas(mesh), axis=1).sum() / 2 == pytest.approx(16.0)
     assert len(between(ring, ring - [0, 0, 1]).faces) == 6
-
-
-def test_grids_face_up():
-    x, y = np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0])
-    field = height_field(x, y, np.array([[0.0, 1.0, 3.0], [0.0, 1.0, 3.0]]))
-    assert (areas(field)[:, 2] > 0).all()
-    assert field.normals == pytest.approx(np.tile([-(0.5**0.5), 0, 0.5**0.5], (6, 1)))

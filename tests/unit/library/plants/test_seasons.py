@@ -1,10 +1,12 @@
 """Seasons: which plants lose their leaves, what colours they have, and what that costs."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.job.surroundings import Season
 from sumo3dviz_pt.library.plants.species import (
-    SEASONS,
     bare,
     far_tints,
     grass_gain,
@@ -15,6 +17,7 @@ from sumo3dviz_pt.library.plants.species import (
 from sumo3dviz_pt.library.plants.tree import LEVELS, SHRUBS, SPECIES, tree
 
 KNOWN = {**SPECIES, **SHRUBS}
+SEASONS = get_args(Season)
 
 
 def test_conifers_keep_their_needles() -> None:

@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.scene import (
     View,
 )
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.kernel.integrator import WIDTHS
+from sumo3dviz_pt.render.kernel.integrator import RAYS
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.session import Facts, carried, points_of
 
@@ -137,7 +137,7 @@ def shown(*states: FrameState) -> tuple[LoadedScene, Facts]:
     with session_of(scene(), size=SIZE, quality=quality) as session:
         for state in states:
             session.samples(state)
-        return session.loaded, session.facts(set(WIDTHS))
+        return session.loaded, session.facts(set(RAYS))
 
 
 def pixels(facts: Facts, name: str) -> np.ndarray:
@@ -287,7 +287,7 @@ def operations(wanted: set[str] | None) -> list[int]:
 def test_only_what_is_asked_for_is_compiled() -> None:
     plain = operations(None)
     depth, owners, everything = (
-        operations(wanted) for wanted in ({"depth"}, {"depth", "face", "instance"}, {*WIDTHS})
+        operations(wanted) for wanted in ({"depth"}, {"depth", "face", "instance"}, {*RAYS})
     )
     assert depth[-1] == plain[-1]  # the picture's own kernel is the same
     assert sum(plain) < sum(depth) < sum(owners) < sum(everything)

@@ -25,9 +25,9 @@ from builders import (
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.library.materials import MATERIALS, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
-from sumo3dviz_pt.model.scene import Slots
+from sumo3dviz_pt.model.scene import Sky, Slots
 from sumo3dviz_pt.model.trajectory import TyreTracks
-from sumo3dviz_pt.model.weather import Rain, Sky, Snow, Weather, WeatherCourse
+from sumo3dviz_pt.model.weather import Rain, Snow, Weather, WeatherCourse
 from sumo3dviz_pt.render.backend import choose_backend
 
 SIZE = (48, 32)

@@ -36,7 +36,7 @@ def test_the_page_shows_any_words(ratings, text):
 @pytest.mark.parametrize("text", HOSTILE)
 def test_pages_of_all_tools_hold_no_other_elements(tmp_path, choices, text):
     def elements(content):
-        files = [path for write in WRITERS.values() for path in write(tmp_path, content)]
+        files = [path for writer in WRITERS.values() for path in writer.write(tmp_path, content)]
         pages = [path for path in files if path.suffix in (".html", ".lss", ".lsg", ".lsq")]
         found = [
             re.findall(r"<[a-zA-Z!][\w-]*", path.read_text(encoding="utf-8")) for path in pages

@@ -27,7 +27,9 @@ from sumo3dviz_pt.studies.tools.datasets import (
     write_inputs,
 )
 from sumo3dviz_pt.studies.tools.pages import SCRIPT, STYLE, VERSION, own_texts, page
-from sumo3dviz_pt.studies.tools.surveys import ONLINE, WRITERS, write_tools
+from sumo3dviz_pt.studies.tools.surveys import WRITERS, write_tools
+
+ONLINE = {tool for tool, writer in WRITERS.items() if writer.online}
 
 
 def rows(path, separator=","):
@@ -109,7 +111,7 @@ def test_every_film_of_a_table_is_there(tmp_path, content):
 
 @both()
 def test_psychopy_columns_are_variables_and_lists_are_balanced(tmp_path, content):
-    files = WRITERS["psychopy"](tmp_path, content)
+    files = WRITERS["psychopy"].write(tmp_path, content)
     assert len(files) == 1 + len(content.playlists)
     for path in files:
         found = rows(path)
@@ -258,7 +260,7 @@ def test_films_that_show_all_have_no_words(ratings):
 
 
 def test_bids_lists_films_under_the_names_of_the_draft(tmp_path, ratings):
-    WRITERS["bids"](tmp_path, ratings)
+    WRITERS["bids"].write(tmp_path, ratings)
     here = tmp_path / "bids" / "stimuli"
     found = rows(here / "stimuli.tsv", "\t")
     assert [row["stim_id"] for row in found] == ["stim-s040", "stim-s070", "stim-s100", "stim-s130"]
@@ -271,7 +273,7 @@ def test_bids_lists_films_under_the_names_of_the_draft(tmp_path, ratings):
 
 
 def test_bids_can_be_written_again(tmp_path, ratings):
-    assert WRITERS["bids"](tmp_path, ratings) == WRITERS["bids"](tmp_path, ratings)
+    assert WRITERS["bids"].write(tmp_path, ratings) == WRITERS["bids"].write(tmp_path, ratings)
 
 
 # Surveys -----------------------------------------------------------------------------------
@@ -287,8 +289,8 @@ def shown_in_surveys(folder):
 def test_surveys_show_everybody_one_playlist_in_its_order(tmp_path, content):
     """A question for each place in it, and nothing of which trial that is."""
     content = replace(content, url="https://example.org/study/")
-    table, script = WRITERS["limesurvey"](tmp_path, content)
-    text, again = WRITERS["qualtrics"](tmp_path, content)
+    table, script = WRITERS["limesurvey"].write(tmp_path, content)
+    text, again = WRITERS["qualtrics"].write(tmp_path, content)
     assert script == again and script.name == "survey.js"
     found = shown_in_surveys(tmp_path)
     for playlist in content.playlists:
@@ -306,7 +308,7 @@ def test_surveys_show_everybody_one_playlist_in_its_order(tmp_path, content):
 
 
 def test_limesurvey_nests_answers_in_questions_in_groups(tmp_path, choices):
-    path, _ = WRITERS["limesurvey"](tmp_path, choices)
+    path, _ = WRITERS["limesurvey"].write(tmp_path, choices)
     assert path.read_bytes().startswith(b"\xef\xbb\xbf")
     found = rows(path, "\t")
     classes = [row["class"] for row in found]
@@ -324,7 +326,7 @@ def test_limesurvey_nests_answers_in_questions_in_groups(tmp_path, choices):
 def test_shorter_playlists_of_limesurvey_end_before(tmp_path, choices):
     lists = [replace(choices.playlists[0], name=str(n + 1)) for n in range(4)]
     lists[1] = replace(lists[1], trials=lists[1].trials[:1])
-    path, _ = WRITERS["limesurvey"](tmp_path, replace(choices, playlists=lists))
+    path, _ = WRITERS["limesurvey"].write(tmp_path, replace(choices, playlists=lists))
     groups = [row["relevance"] for row in rows(path, "\t") if row["class"] == "G"]
     last = "(playlist >= 1 and playlist <= 1) or (playlist >= 3 and playlist <= 4)"
     assert groups == ["", "", last]
@@ -335,7 +337,9 @@ def test_braces_of_words_are_no_expressions_of_limesurvey(tmp_path, ratings):
     words = replace(
         ratings.words, question="How {safe}?", answers=("{1}", "=2"), low="{a", high="b}"
     )
-    path, _ = WRITERS["limesurvey"](tmp_path, replace(ratings, words=words, url="https://a.b/"))
+    path, _ = WRITERS["limesurvey"].write(
+        tmp_path, replace(ratings, words=words, url="https://a.b/")
+    )
     found = rows(path, "\t")
     cells = {cell.replace("{playlist}", "") for row in found for cell in row.values()}
     assert [cell for cell in cells if re.search(r"\{\S", cell)] == [found[4]["text"]]
@@ -347,14 +351,16 @@ def test_braces_of_words_are_no_expressions_of_limesurvey(tmp_path, ratings):
 def test_limesurveys_codes_are_short_enough(tmp_path, ratings):
     """Its tables hold 5 characters of an answer's code and 20 of a question's."""
     many = replace(ratings.words, answers=tuple(map(str, range(1, 102))))
-    path, _ = WRITERS["limesurvey"](tmp_path, replace(ratings, words=many, url="https://a.b/"))
+    path, _ = WRITERS["limesurvey"].write(
+        tmp_path, replace(ratings, words=many, url="https://a.b/")
+    )
     for row in rows(path, "\t"):
         limit = {"A": 5, "Q": 20}.get(row["class"])
         assert limit is None or re.fullmatch(rf"[A-Za-z][A-Za-z0-9]{{,{limit - 1}}}", row["name"])
 
 
 def test_qualtrics_has_a_page_for_each_place_of_a_playlist(tmp_path, choices):
-    text, _ = WRITERS["qualtrics"](tmp_path, choices)
+    text, _ = WRITERS["qualtrics"].write(tmp_path, choices)
     lines = text.read_text("utf-8").splitlines()
     assert lines[0] == "[[AdvancedFormat]]" and "[[ED:playlist]]" in lines
     assert lines.count("[[PageBreak]]") == 1
@@ -392,7 +398,7 @@ def test_words_cannot_break_out_of_html(tmp_path, ratings):
 
 @both()
 def test_otree_app_is_python_and_finds_its_films(tmp_path, content):
-    WRITERS["otree"](tmp_path, content)
+    WRITERS["otree"].write(tmp_path, content)
     here = tmp_path / "otree" / "films"
     for name in ("__init__.py", "tests.py"):
         ast.parse((here / name).read_text("utf-8"))

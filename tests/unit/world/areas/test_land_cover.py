@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.library.mesh.planar import height_field
+from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.areas.covers import AS_IS, Area, Pool, areas_of, land_covers, water_parts
@@ -26,7 +26,8 @@ def hilly():
     """Ground that no plane fits, in cells of 10 m."""
     x, y = np.arange(-50.0, 160.0, 10.0), np.arange(-50.0, 160.0, 10.0)
     z = 2.0 * np.sin(x / 17.0)[None, :] + 1.5 * np.cos(y / 23.0)[:, None]
-    return height_field(x, y, z)
+    xx, yy = np.meshgrid(x, y)
+    return Mesh(np.stack([xx, yy, z], axis=-1).reshape(-1, 3), grid_faces(*z.shape))
 
 
 def area_of(mesh: Mesh) -> float:

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 import shapely
+from builders import aspect_at
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.library.street.road_styles import STYLES
@@ -172,6 +173,6 @@ def test_rail_signals_are_two_lamps_on_a_mast_at_the_tracks_right():
     assert (head.kind, head.lamps) == ("rail", 2)
     assert head.foot[1] < -2.0
     assert head.position[2] > 3.5
-    assert signals.aspect_at("S", 0, 1.0) == {"red"}
-    assert signals.aspect_at("S", 0, 11.0) == {"green"}
+    assert aspect_at(signals, "S", 0, 1.0) == {"red"}
+    assert aspect_at(signals, "S", 0, 11.0) == {"green"}
     assert {"signals/barrier_red", "signals/barrier_white"} <= {p.id for p in signals.static}

@@ -21,7 +21,7 @@ from sumo3dviz_pt.world.land.ground import build_ground
 from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.rails.tracks import GAUGE
-from sumo3dviz_pt.world.roads.cells import overlapping_pairs
+from sumo3dviz_pt.world.roads.cells import overlaps
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.roads.markings.markings import road_paint
 from sumo3dviz_pt.world.roads.markings.symbols import SETBACK, zebra_paint
@@ -118,7 +118,7 @@ def lane_points(net: Network) -> np.ndarray:
 def test_surface_has_neither_overlaps_nor_gaps(name):
     net = example(name)
     cells = built(name).layout.cells
-    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
+    assert len(overlaps(cells, above=1e-4).winners) == 0
     whole = shapely.union_all(cells.polygons, grid_size=1e-6).area
     assert shapely.area(cells.polygons).sum() == pytest.approx(whole, rel=1e-5)
     spots = shapely.points(lane_points(net))
@@ -320,7 +320,7 @@ def test_sharp_bends_leave_no_gap():
     line = shapely.LineString(hairpin.lanes[0].shape[:, :2])
     wanted = line.buffer(1.55, cap_style="flat", join_style="bevel")
     assert wanted.difference(covered).area < 0.05
-    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
+    assert len(overlaps(cells, above=1e-4).winners) == 0
 
 
 def bridge() -> Network:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from builders import aspect_at
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.model.camera import CameraPath
@@ -95,8 +96,8 @@ def test_links_that_show_the_same_share_a_head_and_others_stand_in_lane_order():
     assert [head.links for head in signals.heads] == [(0, 1, 2), (3,)]
     right, left = (head.position[1] for head in signals.heads)
     assert left - right == pytest.approx(0.56)
-    assert signals.aspect_at("J", 3, 1.0) == {"red"}
-    assert signals.aspect_at("J", 2, 1.0) == {"green"}
+    assert aspect_at(signals, "J", 3, 1.0) == {"red"}
+    assert aspect_at(signals, "J", 2, 1.0) == {"green"}
     assert lit(signals, 0, 1.0) == {"green"}
     assert lit(signals, 1, 1.0) == {"red"}
 
@@ -161,8 +162,8 @@ def test_crossings_have_two_lamp_heads_at_both_ends_that_face_each_other():
 
 def test_people_never_see_interpolated_yellow_or_early_red():
     signals = build_signals(crossing_network(), phases("rG", "Gr", "rG"), SignalSettings())
-    assert signals.aspect_at("J", 1, 9.9) == {"green"}
-    assert signals.aspect_at("J", 0, 19.9) == {"yellow"}
+    assert aspect_at(signals, "J", 1, 9.9) == {"green"}
+    assert aspect_at(signals, "J", 0, 19.9) == {"yellow"}
 
 
 @pytest.mark.parametrize(
@@ -176,7 +177,7 @@ def test_people_never_see_interpolated_yellow_or_early_red():
 )
 def test_yellow_as_the_settings_say(settings, shown):
     signals = build([edge("in", 0.0), out()], [link(0)], phases("G", "r"), **settings)
-    assert signals.aspect_at("J", 0, 9.0) == shown
+    assert aspect_at(signals, "J", 0, 9.0) == shown
     assert lit(signals, 0, 9.0) == shown
     assert lit(signals, 0, 10.0) == {"red"}
 
@@ -193,7 +194,7 @@ def test_every_log_that_breaks_the_founding_software_works():
     links = [link(i, f"in_{i // 2}") for i in range(4)]
     log = phases("GgyY", "rrus", "oOrr")
     signals = build(edges, links, log, yellow="log")
-    seen = [[signals.aspect_at("J", i, t) for i in range(4)] for t in (0.0, 10.0, 20.0, 1e6)]
+    seen = [[aspect_at(signals, "J", i, t) for i in range(4)] for t in (0.0, 10.0, 20.0, 1e6)]
     assert seen[0] == [{"green"}, {"green"}, {"yellow"}, {"yellow"}]
     assert seen[1] == [{"red"}, {"red"}, {"red", "yellow"}, {"red"}]
     assert seen[2] == [{"yellow"}, set(), {"red"}, {"red"}]
@@ -216,7 +217,7 @@ def test_without_signals_nothing_is_built_and_it_says_why(links, log, settings, 
     signals = build([edge("in", 0.0), out()], links, log, **settings)
     assert (signals.static, signals.lamps, signals.heads) == ((), (), ())
     assert signals.radiance_at(0.0) == {}
-    assert signals.aspect_at("J", 0, 0.0) == set()
+    assert aspect_at(signals, "J", 0, 0.0) == set()
     assert why in signals.left_out[0].why
 
 
