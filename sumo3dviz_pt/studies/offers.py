@@ -31,6 +31,9 @@ from sumo3dviz_pt.studies.stimuli import Stimulus
 _MOST_FILMS, _MOST_ROWS = 40, 12
 """Films, and arrivals of a film, that are listed."""
 
+_FILMS_CAMERA = "the film's camera"
+"""What people call the observer that every film has."""
+
 _UNSEEN = 0.5
 """Who is in the picture for less long than this before it arrives comes from outside of it [s]."""
 
@@ -160,18 +163,27 @@ def _for_whom(ahead: str, names: set[str], is_shown: bool) -> str:
 
 
 def offer_lines(offers: Mapping[str, Offer]) -> list[str]:
-    """Return a table of who arrives in films, for people; nothing without offers."""
-    if not any(offer.rows for offer in offers.values()):
+    """Return a table of who arrives in films, for people; nothing without offers.
+
+    Where they arrive is told row by row only if that is not the film's camera alone.
+    """
+    observers = {str(row["observer"]) for offer in offers.values() for row in offer.rows}
+    if not observers:
         return []
-    head = ("film", "observer", "vehicle", "from", "arrives", "leaves", "gap before", "in picture")
+    several = observers != {CAMERA}
+    head = ("film", "at", "vehicle", "from", "arrives", "leaves", "gap before", "in picture")
     cells: list[tuple[str, ...]] = [head]
     for name, offer in offers.items():
         cells += [_cells(name, row) for row in offer.rows[:_MOST_ROWS]]
         if len(offer.rows) > _MOST_ROWS:
-            cells.append((name, f"and {len(offer.rows) - _MOST_ROWS} more", *[""] * 6))
+            more = f"and {len(offer.rows) - _MOST_ROWS} more"
+            cells.append((name, "", more, *[""] * 5))
+    cells = cells if several else [(first, *rest) for first, _, *rest in cells]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [f"  {'  '.join(map(str.ljust, row, widths)).rstrip()}" for row in cells]
-    return ["who arrives, by the film's time, and the gap of all lanes together [s]", *lines, ""]
+    whom = "" if several else f" at {_FILMS_CAMERA}"
+    title = f"who arrives{whom}, by the film's time, and the gap of all lanes together [s]"
+    return [title, *lines, ""]
 
 
 def _cells(name: str, row: Row) -> tuple[str, ...]:
@@ -179,7 +191,8 @@ def _cells(name: str, row: Row) -> tuple[str, ...]:
     numbers = ("arrives_in_film", "leaves_in_film", "gap_before", "in_picture")
     told = ["-" if row[key] == "" else f"{float(row[key]):.2f}" for key in numbers]
     vehicle = plain_id(str(row["road_user"]))
-    return (name, str(row["observer"]), vehicle, str(row["from"]), *told)
+    observer = _FILMS_CAMERA if row["observer"] == CAMERA else str(row["observer"])
+    return (name, observer, vehicle, str(row["from"]), *told)
 
 
 def offer_notes(offers: Mapping[str, Offer]) -> list[str]:

@@ -19,6 +19,9 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.pipeline.films.film import prepared
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder
+from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.studies.file import load_study
 from sumo3dviz_pt.studies.plan import plan_study
 from sumo3dviz_pt.studies.run import StudyOrder, check_study, film_tasks, run_study
@@ -164,6 +167,28 @@ def test_films_are_not_overwritten_without_an_order(made, place):
     plan = plan_in(place)
     with pytest.raises(ConfigError, match="--resume keeps what fits, --overwrite replaces all"):
         check_study(plan, StudyOrder(made, variant="scalar"))
+
+
+METERED = STUDY.replace("common: {", "common: {cameras.post.exposure: auto, ")
+
+
+def test_a_film_that_is_made_alone_has_the_exposure_of_all(place, tmp_path):
+    """Each machine metered its own film, so that films of one study were developed otherwise."""
+    (place / "metered.yaml").write_text(METERED, encoding="utf-8")
+    plan = plan_study(load_study(place / "metered.yaml"))
+    first, last = plan.stimuli
+    words = ["study", str(place / "metered.yaml"), "-o", str(tmp_path), "--variant", "scalar"]
+    assert main([*words, "--film", last.name]) == 0
+    account = json.loads((tmp_path / "materials" / f"{last.name}.json").read_text("utf-8"))
+
+    def metered(stimulus):
+        order = FilmOrder(tmp_path / "a.mp4")
+        return prepared(stimulus.job, Request(variant="scalar"), order).metered
+
+    assert account["exposure"] == metered(first) != metered(last)
+    order = StudyOrder(tmp_path, resume=True, variant="scalar")
+    assert [task.stimulus.name for task in film_tasks(plan, order)] == [first.name]
+    assert film_tasks(plan, order)[0].request.metered == account["exposure"]
 
 
 @pytest.fixture(scope="module")

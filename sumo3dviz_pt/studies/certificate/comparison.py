@@ -395,6 +395,7 @@ class PairVerdict:
         confounds: Which settings the levels change beside what their factor is about.
         not_judged: Why what should be judged cannot be, a sentence each.
         told: How many of the faults accounts tell; pixels tell the others.
+        moving: How many road users differ, in words, if the factor may change all traffic.
         not_tested: What is not looked at, because the factor acts on all of it, a sentence each.
     """
 
@@ -417,6 +418,7 @@ class PairVerdict:
     not_judged: tuple[str, ...] = ()
     not_tested: tuple[str, ...] = ()
     told: int = 0
+    moving: str = ""
 
     @property
     def passed(self) -> bool:
