@@ -270,6 +270,15 @@ def test_python_makes_the_same_folder(place):
 # The command -------------------------------------------------------------------------------
 
 
+def test_a_trial_has_small_coarse_films_unless_they_are_set_otherwise(place, capsys):
+    planned(place, f"{STUDY}common: {{quality: study, output.size: [1280, 722]}}\n")
+    words = ["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run", "--trial"]
+    assert main(words) == 0
+    assert "post 2 to 2.2 s, 1 frame, 320x180, draft" in capsys.readouterr().out
+    assert main([*words, "--set", "output.size=[64, 36]", "--set", "output.fps=10"]) == 0
+    assert "post 2 to 2.2 s, 2 frames, 64x36, draft" in capsys.readouterr().out
+
+
 def test_a_dry_run_says_what_would_be_shown_and_makes_nothing(place, capsys):
     planned(place)
     assert main(["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run"]) == 0

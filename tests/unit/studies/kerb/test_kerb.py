@@ -100,13 +100,16 @@ def test_the_proposed_study_offers_the_gaps_that_it_names(scene, tmp_path, capsy
     assert "beside" in study.read_text("utf-8")
     assert main(["study", str(study), "-o", str(tmp_path / "out"), "--dry-run"]) == 0
     said = capsys.readouterr().out
-    assert "who arrives at the film's camera, by the film's time" in said
+    assert "vehicles that arrive at the film's camera, by the film's time" in said
     assert "  film    vehicle  from  arrives  leaves" in said
     # Where others wait, too, each row says who.
     walker = "report: {observers: {walker: {position: [30, -8.5]}}}\n"
     study.write_text(study.read_text("utf-8") + walker, "utf-8")
     lines = offer_lines(offers_of(plan_study(load_study(study))))
-    assert lines[0].startswith("who arrives, by") and lines[1].split()[:2] == ["film", "at"]
+    assert lines[0].startswith("vehicles that arrive, by") and lines[1].split()[:2] == [
+        "film",
+        "at",
+    ]
     where = {line[10:28].rstrip() for line in lines[2:-1]}
     assert where == {"the film's camera", "walker"}
 
@@ -157,7 +160,7 @@ factors:
         study.write_text(text.replace("IN", side), "utf-8")
         notes = "\n".join(offer_notes(offers_of(plan_study(load_study(study)))))
         assert words in notes
-        assert "slow brakes near the kerb for ahead, who is left out" in notes
+        assert "slow brakes near the kerb for ahead, which is left out" in notes
 
 
 @pytest.mark.parametrize(
