@@ -270,7 +270,9 @@ def sheet(pictures: Sequence[Pixels], names: Sequence[str]) -> Pixels:
         for k, line in enumerate(lines):
             at = (top + len(picture) + (k + 0.5) * _LINE, left)
             canvas.text(line, at, share=_CAPITALS / size[1], plate=None, anchor="lm")
-    return np.asarray((canvas.over(np.float32(whole / 255)) * 255 + 0.5).astype(np.uint8))
+    return np.asarray(
+        (canvas.over(np.asarray(whole / 255, dtype=np.float32)) * 255 + 0.5).astype(np.uint8)
+    )
 
 
 def _lines(name: str, width: int) -> list[str]:
