@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import write_scenario
+from builders import fcd_xml, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
@@ -246,6 +246,33 @@ def test_a_level_that_changes_leaves_the_other_films_as_they_lie(whole, place, t
     assert stamps("grey")[film][1] != grey[film][1]
     record = json.loads((folder / "study.json").read_text("utf-8"))
     assert "sky.rotation: 0.0 -> 90.0" in record["pairs"][0]["changed"]
+
+
+LOG = """scene: scene.yaml
+clip: {camera: post, from: 4, to: 4.2}
+common: {quality: draft, output.size: [64, 36]}
+factors:
+  gap: {levels: {short: {}, long: {scenario: {trajectories: other.xml}}}}
+certificate: {frames: 2}
+report: {write: false}
+calibration: null
+"""
+
+
+def test_a_level_that_swaps_the_log_is_not_read_as_proof_of_a_gap(tmp_path, capsys):
+    """It was certified as different in its factor alone, whatever else moved otherwise."""
+    write_scenario(tmp_path, vehicles=4)
+    other = fcd_xml(vehicles=3).replace('id="v0"', 'id="w0"')
+    (tmp_path / "other.xml").write_text(other, encoding="utf-8")
+    (tmp_path / "study.yaml").write_text(LOG, encoding="utf-8")
+    out = tmp_path / "out"
+    assert main(["study", str(tmp_path / "study.yaml"), "-o", str(out), "-q"]) == 0
+    assert "alone; in 1 of them everything that moves may differ" in capsys.readouterr().out
+    assert main(["study", "verify", str(out), "-q"]) == 0
+    said = "its levels change the whole traffic log, so everything that moves may differ: of 5 road"
+    assert f"note: not tested: gap: short and long: {said}" in capsys.readouterr().out
+    page = (out / "certificate.html").read_text("utf-8")
+    assert said in page and "3 are in one of them only and 0 of the others move" in page
 
 
 def measures(path):

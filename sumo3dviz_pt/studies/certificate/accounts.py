@@ -95,10 +95,10 @@ def moving_otherwise(one: Account, other: Account, acts: Acts, planned: Sequence
     moved = sum(_rides(a) != _rides(b) for _, a, b in _users(one, other))
     why = "change the whole traffic log" if swaps_log(planned) else "may change all traffic"
     return (
-        f"its levels {why}, so everything that moves may differ, and what is proven is proven of"
-        f" the rest alone: of {len(every)} road users that these films show, {len(single)}"
-        f" {'is' if len(single) == 1 else 'are'} in one of them only and {moved} that"
-        f" {'is in both moves' if moved == 1 else 'are in both move'} otherwise"
+        f"its levels {why}, so everything that moves may differ: of {len(every)} road users that"
+        f" these films show, {len(single)} {'is' if len(single) == 1 else 'are'} in one of them"
+        f" only and {moved} of the others {'moves' if moved == 1 else 'move'} otherwise; what is"
+        " proven is proven of the rest of the picture alone"
     )
 
 

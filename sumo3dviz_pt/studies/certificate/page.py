@@ -119,6 +119,8 @@ def _headline(content: Content) -> str:
     if not count:
         return '<p class="not">Not judged: there are no pairs of films to compare.</p>'
     rest = f"; {found['not judged']} not judged" if found["not judged"] else ""
+    moving = sum(bool(each["moving"]) for each in content["pairs"])
+    rest += f"; in {moving} of them everything that moves may differ" if moving else ""
     said = f"{found['proven']} of {count} pairs differ in their factor alone{rest}"
     return f'<p class="{"not" if rest else "proven"}">Proven: {said}.</p>'
 

@@ -186,10 +186,11 @@ def _page(study: StudyFolder) -> Iterator[Fault]:
         return
     try:
         wanted = page_of(study.path, study.certificate)
+        limits = json.loads(json.dumps(limits_of(study)))
     except (KeyError, TypeError, ValueError, OSError, AttributeError):
         yield Fault("folder", CERTIFICATE, "does not hold what its page shows")
         return
-    if study.certificate.get("limits") != json.loads(json.dumps(limits_of(study))):
+    if study.certificate.get("limits") != limits:
         yield Fault("folder", CERTIFICATE, "tells other limits than those that were used")
     if not path.is_file() or path.read_bytes() != wanted.encode():
         yield Fault("folder", PAGE, f"does not say what {CERTIFICATE} says")

@@ -370,8 +370,8 @@ def test_a_level_that_swaps_the_log_says_how_many_road_users_differ():
     users["vehicle:c"] = dict(users["vehicle:a"])
     said = moving_otherwise(account(), other, acts_of(LOG), LOG)
     assert said.startswith("its levels change the whole traffic log, so everything that moves may")
-    assert said.endswith("of 3 road users that these films show, 1 is in one of them only and 1"
-                         " that is in both moves otherwise")  # fmt: skip
+    assert ": of 3 road users that these films show, 1 is in one of them only and 1 of the" in said
+    assert "of the others moves otherwise; what is proven is proven of the rest" in said
     signals = ("signals.offset: 0 -> 9",)
     assert "may change all traffic" in moving_otherwise(account(), other, acts_of(signals), signals)
 

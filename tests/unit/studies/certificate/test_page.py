@@ -87,6 +87,7 @@ def test_a_factor_that_may_change_all_traffic_is_not_read_as_a_gap(tmp_path):
     page = page_of(tmp_path, LOG, LOG, CLEAN)
     head = page[: page.index("<h2>")]
     assert "gap (a and b, and 1 more): its levels change the whole traffic log, &lt;so" in head
+    assert "alone; in 2 of them everything that moves may differ.</p>" in head
     assert page.count("traffic log") == 3 and "light (" not in page
     said = str(Certificate((LOG, CLEAN), ()))
     assert said.endswith("in their factor alone; in 1 of them everything that moves may differ")
