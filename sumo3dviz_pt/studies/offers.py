@@ -40,7 +40,7 @@ _UNSEEN = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What a film offers to those who wait.
+    """What a film offers to people who wait.
 
     Attributes:
         rows: Vehicles that arrive while it is shown.
@@ -181,8 +181,8 @@ def offer_lines(offers: Mapping[str, Offer]) -> list[str]:
     cells = cells if several else [(first, *rest) for first, _, *rest in cells]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [f"  {'  '.join(map(str.ljust, row, widths)).rstrip()}" for row in cells]
-    whom = "" if several else f" at {_FILMS_CAMERA}"
-    title = f"vehicles that arrive{whom}, by the film's time, and the gap over all lanes [s]"
+    where = "" if several else f" at {_FILMS_CAMERA}"
+    title = f"vehicles that arrive{where}, by the film's time, and the gap over all lanes [s]"
     return [title, *lines, ""]
 
 
