@@ -35,6 +35,12 @@ def add(commands: Any) -> None:
     sub.add_argument(
         "--dry-run", action="store_true", help="only say what would be shown, and its cost"
     )
+    sub.add_argument(
+        "--trial",
+        action="store_true",
+        help="small, coarse films, to try the way: quality draft, 320 pixels wide at most, 5 frames"
+        " per second; --set wins over it",
+    )
     sub.add_argument("--film", metavar="NAME", help="make only this film, beside other machines")
     sub.add_argument(
         "--frames", type=frame_range, help="A:B renders only these frames of --film, no film"
@@ -181,7 +187,7 @@ def gaze(options: argparse.Namespace) -> int:
 
 def _add_presses(study: Any) -> None:
     """Say what `study presses` takes."""
-    sub = study.add_word("presses", "join presses during films with who arrives in them")
+    sub = study.add_word("presses", "join presses during films with the vehicles that arrive")
     sub.add_argument("data", type=Path, help="what the page saved (.csv), or a folder of it")
     sub.add_argument("--study", type=Path, required=True, metavar="OUT", help="the study's folder")
     sub.add_argument("-o", "--output", type=Path, required=True, help="table (.csv)")
@@ -223,13 +229,14 @@ def run(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.films.rendering import stoppable
     from sumo3dviz_pt.pipeline.scene_file import override_values
     from sumo3dviz_pt.studies.file import load_study
-    from sumo3dviz_pt.studies.plan import plan_study
+    from sumo3dviz_pt.studies.plan import plan_study, trial_values
     from sumo3dviz_pt.studies.run import check_study, in_words
 
     if options.frames is not None and options.film is None:
         raise ConfigError("say by --film NAME which film's frames", key="frames")
     order = _order(options)
-    plan = plan_study(load_study(options.study), override_values(overrides_of(options)))
+    study, wanted = load_study(options.study), override_values(overrides_of(options))
+    plan = plan_study(study, trial_values(study, wanted) if options.trial else wanted)
     if options.dry_run:
         plan = plan if options.film is None else plan.only(options.film)
         check_study(plan, replace(order, resume=True))

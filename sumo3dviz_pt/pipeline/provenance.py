@@ -145,6 +145,13 @@ def package_hashes() -> dict[str, str]:
     return {"code": _hash_all(code, own), "library": _hash_all(library, assets.parent)}
 
 
+@cache
+def code_of(part: str) -> str:
+    """Hash the code of a part of the package, such as `studies`: it words what that part writes."""
+    own = Path(__file__).resolve().parents[1]
+    return _hash_all((own / part).rglob("*.py"), own)
+
+
 def _hash_all(paths: Iterable[Path], root: Path) -> str:
     """Return one hash of many files; ends of lines do not count in text."""
     whole = hashlib.blake2b(digest_size=16)

@@ -19,7 +19,13 @@ import numpy as np
 
 from sumo3dviz_pt.model.layers import linear_from_srgb
 from sumo3dviz_pt.pipeline.reading import scenario_files
-from sumo3dviz_pt.studies.certificate.acts import Acts, Subject, key_of, subject_of
+from sumo3dviz_pt.studies.certificate.acts import (
+    Acts,
+    Subject,
+    key_of,
+    subject_of,
+    swaps_log,
+)
 from sumo3dviz_pt.studies.file import StudyFile
 from sumo3dviz_pt.studies.plan import StudyPlan
 from sumo3dviz_pt.studies.stimuli import Stimulus, StimulusPair, leaves
@@ -107,6 +113,7 @@ def foresight(plan: StudyPlan) -> list[str]:
             said = (
                 *_beside(plan.file, factor, changes, rider=rider_of(both[0])),
                 *_moved(changes, rider=rider_of(both[0])),
+                *_another_log(changes),
                 *_same_colours(changes),
                 *_nobody(changes, both, logs),
             )
@@ -140,6 +147,16 @@ def _moved(changes: Sequence[str], *, rider: str) -> Iterator[str]:
                 f"the camera rides in {rider}, whose ride it changes, so that all is seen from"
                 " elsewhere; change another ride instead, or ask for a gap"
             )
+
+
+def _another_log(changes: Sequence[str]) -> Iterator[str]:
+    """Yield that a factor changes all that moves, which no certificate can tell from a gap."""
+    if swaps_log(changes):
+        yield (
+            "levels set another traffic log, so everything that moves may differ, not only what the"
+            " factor is called after; to move one vehicle and no other, change its ride in one log"
+            " (traffic.rides)"
+        )
 
 
 def _same_colours(changes: Sequence[str]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Says before any pixel is rendered who arrives in a study's films, and which gaps they offer.
+"""Says before any pixel is rendered which vehicles arrive in films, and which gaps they offer.
 
 It is asked of cameras that stand beside a road and of the observers that the study file names, and
 comes from the motion that will be drawn, by the code that measures finished films.
@@ -31,16 +31,19 @@ from sumo3dviz_pt.studies.stimuli import Stimulus
 _MOST_FILMS, _MOST_ROWS = 40, 12
 """Films, and arrivals of a film, that are listed."""
 
+_FILMS_CAMERA = "the film's camera"
+"""What people call the observer that every film has."""
+
 _UNSEEN = 0.5
-"""Who is in the picture for less long than this before it arrives comes from outside of it [s]."""
+"""A vehicle that is in the picture for a shorter time before it arrives comes from outside [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What a film offers to those who wait.
+    """What a film offers to people who wait.
 
     Attributes:
-        rows: Who arrives while it is shown.
+        rows: Vehicles that arrive while it is shown.
         notes: What people would wonder at, in sentences.
     """
 
@@ -49,7 +52,7 @@ class Offer:
 
 
 def offers_of(plan: StudyPlan) -> dict[str, Offer]:
-    """Return what films offer to observers who stand, by name; of films without any, nothing."""
+    """Return what films offer to standing observers, by name; of films without any, nothing."""
     known: dict[str, Offer | None] = {}
     found = {}
     for stimulus in plan.listed[:_MOST_FILMS]:
@@ -59,7 +62,7 @@ def offers_of(plan: StudyPlan) -> dict[str, Offer]:
             try:
                 known[key] = _offer(plan, stimulus)
             except InputError as error:  # said again where films are made
-                known[key] = Offer((), (f"who arrives cannot be told: {error}",))
+                known[key] = Offer((), (f"which vehicles arrive cannot be told: {error}",))
         offer = known[key]
         if offer is not None:
             found[stimulus.name] = offer
@@ -95,7 +98,7 @@ def _offer(plan: StudyPlan, stimulus: Stimulus) -> Offer | None:
 
 
 def _unseen(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield who comes to the camera's way across from outside of the picture."""
+    """Yield vehicles that come to the camera's way across from outside of the picture."""
     for row in rows:
         if row["observer"] == CAMERA and float(row["in_picture"]) < _UNSEEN:
             yield (
@@ -107,7 +110,7 @@ def _unseen(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def _popping(traffic: Traffic, watched: Watched, speed: float) -> Iterator[str]:
-    """Yield who appears in the picture out of nothing, or vanishes there."""
+    """Yield vehicles that appear in the picture out of nothing, or vanish there."""
     for k, shown in watched.shown.items():
         alive = np.flatnonzero(traffic.alive[k])
         if not alive.size:
@@ -128,7 +131,7 @@ def _popping(traffic: Traffic, watched: Watched, speed: float) -> Iterator[str]:
 
 
 def _braking(job: Job, simulation: Simulated, observer: Observer) -> Iterator[str]:
-    """Yield whose ride is moved, or followed, and brakes for somebody who will not be there."""
+    """Yield vehicles of a changed gap that brake, and what people will see them brake for."""
     if job.traffic is None or observer.across is None:
         return
     names = {plain_id(name) for name in job.traffic.rides}
@@ -145,33 +148,42 @@ def _braking(job: Job, simulation: Simulated, observer: Observer) -> Iterator[st
             continue
         moment = each.slows if np.isfinite(each.slows) else each.arrives
         ahead = ahead_of(motion, scenario, kerb.position, each.id, moment)
-        yield f"{each.id} brakes near the kerb{_for_whom(ahead, names, shown('vehicle', ahead))}"
+        yield f"{each.id} brakes near the kerb{_reason(ahead, names, shown('vehicle', ahead))}"
 
 
-def _for_whom(ahead: str, names: set[str], is_shown: bool) -> str:
-    """Return for whom somebody brakes, and why people would wonder."""
+def _reason(ahead: str, names: set[str], is_shown: bool) -> str:
+    """Return which vehicle another one brakes for, and why people would wonder."""
     if not ahead:
-        return ", for nobody ahead of it: for a signal or a turn, or as its driver likes"
+        return ", with no vehicle ahead: for a signal or a turn, or as its driver likes"
     if not is_shown:
-        return f" for {ahead}, who is left out: people see it brake for nobody"
+        return f" for {ahead}, which is left out: people see no reason why it brakes"
     if ahead in names:
-        return f" for {ahead}, from whom it is as far as the gap says and not as recorded"
+        return f" for {ahead}, and it is as far behind as the gap says, not as recorded"
     return f" for {ahead}"
 
 
 def offer_lines(offers: Mapping[str, Offer]) -> list[str]:
-    """Return a table of who arrives in films, for people; nothing without offers."""
-    if not any(offer.rows for offer in offers.values()):
+    """Return a table of the vehicles that arrive in films, for people; nothing without offers.
+
+    Where they arrive is told row by row only if that is not the film's camera alone.
+    """
+    observers = {str(row["observer"]) for offer in offers.values() for row in offer.rows}
+    if not observers:
         return []
-    head = ("film", "observer", "vehicle", "from", "arrives", "leaves", "gap before", "in picture")
+    several = observers != {CAMERA}
+    head = ("film", "at", "vehicle", "from", "arrives", "leaves", "gap before", "in picture")
     cells: list[tuple[str, ...]] = [head]
     for name, offer in offers.items():
         cells += [_cells(name, row) for row in offer.rows[:_MOST_ROWS]]
         if len(offer.rows) > _MOST_ROWS:
-            cells.append((name, f"and {len(offer.rows) - _MOST_ROWS} more", *[""] * 6))
+            more = f"and {len(offer.rows) - _MOST_ROWS} more"
+            cells.append((name, "", more, *[""] * 5))
+    cells = cells if several else [(first, *rest) for first, _, *rest in cells]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [f"  {'  '.join(map(str.ljust, row, widths)).rstrip()}" for row in cells]
-    return ["who arrives, by the film's time, and the gap of all lanes together [s]", *lines, ""]
+    where = "" if several else f" at {_FILMS_CAMERA}"
+    title = f"vehicles that arrive{where}, by the film's time, and the gap over all lanes [s]"
+    return [title, *lines, ""]
 
 
 def _cells(name: str, row: Row) -> tuple[str, ...]:
@@ -179,7 +191,8 @@ def _cells(name: str, row: Row) -> tuple[str, ...]:
     numbers = ("arrives_in_film", "leaves_in_film", "gap_before", "in_picture")
     told = ["-" if row[key] == "" else f"{float(row[key]):.2f}" for key in numbers]
     vehicle = plain_id(str(row["road_user"]))
-    return (name, str(row["observer"]), vehicle, str(row["from"]), *told)
+    observer = _FILMS_CAMERA if row["observer"] == CAMERA else str(row["observer"])
+    return (name, observer, vehicle, str(row["from"]), *told)
 
 
 def offer_notes(offers: Mapping[str, Offer]) -> list[str]:

@@ -219,6 +219,12 @@ _THUMBNAILS_GAP = 8
 _THUMBNAILS_GREY = 119
 """sRGB of the sheet's ground: between films, as light as the page that shows them."""
 
+_LEAST_PLACE = 240
+"""Width of a picture's place on the sheet, at least: most names fit into a line [px]."""
+
+_CAPITALS, _LINE = 11, 20
+"""Heights of the names' capitals and of a line [px]."""
+
 THUMBNAILS_FOLDER = "thumbnails"
 SHEET = "contact_sheet.png"
 
@@ -241,32 +247,55 @@ def write_thumbnails(folder: Path, clips: Sequence[Clip]) -> list[Path]:
         files.append(folder / THUMBNAILS_FOLDER / f"{clip.name}.png")
         write_png(files[-1], pixels, level=6)
         pictures.append(pixels)
-    write_png(folder / SHEET, sheet(pictures), level=6)
+    write_png(folder / SHEET, sheet(pictures, [clip.name for clip in clips]), level=6)
     return [*files, folder / SHEET]
 
 
-def sheet(pictures: Sequence[Pixels]) -> Pixels:
-    """Return pictures side by side, in rows, (h, w, 3).
+def sheet(pictures: Sequence[Pixels], names: Sequence[str]) -> Pixels:
+    """Return pictures side by side in rows, each with its name below it, (h, w, 3).
 
     Args:
         pictures: (h, w, 3) each; smaller ones stand at the upper left of their places.
+        names: Of each; what is too long for its place goes on in the next line.
     """
+    from sumo3dviz_pt.overlays.canvas import Canvas
+
     columns = math.ceil(math.sqrt(len(pictures)))
     rows = math.ceil(len(pictures) / columns)
-    high = max(len(picture) for picture in pictures) + _THUMBNAILS_GAP
-    wide = max(picture.shape[1] for picture in pictures) + _THUMBNAILS_GAP
-    whole = np.full(
-        (rows * high + _THUMBNAILS_GAP, columns * wide + _THUMBNAILS_GAP, 3),
-        _THUMBNAILS_GREY,
-        dtype=np.uint8,
-    )
-    for place, picture in enumerate(pictures):
-        top, left = (
-            _THUMBNAILS_GAP + place // columns * high,
-            _THUMBNAILS_GAP + place % columns * wide,
-        )
+    widest = max(_LEAST_PLACE, *(picture.shape[1] for picture in pictures))
+    below = [_lines(name, widest) for name in names]
+    letters = max(map(len, below)) * _LINE
+    highest = max(len(picture) for picture in pictures)
+    high, wide = highest + letters + _THUMBNAILS_GAP, widest + _THUMBNAILS_GAP
+    size = (columns * wide + _THUMBNAILS_GAP, rows * high + _THUMBNAILS_GAP)
+    canvas = Canvas(size)
+    whole = np.full((*size[::-1], 3), _THUMBNAILS_GREY, dtype=np.uint8)
+    for place, (picture, lines) in enumerate(zip(pictures, below, strict=True)):
+        top = _THUMBNAILS_GAP + place // columns * high
+        left = _THUMBNAILS_GAP + place % columns * wide
         whole[top : top + len(picture), left : left + picture.shape[1]] = picture
-    return whole
+        for k, line in enumerate(lines):
+            at = (top + len(picture) + (k + 0.5) * _LINE, left)
+            canvas.text(line, at, share=_CAPITALS / size[1], plate=None, anchor="lm")
+    return np.asarray(
+        (canvas.over(np.asarray(whole / 255, dtype=np.float32)) * 255 + 0.5).astype(np.uint8)
+    )
+
+
+def _lines(name: str, width: int) -> list[str]:
+    """Return a name in lines that fit a width [px], broken after a `_` where that can be."""
+    from sumo3dviz_pt.overlays.canvas import Canvas
+
+    canvas = Canvas((width, width))
+    lines, rest = [], name
+    while rest:
+        fit = len(rest)
+        while fit > 1 and canvas.text_size(rest[:fit], share=_CAPITALS / width)[0] > width:
+            fit -= 1
+        cut = rest.rfind("_", 1, fit) + 1 if fit < len(rest) else fit
+        lines.append(rest[: cut or fit])
+        rest = rest[cut or fit :]
+    return lines
 
 
 def _middle(clip: Clip) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -142,6 +143,27 @@ class StudyPlan:
         if name not in known:
             raise ConfigError(f"no film is called {name!r}{did_you_mean(name, known)}", key="film")
         return replace(self, stimuli=(known[name],))
+
+
+_TRIAL_WIDTH, _TRIAL_RATE = 320, 5
+"""Largest width [px] and frames per second of films to try the way with."""
+
+
+def trial_values(study: StudyFile, overrides: Patch) -> dict[str, Any]:
+    """Return values of the scene file for coarse films that cost little; overrides win over them.
+
+    Args:
+        study: The study file.
+        overrides: As `plan_study` takes them.
+
+    Raises:
+        ConfigError, InputError: As `plan_study`.
+    """
+    width, height = plan_study(study, overrides).stimuli[0].job.output.size
+    if width > _TRIAL_WIDTH:
+        width, height = _TRIAL_WIDTH, max(2 * round(height * _TRIAL_WIDTH / width / 2), 2)
+    size, rate = [width, height], _TRIAL_RATE
+    return {"quality": "draft", "output.size": size, "output.fps": rate, **overrides}
 
 
 def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:

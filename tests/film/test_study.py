@@ -15,10 +15,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import write_scenario
+from builders import fcd_xml, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.pipeline.films.film import prepared
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder
+from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.studies.file import load_study
 from sumo3dviz_pt.studies.plan import plan_study
 from sumo3dviz_pt.studies.run import (
@@ -175,6 +178,28 @@ def test_films_are_not_overwritten_without_an_order(made, place):
         check_study(plan, StudyOrder(made, variant="scalar"))
 
 
+METERED = STUDY.replace("common: {", "common: {cameras.post.exposure: auto, ")
+
+
+def test_a_film_that_is_made_alone_has_the_exposure_of_all(place, tmp_path):
+    """Each machine metered its own film, so that films of one study were developed otherwise."""
+    (place / "metered.yaml").write_text(METERED, encoding="utf-8")
+    plan = plan_study(load_study(place / "metered.yaml"))
+    first, last = plan.stimuli
+    words = ["study", str(place / "metered.yaml"), "-o", str(tmp_path), "--variant", "scalar"]
+    assert main([*words, "--film", last.name]) == 0
+    account = json.loads((tmp_path / "materials" / f"{last.name}.json").read_text("utf-8"))
+
+    def metered(stimulus):
+        order = FilmOrder(tmp_path / "a.mp4")
+        return prepared(stimulus.job, Request(variant="scalar"), order).metered
+
+    assert account["exposure"] == metered(first) != metered(last)
+    order = StudyOrder(tmp_path, resume=True, variant="scalar")
+    assert [task.stimulus.name for task in film_tasks(plan, order)] == [first.name]
+    assert film_tasks(plan, order)[0].request.metered == account["exposure"]
+
+
 @pytest.fixture(scope="module")
 def whole(place):
     """A study with certificate and report, in one go."""
@@ -230,6 +255,33 @@ def test_a_level_that_changes_leaves_the_other_films_as_they_lie(whole, place, t
     assert stamps("grey")[film][1] != grey[film][1]
     record = json.loads((folder / "study.json").read_text("utf-8"))
     assert "sky.rotation: 0.0 -> 90.0" in record["pairs"][0]["changed"]
+
+
+LOG = """scene: scene.yaml
+clip: {camera: post, from: 4, to: 4.2}
+common: {quality: draft, output.size: [64, 36]}
+factors:
+  gap: {levels: {short: {}, long: {scenario: {trajectories: other.xml}}}}
+certificate: {frames: 2}
+report: {write: false}
+calibration: null
+"""
+
+
+def test_a_level_that_swaps_the_log_is_not_read_as_proof_of_a_gap(tmp_path, capsys):
+    """It was certified as different in its factor alone, whatever else moved otherwise."""
+    write_scenario(tmp_path, vehicles=4)
+    other = fcd_xml(vehicles=3).replace('id="v0"', 'id="w0"')
+    (tmp_path / "other.xml").write_text(other, encoding="utf-8")
+    (tmp_path / "study.yaml").write_text(LOG, encoding="utf-8")
+    out = tmp_path / "out"
+    assert main(["study", str(tmp_path / "study.yaml"), "-o", str(out), "-q"]) == 0
+    assert "alone; in 1 of them everything that moves may differ" in capsys.readouterr().out
+    assert main(["study", "verify", str(out), "-q"]) == 0
+    said = "its levels change the whole traffic log, so everything that moves may differ: of 5 road"
+    assert f"note: not tested: gap: short and long: {said}" in capsys.readouterr().out
+    page = (out / "certificate.html").read_text("utf-8")
+    assert said in page and "3 are in one of them only and 0 of the others move" in page
 
 
 def measures(path):

@@ -20,7 +20,7 @@ from viewer.browser import chromium
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_layers, write_exr
 from sumo3dviz_pt.pipeline.films.encoding import delivered, developed, sealed
-from sumo3dviz_pt.pipeline.provenance import file_hash
+from sumo3dviz_pt.pipeline.provenance import code_of, file_hash
 from sumo3dviz_pt.studies.certificate.comparison import PairVerdict
 from sumo3dviz_pt.studies.certificate.page import write_page
 from sumo3dviz_pt.video import encode
@@ -29,6 +29,7 @@ from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 pytestmark = pytest.mark.slow
 
 SIZE = (96, 54)
+OWN = code_of("studies")
 
 
 @pytest.fixture(scope="module")
@@ -237,6 +238,30 @@ def test_what_an_outsider_did_to_a_folder_is_found(name, made, tmp_path, capsys)
     code, found = verify(folder, capsys, *(["--published", published] if change.published else []))
     told = [f"{each['file']}: {each['what']}" for each in found["faults"]]
     assert code == 1 and is_said(change.said, told), told
+
+
+def test_words_that_other_code_chose_are_not_compared_and_that_is_said(made, tmp_path, capsys):
+    """A reworded page was found by its digest alone, and nothing told so."""
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    assert not any("words" in note for note in verify(folder, capsys, "--quick")[1]["notes"])
+
+    def reworded(said):
+        said["worded_by"] = "an earlier version"
+        said["pairs"][0].update(acts="the sun", not_tested=[])
+
+    edited(folder / "certificate.json", reworded, seal=True)
+    signed_anew(folder)
+    code, found = verify(folder, capsys)
+    assert (code, found["faults"]) == (0, [])
+    (note,) = (note for note in found["notes"] if "words" in note)
+    assert note.startswith("not compared: the words of certificate.html and certificate.json")
+    # With the same code each of them is a fault.
+    edited(folder / "certificate.json", lambda said: said.update(worded_by=OWN), seal=True)
+    signed_anew(folder)
+    told = {each["what"] for each in verify(folder, capsys)[1]["faults"]}
+    assert "does not say what certificate.json says" in told
+    assert "clear and grey: says otherwise than its frames: acts" in told
 
 
 def test_what_systems_and_people_leave_in_a_folder_is_no_fault(made, tmp_path, capsys):

@@ -12,7 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.pipeline.films.frames import counted
 from sumo3dviz_pt.pipeline.provenance import differences
-from sumo3dviz_pt.studies.certificate.acts import Acts, key_of
+from sumo3dviz_pt.studies.certificate.acts import Acts, key_of, swaps_log
 
 Account = Mapping[str, Any]
 
@@ -77,6 +77,34 @@ def named_differences(one: Account, other: Account, acts: Acts) -> list[str]:
         for key, word in _DEVELOPED.items()
         if one.get(key) != other.get(key)
     ]
+
+
+def moving_otherwise(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> str:
+    """Return how many road users differ where a factor may change all traffic; or nothing.
+
+    Args:
+        one: The first film's.
+        other: The second's.
+        acts: Where their factor acts.
+        planned: What should differ in their scenes, as in `StimulusPair.changed`.
+    """
+    if not acts.motion:
+        return ""
+    first, second = one["road_users"], other["road_users"]
+    every, single = first.keys() | second.keys(), first.keys() ^ second.keys()
+    moved = sum(_rides(a) != _rides(b) for _, a, b in _users(one, other))
+    why = "change the whole traffic log" if swaps_log(planned) else "may change all traffic"
+    return (
+        f"its levels {why}, so everything that moves may differ: of {len(every)} road users that"
+        f" these films show, {len(single)} {'is' if len(single) == 1 else 'are'} in one of them"
+        f" only and {moved} of the others {'moves' if moved == 1 else 'move'} otherwise; what is"
+        " proven is proven of the rest of the picture alone"
+    )
+
+
+def _rides(user: Account) -> tuple[Any, Any]:
+    """Return what says how a road user moves, and in which frames it is there."""
+    return user["motion"], user["frames"]
 
 
 def _lengths(one: Account, other: Account, acts: Acts) -> Iterator[str]:
@@ -166,7 +194,7 @@ def _motion(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     unlike = [
         key
         for key, a, b in _users(one, other)
-        if (a["motion"], a["frames"]) != (b["motion"], b["frames"]) and not acts.may_reshape(key)
+        if _rides(a) != _rides(b) and not acts.may_reshape(key)
     ]
     if unlike:
         first = next(

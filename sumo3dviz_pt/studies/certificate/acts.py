@@ -328,6 +328,11 @@ def acts_of(changes: Iterable[str], *, rider: str = "") -> Acts:
     return whole
 
 
+def swaps_log(changes: Iterable[str]) -> bool:
+    """Return whether levels set another log, so that everything that moves may differ."""
+    return any(re.match(r"scenario\.trajectories\b", key_of(change)) for change in changes)
+
+
 def key_of(change: str) -> str:
     """Return the dotted key that a change is about."""
     return change.partition(": ")[0]

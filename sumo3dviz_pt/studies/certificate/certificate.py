@@ -18,8 +18,12 @@ from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films import layers
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, sealed
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder, write_json
-from sumo3dviz_pt.pipeline.provenance import file_hash, versions
-from sumo3dviz_pt.studies.certificate.accounts import account_faults, named_differences
+from sumo3dviz_pt.pipeline.provenance import code_of, file_hash, versions
+from sumo3dviz_pt.studies.certificate.accounts import (
+    account_faults,
+    moving_otherwise,
+    named_differences,
+)
 from sumo3dviz_pt.studies.certificate.acts import Acts
 from sumo3dviz_pt.studies.certificate.comparison import (
     TYPICAL_CODES,
@@ -58,6 +62,9 @@ from sumo3dviz_pt.studies.records import RECORD, film_path, read_film_account
 from sumo3dviz_pt.studies.stimuli import StimulusPair
 
 PAGE, FOLDER = "certificate.html", "certificate"
+
+WORDED_BY = "worded_by"
+"""Key of the code that chose a certificate's words: another one may choose others."""
 
 _APART = ("shade", "block", "pixel", "worst", "colour", "stain", "tone")
 """What the numbers of `Apart` are called."""
@@ -101,6 +108,8 @@ class Certificate:
             return "certificate: there are no two films to compare"
         claims = Counter(pair.claim for pair in self.pairs)
         more = f", {claims['not judged']} not judged" if claims["not judged"] else ""
+        moving = sum(bool(pair.moving) for pair in self.pairs)
+        more += f"; in {moving} of them everything that moves may differ" if moving else ""
         return (
             f"certificate: {claims['proven']} of {len(self.pairs)} pairs differ in their factor"
             f" alone{more}"
@@ -234,6 +243,7 @@ def _verdict(
         confounds=confounds,
         not_tested=untested(acts),
         told=len(confounds) + len(found),
+        moving=moving_otherwise(accounts[0], accounts[1], acts, pair.changed),
     )
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
@@ -351,6 +361,7 @@ def _content(
         "date": about.date,
         "licence": about.licence,
         "versions": versions(),
+        WORDED_BY: code_of("studies"),
         "passed": not faults and all(each.passed for each in verdicts),
         "links": _links(verdicts, faults),
         "factors": {

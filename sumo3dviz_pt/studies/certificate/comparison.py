@@ -54,7 +54,7 @@ face, depths are the same to the last bit, so that a normal that differs there i
 
 MOST_CROSSING = 1e-4
 """Share of a picture's pixels that may show one of two things which cross there, so that last bits
-say which; one pixel may in any case."""
+say which, or one of two colours at a seam of a texture; one pixel of each kind may in any case."""
 
 LIT_DEPTH = 0.03
 """How far depths may differ where panes, screens and dials shine or go out [m]: they are thin
@@ -154,7 +154,7 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
     repainted = _where(things, [acts.may_look(name, labels.get(name, "")) for name in things])
     own = reshaped | repainted
     slight = own & _is_slight(one, other, users, acts)
-    crossing = _crossing(one, other, users)
+    crossing = _crossing(one, other, users) | _at_seams(one, other, paint, users)
     wrong = ((moved | turned) & ~reshaped & ~slight) | (paint & ~own & (not acts.light))
     wrong &= ~crossing
     spread = _spread(one, other)
@@ -257,6 +257,18 @@ def _crossing(one: Evidence, other: Evidence, users: Bools) -> Bools:
     near = np.minimum(one.layers["depth"], other.layers["depth"])
     there = (one.things != other.things) & (one.things != 0) & (other.things != 0) & ~users
     there &= (_apart(one, other) <= SAME_EDGE * near) & _turned(one, other)
+    return there if there.sum() <= max(1, MOST_CROSSING * there.size) else np.zeros_like(there)
+
+
+def _at_seams(one: Evidence, other: Evidence, paint: Bools, users: Bools) -> Bools:
+    """Return where last bits say which of two colours of a texture is met, (h, w).
+
+    At a seam, as between two stones of a pavement, a ray meets one or the other. It was traced with
+    other roundings, and its depth shows it: paint that is changed leaves depths as they are.
+    """
+    apart, near = _apart(one, other), np.minimum(one.layers["depth"], other.layers["depth"])
+    there = paint & (one.things == other.things) & (one.things != 0) & ~users
+    there &= (apart > 0.0) & (apart <= SAME_EDGE * near) & ~_turned(one, other)
     return there if there.sum() <= max(1, MOST_CROSSING * there.size) else np.zeros_like(there)
 
 
@@ -395,6 +407,7 @@ class PairVerdict:
         confounds: Which settings the levels change beside what their factor is about.
         not_judged: Why what should be judged cannot be, a sentence each.
         told: How many of the faults accounts tell; pixels tell the others.
+        moving: How many road users differ, in words, if the factor may change all traffic.
         not_tested: What is not looked at, because the factor acts on all of it, a sentence each.
     """
 
@@ -417,6 +430,7 @@ class PairVerdict:
     not_judged: tuple[str, ...] = ()
     not_tested: tuple[str, ...] = ()
     told: int = 0
+    moving: str = ""
 
     @property
     def passed(self) -> bool:

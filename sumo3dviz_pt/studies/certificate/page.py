@@ -25,6 +25,9 @@ _MOST_THINGS = 12
 _MOST_FACTORS, _MOST_FILMS, _MOST_FAULTS, _MOST_WORDS = 14, 16, 6, 140
 """Most factors, films, faults, and letters of a text that the printed sheets show."""
 
+_MOST_MOVING, _MOST_SENTENCE = 3, 400
+"""Most factors that may change all traffic of which the first sheet tells, and their letters."""
+
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 2rem auto;
   max-width: 1200px; padding: 0 1rem }
@@ -97,6 +100,7 @@ def _claims(content: Content) -> Iterator[str]:
     yield f"<p>Certificate of the stimuli. {said}</p>"
     yield f"<p>{_text(content['description'])}</p>"
     yield _headline(content)
+    yield from _moving(content["pairs"])
     yield "<p><b>Proven</b>: all that the claim names was tested, and nothing is wrong."
     yield "<b>Not judged</b>: looked at, and no rule tells what was seen from what is allowed."
     yield "<b>Not tested</b>: nothing was compared. Nothing is claimed beyond what is proven.</p>"
@@ -115,8 +119,23 @@ def _headline(content: Content) -> str:
     if not count:
         return '<p class="not">Not judged: there are no pairs of films to compare.</p>'
     rest = f"; {found['not judged']} not judged" if found["not judged"] else ""
+    moving = sum(bool(each["moving"]) for each in content["pairs"])
+    rest += f"; in {moving} of them everything that moves may differ" if moving else ""
     said = f"{found['proven']} of {count} pairs differ in their factor alone{rest}"
     return f'<p class="{"not" if rest else "proven"}">Proven: {said}.</p>'
+
+
+def _moving(pairs: Sequence[Content]) -> Iterator[str]:
+    """Yield of which factors nobody should think that they leave the rest of traffic alone."""
+    own: dict[str, list[Content]] = {}
+    for pair in pairs:
+        if pair["moving"]:
+            own.setdefault(str(pair["factor"]), []).append(pair)
+    for factor, some in list(own.items())[:_MOST_MOVING]:
+        first, more = some[0], len(some) - 1
+        films = f"{first['one']} and {first['other']}{f', and {more} more' if more else ''}"
+        said = f"{factor} ({films}): {first['moving']}"
+        yield f'<p class="not">{_text(said, _MOST_SENTENCE)}.</p>'
 
 
 def _factors(content: Content) -> Iterator[str]:
@@ -346,6 +365,8 @@ def _section(folder: Path, number: int, verdict: PairVerdict, claim: str) -> Ite
     yield f'<section id="pair{number}"><h2>{number}. {html.escape(verdict.factor)}: {one} and'
     yield f"{other}, {_word(claim)}</h2>"
     yield f"<p>The factor acts on: {html.escape(verdict.acts)}.</p>"
+    if verdict.moving:
+        yield f'<p class="not">{html.escape(_sentence(verdict.moving))}</p>'
     if verdict.faults:
         items = "".join(f"<li>{html.escape(_sentence(fault))}</li>" for fault in verdict.faults)
         yield f'<ul class="faults">{items}</ul>'

@@ -23,8 +23,19 @@ from sumo3dviz_pt.pipeline.films.film import render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder
 from sumo3dviz_pt.pipeline.production import Request
-from sumo3dviz_pt.pipeline.provenance import file_hash, package_hashes, versions
-from sumo3dviz_pt.studies.certificate.certificate import PAGE, judged_again, limits_of, page_of
+from sumo3dviz_pt.pipeline.provenance import (
+    code_of,
+    file_hash,
+    package_hashes,
+    versions,
+)
+from sumo3dviz_pt.studies.certificate.certificate import (
+    PAGE,
+    WORDED_BY,
+    judged_again,
+    limits_of,
+    page_of,
+)
 from sumo3dviz_pt.studies.certificate.comparison import PairVerdict
 from sumo3dviz_pt.studies.certificate.delivered import helping, replayed_faults, whole_frames
 from sumo3dviz_pt.studies.certificate.links import (
@@ -45,6 +56,7 @@ from sumo3dviz_pt.studies.file import load_study
 from sumo3dviz_pt.studies.folder import FOLDER as INPUTS
 from sumo3dviz_pt.studies.folder import STUDY
 from sumo3dviz_pt.studies.plan import StudyPlan, plan_study
+from sumo3dviz_pt.studies.tools.datasets import CHECKSUMS
 
 _SAME_NUMBER = 0.01
 """How far a pair's numbers may be from those of its certificate: processors differ in last bits."""
@@ -170,18 +182,23 @@ def _published(study: StudyFolder, order: VerifyOrder) -> Iterator[Fault]:
 def _page(study: StudyFolder) -> Iterator[Fault]:
     """Yield that the page says something else than the certificate; other versions write others."""
     path = study.path / PAGE
-    made = {json.dumps(each.get("package"), sort_keys=True) for each in study.accounts.values()}
-    if study.certificate is None or made != {json.dumps(package_hashes(), sort_keys=True)}:
+    if study.certificate is None or not _is_own(study):
         return
     try:
         wanted = page_of(study.path, study.certificate)
+        limits = json.loads(json.dumps(limits_of(study)))
     except (KeyError, TypeError, ValueError, OSError, AttributeError):
         yield Fault("folder", CERTIFICATE, "does not hold what its page shows")
         return
-    if study.certificate.get("limits") != json.loads(json.dumps(limits_of(study))):
+    if study.certificate.get("limits") != limits:
         yield Fault("folder", CERTIFICATE, "tells other limits than those that were used")
     if not path.is_file() or path.read_bytes() != wanted.encode():
         yield Fault("folder", PAGE, f"does not say what {CERTIFICATE} says")
+
+
+def _is_own(study: StudyFolder) -> bool:
+    """Return whether this code worded a certificate, so that its words can be compared."""
+    return (study.certificate or {}).get(WORDED_BY) == code_of("studies")
 
 
 def _pairs(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
@@ -198,14 +215,22 @@ def _pairs(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
             yield Fault("pictures", CERTIFICATE, what)
             continue
         announce(Doing.MEASURE, number, len(plan.pairs))
-        for what in () if found is None else _otherwise(found, said):
+        for what in () if found is None else _otherwise(found, said, worded=_is_own(study)):
             yield Fault("pictures", CERTIFICATE, f"{pair.one} and {pair.other}: {what}")
 
 
-def _otherwise(found: PairVerdict, said: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what a certificate does not say of a pair, or says otherwise."""
+def _otherwise(found: PairVerdict, said: Mapping[str, Any], *, worded: bool) -> Iterator[str]:
+    """Yield what a certificate does not say of a pair, or says otherwise.
+
+    Args:
+        found: What its frames say.
+        said: What the certificate says.
+        worded: Whether the same code wrote it, so that its words are those of this version.
+    """
     yield from (each for each in found.faults[found.told :] if each not in said.get("faults", []))
-    words = {"acts": found.acts, "claim": found.claim, "not_tested": list(found.not_tested)}
+    words: dict[str, Any] = {"claim": found.claim}
+    if worded:
+        words |= {"acts": found.acts, "not_tested": [*found.not_tested], "moving": found.moving}
     yield from (
         f"says otherwise than its frames: {key}" for key in words if said.get(key) != words[key]
     )
@@ -229,9 +254,18 @@ def _untested(study: StudyFolder, tested: Tested) -> Iterator[str]:
     """Yield what was not tested or judged, in sentences."""
     if study.certificate is None:
         yield "not tested: pictures of pairs, because there is no certificate"
+    elif not _is_own(study):
+        yield (
+            f"not compared: the words of {PAGE} and {CERTIFICATE} with those of this version,"
+            f" because other code chose them; only digests hold them: {CHECKSUMS} the page's,"
+            " --published the certificate's"
+        )
     for pair in certified_pairs(study):
+        films = f"{pair.get('factor')}: {pair.get('one')} and {pair.get('other')}"
         if pair.get("claim") == "not judged":
-            yield f"not judged: {pair.get('factor')}: {pair.get('one')} and {pair.get('other')}"
+            yield f"not judged: {films}"
+        if pair.get("moving"):
+            yield f"not tested: {films}: {pair['moving']}"
     there, known = tested.frames
     if there < known:
         yield f"not tested: {known - there} of {known} frames and layers, which are not there"

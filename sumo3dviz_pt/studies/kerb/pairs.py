@@ -1,15 +1,17 @@
 """Lists pairs of vehicles that pass a kerb one after the other on the same lane.
 
 A pair can show people a gap: its second vehicle is moved in time. It is as useful as little stands
-against it: nobody brakes before the kerb, nobody comes between on another lane, both are cars.
+against it: no vehicle brakes before the kerb, none comes between on another lane, both are cars.
+The way across is the line over the road that a person at the kerb would walk.
 
-* brakes: somebody loses so much speed within half a second that brake lamps would shine, or stands,
-  from a few seconds before the kerb until soon after it. For whom is the road user straight ahead,
-  if one is near; else it is a signal, a turn, or nothing that is known;
+* brakes: the vehicle loses so much speed within half a second that brake lamps would shine, or
+  stands, from a few seconds before the kerb until soon after it. If a road user is close ahead, it
+  is named as the reason; else the reason is a signal, a turn, or not known;
 * appears: its ride begins in sight, so that it comes out of nothing in films of long gaps;
-* between: who is on the way across from when the first one's rear leaves it until the second one's
-  front comes to it;
-* turns off: who is on the second one's way to the kerb in that time, and never comes to it.
+* between: another vehicle drives over the way across while the gap is open, that is, after the
+  first vehicle's rear has left it and before the second vehicle's front reaches it;
+* turns off: another vehicle drives on the second one's lanes while the gap is open, and leaves the
+  road before the kerb.
 """
 
 from __future__ import annotations
@@ -31,19 +33,19 @@ from sumo3dviz_pt.studies.measured.observer import STEP, crossings
 from sumo3dviz_pt.studies.measured.traffic import STANDS, leader, traffic_at
 
 APPROACH = 4.0
-"""How long before its front comes it counts whether somebody brakes [s]."""
+"""Braking counts from so long before the vehicle's front reaches the way across [s]."""
 
 AFTERWARDS = 2.0
-"""How long after its rear has left, too [s]: people see it [s]."""
+"""Braking counts until so long after its rear has left it, because people see that [s]."""
 
 BRAKES = 1.3
 """Slowing down harder than this lights brake lamps (UN Regulation 13-H, 5.2.22.4) [m/s2]."""
 
 _BLINK = 0.5
-"""Slowing down for less long is none [s]."""
+"""Speed that is lost in a shorter time is no braking [s]."""
 
 _NEAR = 60.0
-"""Who never comes so near to the kerb is not looked at [m]."""
+"""Vehicles that always stay farther from the kerb are not looked at [m]."""
 
 _LONGEST = 30.0
 """Vehicles that follow each other later than this are no pair [s]."""
@@ -53,10 +55,10 @@ _LIKED = 4.5
 because its films need the least moving [s]."""
 
 SEEN_FAR = 150.0
-"""Whose ride begins farther away appears too small to be noticed [m]."""
+"""A vehicle that appears farther away is too small to be noticed [m]."""
 
 _KNOWN = 10.0
-"""Whose ride begins so long before it arrives is there from the film's first frame on [s]."""
+"""A ride that begins so long before its vehicle arrives is there from the first frame on [s]."""
 
 _CARS = frozenset({"passenger", "private", "taxi", "evehicle", "hov", "custom1", "custom2"})
 
@@ -69,10 +71,10 @@ class Passage:
         id: Unique in the log.
         kind: Of its vehicle type: the type's id.
         vclass: SUMO's vClass.
-        arrives: When its front comes to the way across [s].
-        leaves: When its rear leaves it [s].
+        arrives: When its front reaches the way across [s].
+        leaves: When its rear leaves that way [s].
         speed: Of its front then [m/s].
-        side: From where it comes, `left` or `right`, for who looks across.
+        side: From where it comes, `left` or `right`, as a person sees it who looks across.
         lane: Id of its lane then; empty if the log has none.
         approach: Lanes on which it came within `_NEAR`.
         slows: When it brakes hardest, if it brakes [s]; NaN if it does not.
@@ -108,8 +110,8 @@ class KerbPair:
     Attributes:
         first: The one that comes first.
         then: The one behind it.
-        between: Who is on the way across in the gap.
-        turning: Ids of those who drive there in the gap and never arrive.
+        between: Other vehicles that drive over the way across in the gap.
+        turning: Ids of vehicles that drive towards it in the gap and turn off before.
         braking: Why each of both brakes, in words; empty if it does not.
     """
 
@@ -126,7 +128,7 @@ class KerbPair:
 
     @property
     def leave_out(self) -> tuple[str, ...]:
-        """Ids of those who would end the gap."""
+        """Ids of vehicles that would end the gap."""
         return tuple(dict.fromkeys((*(each.id for each in self.between), *self.turning)))
 
     @property
@@ -159,7 +161,7 @@ class KerbPair:
 
 
 def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[Passage]:
-    """Return who comes by a kerb, in order.
+    """Return the vehicles that come by a kerb, in order.
 
     Args:
         job: The scene file.
@@ -178,7 +180,7 @@ def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[Passage]:
 
 
 def _near(trace: Trace, kerb: Kerb, scenario: Scenario) -> Floats:
-    """Return when a vehicle is logged near a kerb [s]; nothing of who walks."""
+    """Return when a vehicle is logged near a kerb [s]; nothing for people on foot."""
     if trace.kind != "vehicle":
         return np.empty(0)
     places = scenario.network.location.outside(trace.positions)[:, :2]
@@ -221,14 +223,14 @@ def _appears(ride: Trajectory, scenario: Scenario, kerb: Kerb, time: float) -> s
 
 
 def _lanes(trace: Trace, scenario: Scenario, begin: float, end: float) -> list[str]:
-    """Return ids of the lanes on which somebody was in a span [s], in order."""
+    """Return ids of the lanes on which a vehicle was in a span [s], in order."""
     inside = (trace.times >= begin - 1e-9) & (trace.times <= end + 1e-9)
     names = scenario.traffic.lane_names
     return [names[k] for k in trace.lanes[inside].tolist() if k >= 0]
 
 
 def _braking(times: Floats, speeds: Floats, begin: float, end: float) -> tuple[float, bool]:
-    """Return when somebody brakes hardest in a span [s], NaN if never, and whether it stands."""
+    """Return when a vehicle brakes hardest in a span [s], NaN if never, and whether it stands."""
     inside = (times >= begin) & (times <= end) & np.isfinite(speeds)
     own, when = speeds[inside], times[inside]
     steps = round(_BLINK / STEP)
@@ -257,8 +259,8 @@ def pairs_in(
         job: The scene file.
         scenario: As read.
         kerb: The place.
-        found: Who may be of a pair, in order.
-        everybody: Who comes by at any time, in order.
+        found: Passages that may be of a pair, in order.
+        everybody: All passages, in order.
     """
     motion = motion_of(job, scenario)
     near = np.array([bool(len(_near(trace, kerb, scenario))) for trace in scenario.traffic.traces])
@@ -290,7 +292,7 @@ def _turning(
     pair: tuple[Passage, Passage],
     passing: set[str],
 ) -> Iterator[str]:
-    """Yield who is on the second one's way to the kerb in the gap, and never passes the kerb."""
+    """Yield ids of vehicles on the second one's lanes in the gap that turn off before the kerb."""
     first, then = pair
     names = scenario.traffic.lane_names
     wanted = [k for k, name in enumerate(names) if name in then.approach]
@@ -304,7 +306,7 @@ def _turning(
 
 
 def _why(motion: LogMotion, scenario: Scenario, kerb: Kerb, each: Passage) -> str:
-    """Return that somebody brakes near the kerb, when and for whom, in words."""
+    """Return that a vehicle brakes near the kerb, when, and which one is ahead, in words."""
     if not math.isfinite(each.slows):
         return "stands there"
     said = f"{'stops' if each.stands else 'brakes'} at {each.slows:.1f} s"
@@ -313,13 +315,13 @@ def _why(motion: LogMotion, scenario: Scenario, kerb: Kerb, each: Passage) -> st
 
 
 def ahead_of(motion: LogMotion, scenario: Scenario, place: Floats, name: str, time: float) -> str:
-    """Return the id of who is straight ahead of somebody within four seconds; empty for nobody.
+    """Return the id of the road user straight ahead of another; empty if none is within 4 s.
 
     Args:
-        motion: Of everyone.
+        motion: Of all road users.
         scenario: As read.
         place: Near which, (2,) [m].
-        name: Whose leader.
+        name: Id of the one behind.
         time: When [s].
     """
     traffic = traffic_at(motion, scenario, np.array([time]), near=place[None])

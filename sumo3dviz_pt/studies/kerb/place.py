@@ -1,4 +1,4 @@
-"""Where somebody stands who wants to cross: a place beside the road, and the way across it."""
+"""Where a person stands who wants to cross: a place beside the road, and the way across it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from sumo3dviz_pt.model.network import Edge, Lane, Network
 from sumo3dviz_pt.studies.measured.observer import height_at, nearest_lane, way_across
 
 _BESIDE = 0.5
-"""How far beside the carriageway somebody stands who is put there [m]."""
+"""How far beside the carriageway a place is put that was on it [m]."""
 
 _STANDS = 8.0
-"""Who is asked for within this beside the carriageway stays where it is [m]."""
+"""A place nearer than this to the carriageway stays where it is [m]."""
 
 _ON_FOOT = frozenset({"pedestrian"})
 

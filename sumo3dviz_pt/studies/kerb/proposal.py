@@ -1,4 +1,4 @@
-"""Proposes a study of gap acceptance: a camera at a kerb, gaps of a pair, who is left out."""
+"""Proposes a study of gap acceptance: a camera at a kerb, a pair's gaps, what is left out."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ class Proposal:
     """A study of one pair.
 
     Attributes:
-        pair: Whose gap.
-        gaps: By the level's name [s]; those at which nobody drives through anybody.
-        leave_out: Ids of those who would pass, too, or stand in the way.
+        pair: The two vehicles.
+        gaps: By the level's name [s]; those at which no vehicle drives through another.
+        leave_out: Ids of vehicles that would pass, too, or stand in the way.
         clip: First and last time of the films [s].
         position: Of the camera, (3,) [m].
         look_at: (3,) [m].
@@ -73,7 +73,7 @@ def proposal(
         job: The scene file.
         scenario: All of it, as recorded.
         kerb: The place.
-        found: Who comes by, in all of the log.
+        found: Passages in all of the log.
         pairs: To choose from, the best first.
     """
     for pair in pairs[:_TRIES]:
@@ -95,12 +95,12 @@ def _clip(pair: KerbPair, longest: float) -> tuple[float, float]:
 def _possible(
     job: Job, scenario: Scenario, found: Sequence[Passage], pair: KerbPair
 ) -> tuple[dict[str, float], tuple[str, ...]]:
-    """Return the gaps that a pair can have, and who has to be left out for them."""
+    """Return the gaps that a pair can have, and the vehicles to leave out for them."""
     own = {pair.first.id, pair.then.id}
     gaps: dict[str, float] = {}
     begin, end = _clip(pair, max(GAPS.values()))
-    # Nobody else is to pass in the film, on whichever lane and from whichever side: it would end a
-    # gap, offer one more, or come from behind people's backs.
+    # No other vehicle is to pass in the film, on whichever lane and from whichever side: it would
+    # end a gap, offer one more, or come from behind people's backs.
     passing = (each.id for each in found if each.leaves >= begin and each.arrives <= end)
     leave_out = dict.fromkeys((*pair.leave_out, *passing))
     for name, gap in sorted(GAPS.items(), key=lambda item: item[1]):
@@ -182,7 +182,7 @@ def as_study(made: Proposal, scene: str) -> str:
     if made.leave_out:
         names = ", ".join(_word(escape(each)) for each in made.leave_out)
         lines += [
-            "  # They would pass in the films, too, or stand in the way.",
+            "  # These vehicles would pass in the films, too, or stand in the way.",
             f"  traffic.leave_out: [{names}]",
         ]
     lines += ["factors:", "  gap:", "    about: gap between two vehicles", "    levels:"]

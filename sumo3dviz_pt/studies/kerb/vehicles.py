@@ -1,4 +1,4 @@
-"""Says whom people at a kerb can be shown, as a table, and as a study file to begin with."""
+"""Lists the pairs of vehicles that pass a kerb, and writes a study of one of them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class KerbReport:
 
     Attributes:
         kerb: The place.
-        passages: Who comes by, in order.
+        passages: Of all vehicles, in order.
         pairs: The most useful first.
         proposal: A study of one of them; None if none can have several gaps.
         picked: Number of the pair that was asked for, from 1; 0 for none.

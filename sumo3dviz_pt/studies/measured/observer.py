@@ -1,20 +1,21 @@
-"""When road users arrive at somebody at a kerb, on a crossing, on a bicycle, and how it sees them.
+"""When road users arrive at a person at a kerb, on a crossing or on a bicycle, and how they look.
 
 Every film's camera is an observer, and the study file may name more. Times come from the drawn
 motion; bodies are boxes of the size that the vehicle type says, upright on the road.
 
-* arrival: when a front comes to the way across: from the kerb straight over the road, of who rides
-  the line through its own front. It is looked for until ten seconds after the film, in the motion
-  that will be drawn, so who turns off before has none;
-* distance to arrival: along the way that the front will take; of who rides, straight to its line;
+* arrival: when a front comes to the way across. That is from the kerb straight over the road; of an
+  observer that rides, the line through its own front. It is looked for until ten seconds after the
+  film, in the motion that will be drawn, so a vehicle that turns off before has none;
+* distance to arrival: along the way that the front will take; to an observer that rides, straight
+  to its line;
 * time to arrival: that distance / present speed, which is what an onlooker could reckon;
 * gap before: from when the last one's rear left the way across until the next front comes, of all
-  vehicles and both directions together: what somebody who waits there is offered;
+  vehicles and both directions together: what a person who waits there is offered;
 * angular width and height: of the box, from the eye, as azimuths and elevations differ;
 * angular rate: change of the width, over the frames before and after; tau: width / rate, the time
   to contact of what comes straight on (Lee 1976);
 * bearing: of the box's middle from where the observer looks, clockwise; eccentricity: the angle
-  between both in space. Who stands looks across, who rides looks ahead.
+  between both in space. Observers that stand look across, those that ride look ahead.
 
 References:
     Lee, "A theory of visual control of braking based on information about time-to-collision",
@@ -43,13 +44,13 @@ STEP = 0.1
 """Time between moments at which passages are looked for [s]."""
 
 _KERB = 15.0
-"""Who stands farther than this from the middle of all lanes has no way across [m]."""
+"""Observers that stand farther than this from the middle of all lanes have no way across [m]."""
 
 _BEYOND = 12.0
 """How far the way across goes beyond the middle of the nearest lane [m]: four lanes."""
 
 _BESIDE = 15.0
-"""How far the line of who rides goes to both sides [m]."""
+"""How far the line of an observer that rides goes to both sides [m]."""
 
 _LEAST_RATE = 1e-4
 """Angular widths that change less have no tau [rad/s]."""
@@ -60,7 +61,7 @@ _CORNERS = np.array([(x, y, z) for x in (-1, 0) for y in (-0.5, 0.5) for z in (0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observer:
-    """Who looks, at some times, in SUMO's coordinates.
+    """A person or vehicle that looks, at some times, in SUMO's coordinates.
 
     Attributes:
         name: As the study file has it.
@@ -79,7 +80,7 @@ class Observer:
     stands: bool = True
 
 
-# Who looks ----------------------------------------------------------------------------------
+# Observers ----------------------------------------------------------------------------------
 
 
 def camera_observer(
@@ -131,7 +132,7 @@ def named_observer(
 
 
 def _standing(name: str, place: Floats, way: Floats | None, z: float, count: int) -> Observer:
-    """Return somebody who stands and looks across, or north where there is no way across."""
+    """Return an observer that stands and looks across, or north where there is no way across."""
     towards = np.array([0.0, 1.0]) if way is None else way[1] - way[0]
     forward = np.append(towards / np.linalg.norm(towards), 0.0)
     across = None if way is None else np.broadcast_to(way, (count, 2, 2))
@@ -208,8 +209,8 @@ class Arrival:
         time: When its front is there [s].
         left: When its rear is there [s].
         speed: Of its front then [m/s].
-        side: `left` or `right`: from where it comes, for who looks across; of who rides, `behind`
-            or `ahead`.
+        side: From where it comes: `left` or `right` for an observer that looks across, `behind` or
+            `ahead` for one that rides.
     """
 
     k: int
@@ -286,7 +287,7 @@ def arrival_rows(
     """Yield a row for each arrival while a film is shown, or soon after, with the gap before it.
 
     Args:
-        observer: Whose way across it is.
+        observer: The one with the way across.
         found: In order, also before the film.
         keys: Of road users.
         begin: First time of the film [s].
@@ -427,8 +428,8 @@ def observer_rows(
     Args:
         observer: At the frames' times.
         traffics: Everyone, at the frames' times, and before, in and after the film.
-        found: Who comes to the way across, in order.
-        within: Of whom is told: so near [m].
+        found: Passages over the way across, in order.
+        within: How near road users are that have rows [m].
         seen: What the picture shows, of the film's camera.
     """
     traffic, around = traffics

@@ -1,4 +1,4 @@
-"""What films offer to those who stand and wait: who arrives, and the gaps, without any pixel."""
+"""What films offer to people who stand and wait: arrivals and gaps, known without any pixel."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Camera = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watched:
-    """An observer, and who comes to it.
+    """An observer, and the vehicles that come to it.
 
     Attributes:
         observer: At the film's times.
-        came: Who comes to its way across, in order, also before the film and after it.
-        rows: Of those who come in the film or soon after, for tables.
+        came: Passages over its way across, in order, also before the film and after it.
+        rows: Of those that come in the film or soon after, for tables.
         shown: Of those, by number: in which frames they lie within the picture's width, (t,);
             of the film's camera only.
     """

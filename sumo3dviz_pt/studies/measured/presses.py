@@ -1,4 +1,4 @@
-"""Joins what people pressed during films with who arrives in them: margins and accepted gaps.
+"""Joins presses during films with the vehicles that arrive in them: margins and accepted gaps.
 
 * a press belongs to the gap in which it lies: it ends when the next vehicle's front comes to the
   observer's way across, by the film's own time;
@@ -92,7 +92,7 @@ def write_presses(
     early: float = 0.0,
     overwrite: bool = False,
 ) -> int:
-    """Write a row for each press in a study's films, with who comes next; return how many.
+    """Write a row for each press in a study's films, with the next vehicle; return how many.
 
     Args:
         study: Its folder.
@@ -233,10 +233,10 @@ def _same_study(study: Path, tables: _Tables) -> None:
 def _coming(
     study: Path, observer: str, films: Mapping[str, Mapping[str, Any]]
 ) -> Mapping[str, list[Coming]]:
-    """Return who arrives at an observer, by film, in order.
+    """Return the vehicles that arrive at an observer, by film, in order.
 
     Raises:
-        ConfigError: If nobody ever arrives at an observer of that name.
+        ConfigError: If no vehicle ever arrives at an observer of that name.
     """
     path = study / FOLDER / "arrivals.csv"
     columns = ("stimulus", "observer", "road_user", "arrives_in_film", "leaves_in_film")
@@ -334,11 +334,11 @@ _PRESSED = (
 
 
 def press_row(time: float, coming: Sequence[Coming], *, early: float = 0.0) -> Row:
-    """Return what a press says: who comes next, with which margin, and which gap it accepts.
+    """Return what a press says: which vehicle is next, the margin, and which gap it accepts.
 
     Args:
         time: Of the press, by the film's [s].
-        coming: Who arrives, in order.
+        coming: The vehicles that arrive, in order.
         early: How long before it begins a press accepts an offered gap, too [s].
     """
     started = next((each for each in coming if _starts_early(time, each, early)), None)
@@ -371,7 +371,7 @@ def refused_rows(pressed: Sequence[Row], coming: Sequence[Coming]) -> Iterator[R
 
     Args:
         pressed: Rows of the presses in the film.
-        coming: Who arrives, in order.
+        coming: The vehicles that arrive, in order.
     """
     taken = {(row["next"], row["next_arrives"]) for row in pressed if row["gap_offered"] != ""}
     for each in coming:

@@ -126,6 +126,15 @@ def test_what_is_known_without_pixels_is_said(tmp_path, level, said):
     assert [said in each for each in found] == ([True] if said else [])
 
 
+def test_another_log_is_not_taken_for_a_gap(tmp_path):
+    """It was called to differ in its factor alone, whatever else moved otherwise."""
+    write_scenario(tmp_path, vehicles=2)
+    (tmp_path / "other.xml").write_bytes((tmp_path / "fcd.xml").read_bytes() + b"\n")
+    levels = "short: {}, long: {scenario: {trajectories: other.xml}}"
+    (said,) = foresight(planned(tmp_path, {"gap": levels}))
+    assert said.startswith("gap: levels set another traffic log, so everything that moves may")
+
+
 def test_a_gap_of_the_ridden_vehicle_moves_the_camera(tmp_path):
     ride = "common: {cameras.ride: {mode: lagrangian, vehicle: v0, view: driver}}\n"
     levels = "a: {}, b: {traffic: {rides: {v0: {delay: 0.2 s}}}}"

@@ -206,12 +206,31 @@ def test_films_are_listed_by_levels_however_the_design_is_shuffled(place, seed):
 
 def test_a_sheet_has_every_picture_in_its_place():
     shades = [np.full((18, 32, 3), shade, np.uint8) for shade in (10, 20, 30, 40, 50)]
-    whole = sheet(shades)
-    assert whole.shape == (2 * 26 + 8, 3 * 40 + 8, 3)
+    whole = sheet(shades, list("abcde"))
+    assert whole.shape == (2 * 46 + 8, 3 * 248 + 8, 3)
     for place, picture in enumerate(shades):
-        top, left = 8 + place // 3 * 26, 8 + place % 3 * 40
+        top, left = 8 + place // 3 * 46, 8 + place % 3 * 248
         assert (whole[top : top + 18, left : left + 32] == picture[0, 0]).all()
     assert (whole[-1, -1] == 119).all()
+
+
+LONG = "evening_with_rain_many_trees_a_red_car_ahead_and_nobody_at_the_kerb_to_the_right"
+
+
+@pytest.mark.parametrize("name", ["day_none_red", LONG, LONG.replace("_", ""), "ü" * 40])
+def test_every_name_stands_whole_below_its_picture(name):
+    """The sheet had no names, so that nobody knew which film was which."""
+    picture = np.zeros((18, 96, 3), np.uint8)
+    below = []
+    for words in (name, name + "i"):
+        whole = sheet([picture] * 2, [words, "b"])
+        rows, columns = np.nonzero(whole[26:, 8:248, 0] > 200)  # ink below the first picture
+        assert len(rows) and rows.max() < len(whole) - 26 - 8
+        assert not (whole[26:, 248:256] != 119).any(), "it reaches the next film's place"
+        assert columns.min() < 4
+        below.append(whole[26:, :256].tobytes())
+    # The last letter is seen, too: nothing is cut off.
+    assert below[0] != below[1]
 
 
 # Checks before any work ----------------------------------------------------------------------
@@ -249,6 +268,15 @@ def test_python_makes_the_same_folder(place):
 
 
 # The command -------------------------------------------------------------------------------
+
+
+def test_a_trial_has_small_coarse_films_unless_they_are_set_otherwise(place, capsys):
+    planned(place, f"{STUDY}common: {{quality: study, output.size: [1280, 722]}}\n")
+    words = ["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run", "--trial"]
+    assert main(words) == 0
+    assert "post 2 to 2.2 s, 1 frame, 320x180, draft" in capsys.readouterr().out
+    assert main([*words, "--set", "output.size=[64, 36]", "--set", "output.fps=10"]) == 0
+    assert "post 2 to 2.2 s, 2 frames, 64x36, draft" in capsys.readouterr().out
 
 
 def test_a_dry_run_says_what_would_be_shown_and_makes_nothing(place, capsys):

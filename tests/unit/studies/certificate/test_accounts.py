@@ -10,8 +10,12 @@ from builders import frame_of, mover, view_at, write_scenario
 from sumo3dviz_pt.pipeline.accounts import RoadUsers
 from sumo3dviz_pt.pipeline.provenance import with_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.studies.certificate.accounts import account_faults, named_differences
-from sumo3dviz_pt.studies.certificate.acts import Acts, subject_of
+from sumo3dviz_pt.studies.certificate.accounts import (
+    account_faults,
+    moving_otherwise,
+    named_differences,
+)
+from sumo3dviz_pt.studies.certificate.acts import Acts, acts_of, subject_of
 
 NOTHING = Acts()
 PLANNED = ("vehicles.by_id.a.colour: #ffffff -> #c00000",)
@@ -352,3 +356,28 @@ def changed(value):
     if isinstance(value, list):
         return [*value[:-1], changed(value[-1])] if value else ["more"]
     return f"{value}x" if isinstance(value, str) or value is None else value + 1
+
+
+# All that moves ---------------------------------------------------------------------------------
+
+LOG = ("scenario.trajectories: a.xml -> b.xml",)
+
+
+def test_a_level_that_swaps_the_log_says_how_many_road_users_differ():
+    other = copy.deepcopy(account())
+    elsewhere(other)
+    users = other["road_users"]
+    users["vehicle:c"] = dict(users["vehicle:a"])
+    said = moving_otherwise(account(), other, acts_of(LOG), LOG)
+    assert said.startswith("its levels change the whole traffic log, so everything that moves may")
+    assert ": of 3 road users that these films show, 1 is in one of them only and 1 of the" in said
+    assert "of the others moves otherwise; what is proven is proven of the rest" in said
+    signals = ("signals.offset: 0 -> 9",)
+    assert "may change all traffic" in moving_otherwise(account(), other, acts_of(signals), signals)
+
+
+def test_a_ride_that_is_moved_alone_is_no_other_log():
+    ride = ("traffic.rides.b.delay: 0 -> 1",)
+    other = copy.deepcopy(account())
+    elsewhere(other)
+    assert moving_otherwise(account(), other, acts_of(ride), ride) == ""

@@ -141,6 +141,21 @@ def test_surfaces_in_one_plane_are_one_place():
     assert verdict(frame(), taken, Acts(looks=("vehicle:*",))).faults
 
 
+def test_a_seam_of_a_pavement_has_either_colour_where_roundings_differ():
+    """Two stones of `examples/crossing` at 640x360: 14.970139 m and 14.970138 m."""
+    one = altered(frame(), "depth", np.s_[5, 0], 14.970139)
+    stone = altered(altered(one, "albedo", np.s_[5, 0], 0.18), "depth", np.s_[5, 0], 14.970138)
+    assert not verdict(one, stone, CAR_MAY_LOOK).faults
+    # Paint that is changed leaves the depth as it is, and a seam is a pixel, no area.
+    painted = altered(one, "albedo", np.s_[5, 0], 0.18)
+    assert verdict(one, painted, CAR_MAY_LOOK).faults
+    area = altered(stone, "albedo", np.s_[5, :2], 0.18)
+    area = altered(area, "depth", np.s_[5, 1], 20.000002)
+    assert verdict(one, area, CAR_MAY_LOOK).faults
+    turned = altered(stone, "normals", np.s_[5, 0], (0.6, 0.0, 0.8))
+    assert verdict(one, turned, CAR_MAY_LOOK).faults
+
+
 def test_two_leaves_that_cross_at_one_depth_are_no_other_place():
     """Leaves of two trees lean otherwise, and last bits say which of them a ray meets."""
     names, labels = {9: "tree:2"}, {"tree:2": "vegetation"}

@@ -77,6 +77,22 @@ def test_the_sheets_say_who_what_by_which_limits_and_how_to_verify_it(tmp_path):
         assert said in page, said
 
 
+LOG = PairVerdict(
+    "gap", ("short", "long"), "a", "b", "the camera; what traffic and signals do", (),
+    moving="its levels change the whole traffic log, <so> 5 road users move otherwise",
+)  # fmt: skip
+
+
+def test_a_factor_that_may_change_all_traffic_is_not_read_as_a_gap(tmp_path):
+    page = page_of(tmp_path, LOG, LOG, CLEAN)
+    head = page[: page.index("<h2>")]
+    assert "gap (a and b, and 1 more): its levels change the whole traffic log, &lt;so" in head
+    assert "alone; in 2 of them everything that moves may differ.</p>" in head
+    assert page.count("traffic log") == 3 and "light (" not in page
+    said = str(Certificate((LOG, CLEAN), ()))
+    assert said.endswith("in their factor alone; in 1 of them everything that moves may differ")
+
+
 def test_words_of_the_command():
     both = Certificate((CLEAN, SPOILT), ())
     assert str(both) == "certificate: 1 of 2 pairs differ in their factor alone"

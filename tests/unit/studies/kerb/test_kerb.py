@@ -10,7 +10,7 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.studies.file import load_study
 from sumo3dviz_pt.studies.kerb.vehicles import at_kerb
-from sumo3dviz_pt.studies.offers import offer_notes, offers_of
+from sumo3dviz_pt.studies.offers import offer_lines, offer_notes, offers_of
 from sumo3dviz_pt.studies.plan import plan_study
 
 START, SPEED, LENGTH = -58.0, 6.0, 4.6
@@ -99,7 +99,19 @@ def test_the_proposed_study_offers_the_gaps_that_it_names(scene, tmp_path, capsy
         assert then["in_picture"] == pytest.approx(then["arrives_in_film"], abs=0.1)
     assert "beside" in study.read_text("utf-8")
     assert main(["study", str(study), "-o", str(tmp_path / "out"), "--dry-run"]) == 0
-    assert "who arrives" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "vehicles that arrive at the film's camera, by the film's time" in said
+    assert "  film    vehicle  from  arrives  leaves" in said
+    # Where others wait, too, each row says who.
+    walker = "report: {observers: {walker: {position: [30, -8.5]}}}\n"
+    study.write_text(study.read_text("utf-8") + walker, "utf-8")
+    lines = offer_lines(offers_of(plan_study(load_study(study))))
+    assert lines[0].startswith("vehicles that arrive, by") and lines[1].split()[:2] == [
+        "film",
+        "at",
+    ]
+    where = {line[10:28].rstrip() for line in lines[2:-1]}
+    assert where == {"the film's camera", "walker"}
 
 
 @pytest.mark.parametrize("more", [(), ("--to", "24")])
@@ -148,7 +160,7 @@ factors:
         study.write_text(text.replace("IN", side), "utf-8")
         notes = "\n".join(offer_notes(offers_of(plan_study(load_study(study)))))
         assert words in notes
-        assert "slow brakes near the kerb for ahead, who is left out" in notes
+        assert "slow brakes near the kerb for ahead, which is left out" in notes
 
 
 @pytest.mark.parametrize(
