@@ -29,10 +29,11 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Bring files with slow tests first.
+    """Bring files with slow tests first, and unit tests last.
 
     Processes take one file after the other. Short files at the end let them end together;
     a file that renders for a minute would leave the others idle.
     """
     long = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in long)
+    unit = Path(__file__).parent / "unit"
+    items.sort(key=lambda item: (item.path not in long, item.path.is_relative_to(unit)))

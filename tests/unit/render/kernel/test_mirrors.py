@@ -233,6 +233,7 @@ def test_without_mirrors_there_is_nothing_to_trace_again(ride):
         assert session.by_kernel.current().mirrors.areas(away, SIZE) == ()
 
 
+@pytest.mark.slow
 def test_lamps_in_mirrors_have_the_light_that_paths_find_there_and_less_noise(ride):
     """Distant head lamps came and went in the mirror from frame to frame."""
     lit = with_lamp(ride[0]), ride[1]
