@@ -27,6 +27,17 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield folder
 
 
+@pytest.fixture
+def compiled() -> Iterator[None]:
+    """Our own kernel is here, which is compiled; who comes later finds the variant as it was."""
+    from sumo3dviz_pt.render.backend import choose_backend
+
+    if not choose_backend("llvm").jit:
+        pytest.skip("only our own kernel can do this")
+    yield
+    choose_backend("llvm")
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Bring files with slow tests first, and unit tests last.

@@ -11,20 +11,12 @@ from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import LampSet, Sky
 from sumo3dviz_pt.model.weather import ASYMMETRY, CONTRAST, Fog, Rain, Snow, Weather, WeatherCourse
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.sky.weathered import WeatheredSky
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled")]
 
 SUN = Sky(np.array([0.3, -0.4, 0.6]))
 SIZE = (48, 24)
-
-
-@pytest.fixture(autouse=True)
-def compiled():
-    """Skies are baked by Mitsuba, too, and only our own kernel knows weather."""
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel traces weather")
 
 
 def always(weather):
