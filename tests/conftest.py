@@ -45,6 +45,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     Processes take one file after the other. Short files at the end let them end together;
     a file that renders for a minute would leave the others idle.
     """
+    for item in items:
+        # Laws go over the same lines hundreds of times: measuring that each time tells nothing new.
+        if item.path.parent.name in ("property", "acceptance"):
+            item.add_marker("no_cover")
     long = {item.path for item in items if item.get_closest_marker("slow")}
     unit = Path(__file__).parent / "unit"
     items.sort(key=lambda item: (item.path not in long, item.path.is_relative_to(unit)))
