@@ -39,6 +39,11 @@ def tree_of(path: Path) -> ast.Module:
 
 
 @cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(tree_of(path)))
+
+
+@cache
 def tracked() -> tuple[str, ...]:
     """Files that the repository holds."""
     if shutil.which("git") is None or not (ROOT / ".git").exists():
@@ -83,14 +88,13 @@ def faults_of(path: Path) -> Iterator[str]:
     if (path.name != "__init__.py" or tree.body) and not ast.get_docstring(tree):
         yield "no module docstring"
     banned = set() if name_of(path).startswith(MAY_EXIT_AND_PRINT) else {*BANNED_CALLS, "print"}
-    for node in ast.walk(tree):
+    for node in nodes_of(path):
         if isinstance(node, ast.Call) and dotted(node.func) in banned:
             yield f"{dotted(node.func)} in line {node.lineno}"
         if isinstance(node, ast.ExceptHandler) and node.type is None:
             yield f"bare except in line {node.lineno}"
-    safe = guarded(tree)
-    for package, line in imports(ast.walk(tree)):
-        if package in POSIX_ONLY and line not in safe:
+    for package, line in imports(nodes_of(path)):
+        if package in POSIX_ONLY and line not in guarded(tree):
             yield f"{package} is not everywhere, line {line}"
 
 
@@ -99,11 +103,10 @@ NO_CODE_OUT_OF_DATA = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "ma
 
 def code_out_of_data(path: Path) -> Iterator[str]:
     """Return where a module lets data become code."""
-    tree = tree_of(path)
-    for package, line in imports(ast.walk(tree)):
+    for package, line in imports(nodes_of(path)):
         if package in NO_CODE_OUT_OF_DATA:
             yield f"{package} in line {line}"
-    for node in ast.walk(tree):
+    for node in nodes_of(path):
         if isinstance(node, ast.Call):
             called, words = dotted(node.func), [ast.unparse(word) for word in node.keywords]
             wrong = {
@@ -155,7 +158,7 @@ def readers(*attributes: str) -> set[str]:
     return {
         name_of(path)
         for path in MODULES
-        for node in ast.walk(tree_of(path))
+        for node in nodes_of(path)
         if isinstance(node, ast.Attribute) and node.attr in attributes
     }
 
@@ -173,7 +176,7 @@ def test_frame_states_are_made_where_shutters_are_asked() -> None:
     makers = {
         name_of(path)
         for path in MODULES
-        for node in ast.walk(tree_of(path))
+        for node in nodes_of(path)
         if isinstance(node, ast.Call) and dotted(node.func).endswith("FrameState")
     }
     assert makers <= {"shot/build.py", "pipeline/catalogue.py"}  # on sheets nothing moves
@@ -225,8 +228,7 @@ def test_layers_are_told_apart_by_name() -> None:
     counting = {
         name_of(path)
         for path in MODULES
-        if name_of(path).startswith(NAMES_LAYERS)
-        and any(map(counts_channels, ast.walk(tree_of(path))))
+        if name_of(path).startswith(NAMES_LAYERS) and any(map(counts_channels, nodes_of(path)))
     }
     assert counting <= MAY_COUNT_CHANNELS
 
