@@ -1,4 +1,4 @@
-"""Whether two meshes show the same: as many faces, and surfaces that lie on each other."""
+"""Whether two meshes show the same, and whether one is sound: its faces, normals and surfaces."""
 
 from __future__ import annotations
 
@@ -30,6 +30,23 @@ def assert_alike(new: Mesh, old: Mesh) -> None:
     for one, other in ((new, old), (old, new)):
         away = distances(samples(one), other, reach=NEAR)
         assert np.isfinite(away).all(), f"{(~np.isfinite(away)).mean():.2%} of the samples lie off"
+
+
+def assert_outward(mesh: Mesh, *, least: float = 0.99, smallest: float = 0.0) -> None:
+    """All faces have an area, and normals of length 1 point to where their faces look.
+
+    Args:
+        mesh: What is looked at.
+        least: Share of corners whose normals do; slivers of a square tenth of a millimetre aside.
+        smallest: Every face has more than half of this [m2].
+    """
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    flat = np.cross(b - a, c - a)
+    size = np.linalg.norm(flat, axis=1)
+    assert size.min() > smallest
+    agree = (flat[:, None] * mesh.normals[mesh.faces]).sum(axis=2)[size > 1e-8] > 0
+    assert agree.mean() > least
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
 
 
 def level_of(name: str, level: str) -> Mapping[str, Mesh]:

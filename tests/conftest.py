@@ -27,12 +27,28 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield folder
 
 
+@pytest.fixture
+def compiled() -> Iterator[None]:
+    """Our own kernel is here, which is compiled; who comes later finds the variant as it was."""
+    from sumo3dviz_pt.render.backend import choose_backend
+
+    if not choose_backend("llvm").jit:
+        pytest.skip("only our own kernel can do this")
+    yield
+    choose_backend("llvm")
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Bring files with slow tests first.
+    """Bring files with slow tests first, and unit tests last.
 
     Processes take one file after the other. Short files at the end let them end together;
     a file that renders for a minute would leave the others idle.
     """
+    for item in items:
+        # Laws go over the same lines hundreds of times: measuring that each time tells nothing new.
+        if item.path.parent.name in ("property", "acceptance"):
+            item.add_marker("no_cover")
     long = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in long)
+    unit = Path(__file__).parent / "unit"
+    items.sort(key=lambda item: (item.path not in long, item.path.is_relative_to(unit)))

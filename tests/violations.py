@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -87,27 +87,41 @@ _BASE = {"trees": "trees", "water": "dry", "air": "clear", "ahead": "white", "ga
          "road": "grey"}  # fmt: skip
 
 
-def write_study(folder: Path, *, size: str = "96, 54") -> Path:
-    """Copy the example and write the study of its clean pairs beside it; return the study file."""
-    return _write(folder, "crossing", STUDY.replace("SIZE", size), FACTORS)
+def write_study(
+    folder: Path, *, size: str = "96, 54", by_night: Iterable[str] = tuple(FACTORS)
+) -> Path:
+    """Copy the example and write the study of its clean pairs beside it; return the study file.
+
+    Args:
+        folder: Where to.
+        size: Of the films.
+        by_night: Factors that have a pair by night, too.
+    """
+    return _write(folder, "crossing", STUDY.replace("SIZE", size), FACTORS, by_night)
 
 
 def write_other_study(folder: Path, *, size: str = "96, 54") -> Path:
     """Do the same for another scene."""
-    return _write(folder, "ronda", OTHER_STUDY.replace("SIZE", size), OTHERS)
+    return _write(folder, "ronda", OTHER_STUDY.replace("SIZE", size), OTHERS, OTHERS)
 
 
-def _write(folder: Path, example: str, study: str, factors: dict[str, str]) -> Path:
+def _write(
+    folder: Path, example: str, study: str, factors: dict[str, str], by_night: Iterable[str]
+) -> Path:
     """Copy an example, and write a study beside it whose films differ in one factor each."""
     shutil.copytree(data_root("examples") / example, folder)
     scene = (folder / "scene.yaml").read_text("utf-8")
     (folder / "scene.yaml").write_text(re.sub(r"(?m)^template:.*\n", "", scene), encoding="utf-8")
     base = [_BASE[factor] for factor in factors]
-    levels = [
-        base,
-        *([*base[:n], level, *base[n + 1 :]] for n, level in enumerate(factors.values())),
+    levels = {
+        factor: [*base[:n], level, *base[n + 1 :]]
+        for n, (factor, level) in enumerate(factors.items())
+    }
+    lit = (("day", factors), ("night", by_night))
+    rows = [("light", *factors)]
+    rows += [
+        (light, *row) for light, own in lit for row in (base, *(levels[factor] for factor in own))
     ]
-    rows = [("light", *factors), *((light, *row) for light in ("day", "night") for row in levels)]
     text = "\n".join(",".join(row) for row in rows)
     (folder / "one_at_a_time.csv").write_text(text + "\n", encoding="utf-8")
     (folder / "study.yaml").write_text(study, encoding="utf-8")

@@ -63,7 +63,7 @@ def test_nobody_is_drawn_otherwise_than_it_drives(name, smoother):
     assert found == []
 
 
-@pytest.mark.parametrize("name", BUNDLED)
+@pytest.mark.parametrize("name", ["crossing", pytest.param("ronda", marks=pytest.mark.slow)])
 def test_a_span_shows_no_breach_that_the_whole_log_does_not(name):
     """Why a body stands askew may lie before a film begins."""
     read = scenario(name)

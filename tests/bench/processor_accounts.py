@@ -116,17 +116,16 @@ def _vehicles() -> Made:
     for name in catalog.names("vehicles"):
         entry = catalog.find("vehicles", name)
         if "units" not in entry.meta:
-            recipe = completed_recipe(entry.folder)
-            yield f"vehicles/{name}/baked", partial(_baked, recipe)
+            yield f"vehicles/{name}/baked", partial(_baked, entry.folder)
             if "full" in entry.meta:
-                yield f"vehicles/{name}/full", partial(_full, recipe)
+                yield f"vehicles/{name}/full", partial(_full, entry.folder)
     for model in models_for({}):
         yield f"fitted/{model.name}", partial(_fitted, model)
 
 
-def _baked(meta: Mapping[str, Any]) -> Account:
+def _baked(folder: Path) -> Account:
     """The levels that travel with the package, as the code makes them."""
-    made = bake_vehicle(meta)
+    made = bake_vehicle(completed_recipe(folder))
     return prototype_account(Prototype("", _parts(made.parts), _parts(made.far), made.lamps))
 
 
@@ -134,9 +133,9 @@ def _parts(meshes: Mapping[str, Mesh]) -> tuple[Part, ...]:
     return tuple(Part(mesh, material) for material, mesh in meshes.items())
 
 
-def _full(meta: Mapping[str, Any]) -> Account:
+def _full(folder: Path) -> Account:
     """The level for close views."""
-    made = full_vehicle(meta)
+    made = full_vehicle(completed_recipe(folder))
     assert made is not None
     return joined("body", meshes_account(made.body)) | joined("wheel", meshes_account(made.wheel))
 

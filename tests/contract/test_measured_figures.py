@@ -204,6 +204,7 @@ def test_what_a_page_includes_is_there(page: Path) -> None:
         assert (page.parent / target).is_file(), target
 
 
+@pytest.mark.slow
 def test_the_page_of_gaps_shows_what_the_program_says(tmp_path):
     for name, content in make_kerb.pages(tmp_path).items():
         assert text_of(DOCS / "_bench" / name) == content, "run tools/make_kerb.py"

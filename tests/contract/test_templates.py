@@ -18,13 +18,21 @@ WANTED = {
     *("highway_day", "highway_golden_hour", "city_day", "city_dusk", "city_night"),
     *("village_day", "overcast", "abstract"),
 }
+QUICK = {"abstract", "city_day", "city_dusk"}
+"""Built wherever the tests run; CI builds all of them."""
 
 
 def test_all_templates_are_there() -> None:
     assert set(catalog.template_names("scene")) >= WANTED
 
 
-@pytest.mark.parametrize("template", sorted(catalog.template_names("scene")))
+@pytest.mark.parametrize(
+    "template",
+    [
+        pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow)
+        for name in sorted(catalog.template_names("scene"))
+    ],
+)
 def test_template_leaves_out_what_it_does_not_need(template: str, tmp_path: Path) -> None:
     job = load_job(write_scenario(tmp_path, vehicles=4), {"template": template})
     data = prepare(job, Request(camera="post"), np.array([4.0])).shot.data

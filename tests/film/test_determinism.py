@@ -288,10 +288,9 @@ def test_a_ride_over_the_renderers_grid(tmp_path):
     assert_equal_frames(frames_in(tmp_path / "last.frames"), frames)
 
 
-@pytest.mark.parametrize("name", ["ronda", "crossing"])
-def test_scalar_renders_the_examples(name, tmp_path):
+def test_scalar_renders_an_example(tmp_path):
     run(
-        *["still", example(name), "--time", "460", "--size", "32x18", "--spp", "1"],
+        *["still", example("crossing"), "--time", "460", "--size", "32x18", "--spp", "1"],
         *["--quality", "draft", "--variant", "scalar", "-o", tmp_path / "a.exr"],
     )
     picture = read_exr(tmp_path / "a.exr")[0]

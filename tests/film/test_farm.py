@@ -29,7 +29,7 @@ pytestmark = pytest.mark.slow
 
 PROGRAM = [sys.executable, "-m", "sumo3dviz_pt.cli"]
 FILM = ["scene.yaml", "--camera", "post", "--from", "4", "--to", "6.4", "--fps", "10"]
-FILM += ["--spp", "100", "--size", "32x18", "--variant", "scalar"]
+FILM += ["--spp", "40", "--size", "32x18", "--variant", "scalar"]
 """24 frames; nothing is compiled, and each takes long enough to be killed in it."""
 
 FLAKY, POISON, KILLED = 2, 13, 3
@@ -374,9 +374,9 @@ def test_a_study_of_a_farm_is_that_of_one_command(place):
     (place / "study.yaml").write_text(STUDY, encoding="utf-8")
     words = ["study.yaml", "--variant", "scalar"]
     run(place, "study", *words, "-o", "own")
-    run(place, "farm", *words, "--task-frames", "3", "-o", "farmed")
+    run(place, "farm", *words, "--task-frames", "4", "-o", "farmed")
     found = status(place, "farmed")
-    assert found["state"] == "done" and found["tasks"] == {"done": 7}
+    assert found["state"] == "done" and found["tasks"] == {"done": 5}
     own = sorted(p.relative_to(place / "own") for p in (place / "own").rglob("*") if p.is_file())
     names = [str(name) for name in own if not str(name).startswith("checksums")]
     assert len(names) > 15

@@ -46,9 +46,8 @@ def compiled_in_a_process(scene, home):
 NIGHT = "{sun: {azimuth: 120, elevation: -20}}"
 
 
-@pytest.mark.parametrize(
-    "sky", [pytest.param("{}", id="day"), pytest.param(NIGHT, id="night", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("sky", ["{}", NIGHT], ids=["day", "night"])
 def test_nothing_is_compiled_after_the_first_frame_nor_in_a_second_process(sky, tmp_path):
     scene = write_scenario(tmp_path, vehicles=3, signals=True)
     with scene.open("a", encoding="utf-8") as file:

@@ -12,10 +12,9 @@ from sumo3dviz_pt.image.layers import read_flow
 from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.video.spherical import Spherical
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled")]
 
 TIMES = ["--from", "4", "--to", "4.4", "--fps", "10", "--spp", "2"]
 BLURRED = [
@@ -23,12 +22,6 @@ BLURRED = [
     *("--set", "cameras.post.lens={f_number: 2, focus: {vehicle: v0}}"),
     *("--set", "cameras.post.exposure=auto"),
 ]
-
-
-@pytest.fixture(autouse=True)
-def compiled():
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has lenses and shutters")
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from builders import write_scenario
 
-SHORT, LONG = 20, 80
+SHORT, LONG = 20, 60
 FPS = 10
 
 PEAK = """
@@ -43,7 +43,7 @@ def peak(scene: Path, frames: int, target: Path) -> float:
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux tells a peak so")
 def test_memory_is_constant_in_a_films_length(tmp_path: Path) -> None:
-    """60 frames more, of two megabytes each as they are traced, would be a quarter more."""
+    """40 frames more, of two megabytes each as they are traced, would be a sixth more."""
     scene = write_scenario(tmp_path, speed=1.0)
     # Whatever is built for the first film lies in the cache for the second.
     short = peak(scene, SHORT, tmp_path / "short.mp4")

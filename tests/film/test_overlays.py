@@ -151,7 +151,7 @@ def test_a_scene_without_overlays_loads_nothing_for_them():
         "import sys, sumo3dviz_pt.pipeline.films.film, sumo3dviz_pt.pipeline.films.encoding;"
         "assert not [m for m in sys.modules if m.startswith(('PIL', 'sumo3dviz_pt.overlays'))]"
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_probe_counts_all_frames(films):

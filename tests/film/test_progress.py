@@ -1,5 +1,6 @@
 """Films and stills tell what they do, from their first step on."""
 
+import pytest
 from builders import write_scenario
 
 import sumo3dviz_pt as sv
@@ -55,6 +56,7 @@ def test_stills_announce_their_passes(tmp_path):
     assert heard[-1].done == heard[-1].total > 0
 
 
+@pytest.mark.slow
 def test_the_command_and_python_say_it_in_logs(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("sumo3dviz_pt.pipeline.steps._PROGRESS_FIRST", 0.0)
     place = write_scenario(tmp_path, vehicles=2)

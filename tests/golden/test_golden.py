@@ -11,14 +11,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from pictures import DATA, PICTURES, SIZE, WINDOW, differs, excess, stored, stored_of
 
-QUICK = "viewer"
-"""The one that is held against its picture wherever the tests run; CI compares all of them."""
 
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[] if name == QUICK else pytest.mark.slow) for name in PICTURES],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PICTURES)
 def test_looks_as_it_did(name):
     picture, old = PICTURES[name], stored(name)
     with picture.taken() as take:

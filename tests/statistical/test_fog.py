@@ -11,18 +11,12 @@ from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import LampSet, Sky
 from sumo3dviz_pt.model.weather import ASYMMETRY, CONTRAST, Fog, Rain, Snow, Weather, WeatherCourse
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.sky.weathered import WeatheredSky
+
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled")]
 
 SUN = Sky(np.array([0.3, -0.4, 0.6]))
 SIZE = (48, 24)
-
-
-@pytest.fixture(autouse=True)
-def compiled():
-    """Skies are baked by Mitsuba, too, and only our own kernel knows weather."""
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel traces weather")
 
 
 def always(weather):
@@ -48,8 +42,9 @@ def black_wall(distance):
     return scene_of([static("wall", wall, "black")], {"black": diffuse(0.0)}, sky=SUN)
 
 
-@pytest.mark.parametrize("visibility", [50.0, 200.0, 2000.0])
-@pytest.mark.parametrize("height", [np.inf, 60.0])
+@pytest.mark.parametrize(
+    ("visibility", "height"), [(50.0, np.inf), (200.0, 60.0), (2000.0, np.inf), (2000.0, 60.0)]
+)
 def test_a_black_wall_at_the_visibility_keeps_two_per_cent(visibility, height):
     fog = Weather(fog=Fog(CONTRAST / visibility, height, base=10.0))
     camera = view((0.0, 0.0, 1.2), fov=2.0)
@@ -203,7 +198,6 @@ def ours(walls, lamp, extinction, *, radiance, spp, size=SIZE):
     return seen(scene, weather, view(EYE, fov=FOV), spp=spp, lamps=lit, size=size)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("extinction", "differences"),
     [
@@ -230,7 +224,6 @@ def test_boards_look_as_by_mitsubas_fog(extinction, differences):
         assert abs(found) < 0.05 or extinction * away > 0.05
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("extinction", "most"), [(0.002, 0.05)])
 def test_halos_look_as_by_mitsubas_fog(extinction, most):
     """A lamp shines at the eye; what is seen around it is scattered light alone."""

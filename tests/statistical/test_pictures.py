@@ -1,7 +1,6 @@
 """Small pictures of known scenes: directions, colours, shadows, lamps."""
 
 from dataclasses import replace
-from itertools import permutations
 
 import numpy as np
 import pytest
@@ -153,6 +152,7 @@ def seen(session, frame):
 
 
 EYE = view_at([0, 0, 3], heading=90, pitch=-6)
+DENOISERS = ("fast", "balanced", "high")
 
 
 @pytest.fixture(scope="module", params=["near", "far", "near path", "far path"])
@@ -166,7 +166,7 @@ def road(request):
         yield session, far
 
 
-@pytest.mark.parametrize("order", 2 * list(permutations(range(3))))
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 0, 2), (0, 1, 2)])
 def test_every_body_shows_its_own_colour(road, order):
     session, far = road
     names = [list(COLOURS)[k] for k in order]
@@ -245,8 +245,8 @@ def lamps():
         ([[5, 0, 0], [0, 7, 0]], "red", "green"),
     ],
 )
-@pytest.mark.parametrize("shift", [0.0, -130.0, -380.0])
-@pytest.mark.parametrize("again", [0, 1, 2])
+@pytest.mark.parametrize("shift", [0.0, -380.0])
+@pytest.mark.parametrize("again", [0, 1])
 def test_lamps_shine_as_told(lamps, radiance, left, right, shift, again):
     """In every frame of a film's recording, and from another cell of the renderer's grid."""
     view = view_at([0, shift, 1], fov=2 * np.degrees(np.arctan(8 / (20 - shift))))
@@ -292,7 +292,9 @@ def test_the_cap_spares_what_is_seen_directly_and_says_what_it_took():
     assert above.max() > 100, "the sky itself is not capped"
 
 
-@pytest.mark.parametrize("denoise", ["fast", "balanced", "high"])
+@pytest.mark.parametrize(
+    "denoise", [pytest.param(n, marks=[pytest.mark.slow] * (n != "fast")) for n in DENOISERS]
+)
 def test_denoisers_keep_the_mean_and_guides_help(denoise):
     parts = [static("g", plane(40), "grey"), static("b", box((-1, 9, 0), (1, 11, 2)), "red")]
     scene = scene_of(parts, {"grey": diffuse(0.5), "red": diffuse(*RED)})

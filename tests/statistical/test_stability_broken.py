@@ -57,8 +57,9 @@ def spoilt_tint(value):
     return scene_of([crate, GROUND], MATERIALS_HERE), {}
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("quality", [RAW, DENOISED], ids=["raw", "capped and denoised"])
+@pytest.mark.parametrize(
+    ("value", "quality"), [(np.nan, RAW), (np.inf, DENOISED)], ids=["raw", "capped and denoised"]
+)
 @pytest.mark.parametrize("spoilt", [spoilt_sky, spoilt_lamp, spoilt_tint])
 def test_a_scene_that_makes_nan_or_inf_is_refused(spoilt, quality, value, caplog):
     """The error gives their number; the log warns; no picture comes out."""

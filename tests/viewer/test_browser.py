@@ -428,7 +428,8 @@ def test_a_foreign_page_gets_no_line_to_the_viewer(browser, program) -> None:
 
 def test_a_wrong_address_says_so_in_plain_words(browser, program) -> None:
     page = browser.open(f"http://127.0.0.1:{program.port}/guessed/")
-    page.wait_for("document.body && document.body.innerText.includes('nothing at this address')")
+    said = "document.body && document.body.innerText.includes('nothing at this address')"
+    assert page.wait_for(said)
     page.close()
 
 

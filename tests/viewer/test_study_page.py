@@ -746,6 +746,7 @@ def test_words_that_look_like_scripts_are_shown(browser, address, folder):
         visit.page.wait_for("document.body.innerText.includes('a <!--<script> b')")
         visit.press("Start")
         visit.page.wait_for("document.body.innerText.includes('</script> <b>c</b>')")
+        assert visit.page.evaluate("[...document.querySelectorAll('b')].length") == 0
 
 
 @pytest.mark.parametrize("place", ["nothing_here/", "http://127.0.0.1:9/"])

@@ -240,6 +240,7 @@ def test_check_names_an_unknown_rider_of_a_camera_without_shots(tmp_path, capsys
     assert code == 2 and "no vehicle or person is called 'v00'; did you mean 'v0'" in said[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", ["still(time=4.5)", "render('a.mp4')", "frames().__next__()"])
 def test_python_says_what_is_not_installed_before_anything_is_read(call, tmp_path):
     scene = scenario(tmp_path)

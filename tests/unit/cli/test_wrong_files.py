@@ -1,6 +1,7 @@
 """`init` and `check` refuse, repair or note every kind of wrong file, in one clear sentence."""
 
 import re
+from itertools import cycle
 
 import pytest
 from builders import complaints
@@ -95,6 +96,11 @@ SILENT = {
 }
 
 
+def by_turns(kinds):
+    """Each kind, with the command that is given it: what one reads, the other reads alike."""
+    return list(zip(kinds, cycle(("init", "check")), strict=False))
+
+
 def said_by(command, folder, log, net, capsys, *, window=(4, 5)):
     """Exit code and standard error of a command for a log and a network."""
     for name, content in (("fcd.xml", log), ("n.net.xml", net)):
@@ -145,15 +151,13 @@ def check_noted(command, folder, log, net, capsys, *, window=(4, 5)):
     return note
 
 
-@pytest.mark.parametrize("command", ["init", "check"])
-@pytest.mark.parametrize("kind", SAID)
+@pytest.mark.parametrize(("kind", "command"), by_turns(SAID))
 def test_odd_files_are_noted(kind, command, tmp_path, capsys):
     log, net, words = SAID[kind]
     assert words in check_noted(command, tmp_path, log, net, capsys)
 
 
-@pytest.mark.parametrize("command", ["init", "check"])
-@pytest.mark.parametrize("kind", NOTED)
+@pytest.mark.parametrize(("kind", "command"), by_turns(NOTED))
 def test_odd_logs_are_noted(kind, command, tmp_path, capsys):
     found, words = NOTED[kind]
     window = (4000, 4001) if kind == "times in milliseconds" else (4, 5)
@@ -161,8 +165,7 @@ def test_odd_logs_are_noted(kind, command, tmp_path, capsys):
     assert re.search(words, note)
 
 
-@pytest.mark.parametrize("command", ["init", "check"])
-@pytest.mark.parametrize("kind", SILENT)
+@pytest.mark.parametrize(("kind", "command"), by_turns(SILENT))
 def test_what_is_fine_is_read_without_a_word(kind, command, tmp_path, capsys):
     code, said = said_by(command, tmp_path, SILENT[kind], FLAT, capsys)
     assert code == 0 and not notes_about(("fcd.xml", "n.net.xml"), said)

@@ -51,8 +51,14 @@ def run(*arguments: str, env: dict[str, str]) -> subprocess.CompletedProcess[str
     )
 
 
+def _slow(*values):
+    """One case of several that are alike: CI tries all of them."""
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize(
-    "module", ["mitsuba", "OpenEXR", "numpy", "platformdirs", "imageio_ffmpeg"]
+    "module",
+    ["mitsuba", *(_slow(name) for name in ("OpenEXR", "numpy", "platformdirs", "imageio_ffmpeg"))],
 )
 def test_works_whatever_cannot_be_loaded(tmp_path: Path, module: str) -> None:
     done = run("doctor", env=without(tmp_path, module))
@@ -64,9 +70,9 @@ def test_works_whatever_cannot_be_loaded(tmp_path: Path, module: str) -> None:
 
 
 COMMANDS = (
-    ("demo",), ("still", "{}", "--time", "5", "-o", "a.png"), ("render", "{}", "-o", "a.mp4"),
-    ("converge", "{}", "--time", "5", "-o", "out"), ("check", "{}", "--stress"),
-    ("assets", "sheet", "vehicles"), ("view", "{}"),
+    ("still", "{}", "--time", "5", "-o", "a.png"), _slow(("render", "{}", "-o", "a.mp4")),
+    _slow(("converge", "{}", "--time", "5", "-o", "out")), _slow(("check", "{}", "--stress")),
+    _slow(("assets", "sheet", "vehicles")), _slow(("view", "{}")), _slow(("demo",)),
 )  # fmt: skip
 
 
@@ -93,7 +99,7 @@ def test_commands_that_render_say_at_once_what_is_missing(
 
 @pytest.mark.parametrize(
     ("module", "command"),
-    [("OpenEXR", ("develop", "{}", "-o", "a.png")), ("numpy", ("init", "{}")),
+    [_slow("OpenEXR", ("develop", "{}", "-o", "a.png")), _slow("numpy", ("init", "{}")),
      ("yaml", ("check", "{}"))],
 )  # fmt: skip
 def test_other_commands_say_it_in_one_sentence_too(
@@ -116,11 +122,13 @@ def test_a_missing_package_is_said_before_any_work() -> None:
     assert done.stderr.startswith("sumo3dviz-pt: not installed: shapely; install with: ")
 
 
+@pytest.mark.slow
 def test_a_trial_that_ends_the_process_is_survived(tmp_path: Path) -> None:
     done = run("doctor", env=without(tmp_path, "mapbox_earcut", "SystemExit(7)"))
     assert done.returncode == 1 and "a trial ended with exit code 7: " in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals")
 def test_a_signal_is_named(tmp_path: Path) -> None:
     dies = "__import__('os').kill(__import__('os').getpid(), 6)"

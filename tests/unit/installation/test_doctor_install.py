@@ -14,7 +14,10 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.cli.installed import _agreed
 from sumo3dviz_pt.installation.packages import LLVM, MANAGERS, InstallOrder
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="programs here are shell scripts")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform != "linux", reason="programs here are shell scripts"),
+]
 ROOT = Path(__file__).resolve().parents[3]
 LOST = "libatomic.so.1: cannot open shared object file: No such file or directory"
 

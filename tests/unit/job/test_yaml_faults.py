@@ -75,7 +75,10 @@ BOMBS = {
 }
 
 
-@pytest.mark.parametrize("name", BOMBS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name == "many" else []) for name in BOMBS],
+)
 def test_nothing_takes_time_without_end(name):
     began = time.process_time()
     with pytest.raises(ConfigError) as caught:

@@ -612,8 +612,11 @@ def test_a_template_that_was_asked_for_wins(tmp_path):
 
 @pytest.mark.parametrize(
     ("begin", "end"),
-    [(1e7, 1e7 + 15), (-12345.5, -12330.5), (5.0, 5.0)],
-    ids=["late", "early", "once"],
+    [
+        pytest.param(1e7, 1e7 + 15, id="late", marks=pytest.mark.slow),
+        pytest.param(-12345.5, -12330.5, id="early", marks=pytest.mark.slow),
+        pytest.param(5.0, 5.0, id="once"),
+    ],
 )
 def test_times_of_any_log_are_written_to_the_millisecond(tmp_path, capsys, begin, end):
     """What is proposed can be read, and its shots lie where the log does."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -20,15 +19,8 @@ from builders import (
 )
 
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.render.backend import choose_backend
 
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only variants that compile have slots")
-    yield
-    choose_backend("llvm")
+pytestmark = pytest.mark.usefixtures("compiled")
 
 
 def scene():

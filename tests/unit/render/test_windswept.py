@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,21 +14,14 @@ from sumo3dviz_pt.model.geometry import belonging
 from sumo3dviz_pt.model.scene import FrameState, Part, SceneData, Sky, StaticPart
 from sumo3dviz_pt.model.swaying import Sway, Swaying
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse, Wind
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.integrator import WIDTHS
 from sumo3dviz_pt.render.session import Session, carried, points_of
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SIZE = (64, 48)
 QUALITY = RAW.model_copy(update={"spp": 2, "pass_spp": 2, "max_depth": 2})
 WIND = Weather(wind=Wind(9.0, 0.0))
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has layers")
-    yield
-    choose_backend("llvm")
 
 
 def scene(*, windy: bool = True, z: float = 0.0) -> SceneData:

@@ -76,8 +76,12 @@ def test_our_examples_and_whatever_begins_at_zero_are_counted_as_they_are():
     "words",
     [
         "--grid --grid.number 3 --sidewalks.guess --crossings.guess --offset.x 12.34",
-        "--spider --spider.omit-center --offset.y -77.7 --precision 6",
-        "--rand --rand.iterations 20 --seed 5 --default.lanenumber 2",
+        pytest.param(
+            "--spider --spider.omit-center --offset.y -77.7 --precision 6", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            "--rand --rand.iterations 20 --seed 5 --default.lanenumber 2", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_networks_of_netgenerate_are_read_the_same(words, tmp_path):

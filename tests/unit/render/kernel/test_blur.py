@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,18 +11,11 @@ from builders import RAW, box, diffuse, frame_of, mover, scene_of, session_of, s
 from sumo3dviz_pt.model.camera import Shutter
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import FrameState, LampSet, Moment, Part, Prototype, Slots
-from sumo3dviz_pt.render.backend import choose_backend
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SHUTTER = Shutter(0.0, 0.02, 16)
 FINE = RAW.model_copy(update={"spp": 256, "pass_spp": 16})
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has shutters")
-    yield
-    choose_backend("llvm")
 
 
 def exposed(states, shutter=SHUTTER) -> FrameState:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import drjit as dr
@@ -23,10 +22,11 @@ from sumo3dviz_pt.model.scene import (
     Slots,
     View,
 )
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.integrator import RAYS
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.session import Facts, carried, points_of
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SIZE = (160, 90)
 PLACE = np.array([1010.0, 2003.0, 0.0])
@@ -46,14 +46,6 @@ ROLL = 0.6
 
 POSTS = {"post:left": (-12, 6, 3.0), "post:right": (10, 7, 4.0)}
 """Boxes of one mesh: where they stand, and how tall they are."""
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has layers")
-    yield
-    choose_backend("llvm")
 
 
 def at(x: float, y: float, z: float = 0.0) -> np.ndarray:

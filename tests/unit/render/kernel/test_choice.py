@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.render.backend import choose_backend
+pytestmark = pytest.mark.usefixtures("compiled")
 
 COUNT, SAMPLES = 5, 200_000
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel chooses so")
-    yield
-    choose_backend("llvm")
 
 
 def choice(*, placed: bool = True, dark: bool = False):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -28,21 +27,14 @@ from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.model.scene import Sky, Slots
 from sumo3dviz_pt.model.trajectory import TyreTracks
 from sumo3dviz_pt.model.weather import Rain, Snow, Weather, WeatherCourse
-from sumo3dviz_pt.render.backend import choose_backend
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SIZE = (48, 32)
 WET = Weather(wetness=1.0)
 WHITE = Weather(snow=Snow(depth=0.08, roads="covered"), season="winter")
 ABOVE = view_at((0.0, 0.0, 30.0), pitch=-90, fov=40)
 """Looks straight down on the ground: left is west here, and up is north."""
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has weather")
-    yield
-    choose_backend("llvm")
 
 
 def textured(mesh: Mesh) -> Mesh:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +25,8 @@ from sumo3dviz_pt.model.camera import Shutter
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import FrameState, Moment, Slots, View
-from sumo3dviz_pt.render.backend import choose_backend
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 GROUND = static("ground", plane(400.0), "plain")
 PLAIN = {"plain": diffuse(0.5), "black": diffuse(0.0)}
@@ -43,14 +43,6 @@ LENSES = {
     "both 360": Lens(2 * np.pi, "equirectangular", stereo="top_bottom", eye_distance=0.8),
     "open": replace(WIDE, aperture=0.05, focus=6.0),
 }
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has lenses")
-    yield
-    choose_backend("llvm")
 
 
 @pytest.mark.parametrize("name", LENSES)

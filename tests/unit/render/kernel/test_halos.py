@@ -1,20 +1,11 @@
 """Angles at which halos look for the light of a lamp."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.weather import ASYMMETRY
-from sumo3dviz_pt.render.backend import choose_backend
 
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel has halos")
-    yield
-    choose_backend("llvm")
+pytestmark = pytest.mark.usefixtures("compiled")
 
 
 def scattered(angle: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,8 +22,9 @@ from sumo3dviz_pt.model.scene import (
     Slots,
     VehicleLamp,
 )
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.session import Rendered
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SIZE = (80, 45)
 PLACE = np.array([1010.0, 2003.0, 0.0])  # far from the network's origin
@@ -37,14 +38,6 @@ PARTS = {
     "vehicle:b/body": (0.0, 0.0, 0.0),
     "person:c/body": (4.0, 0.0, 0.0),
 }
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel finds ids")
-    yield
-    choose_backend("llvm")
 
 
 def at(*offset: float) -> np.ndarray:

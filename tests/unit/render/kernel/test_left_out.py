@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -32,16 +31,10 @@ from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.rows import OPERATIONS, features_of
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
 STEEL = principled((0.6, 0.6, 0.6), roughness=0.4, metallic=1.0)
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel is compiled")
-    yield
-    choose_backend("llvm")
 
 
 def textured(mesh: Mesh) -> Mesh:

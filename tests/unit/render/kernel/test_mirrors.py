@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +13,8 @@ from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.model.geometry import Transform, unit
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import LampSet, Mover, Part, Prototype, Slots, View
-from sumo3dviz_pt.render.backend import choose_backend
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SIZE = (120, 68)
 RED = (0.7, 0.02, 0.02)
@@ -35,14 +35,6 @@ CASES = {
     "bus, left, wide": ((2.55, 3.05, -0.1, 1.15, (-0.95, 0.55, 1.95)), 1, (-8.0, 3.5, 1.0)),
     "bus, right": ((2.55, 3.05, -0.1, 1.15, (-0.95, 0.55, 1.95)), 2, (-24.0, -3.5, 1.0)),
 }
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel looks through mirrors")
-    yield
-    choose_backend("llvm")
 
 
 def opened(width, height, cowl, belt, eye):
@@ -233,6 +225,7 @@ def test_without_mirrors_there_is_nothing_to_trace_again(ride):
         assert session.by_kernel.current().mirrors.areas(away, SIZE) == ()
 
 
+@pytest.mark.slow
 def test_lamps_in_mirrors_have_the_light_that_paths_find_there_and_less_noise(ride):
     """Distant head lamps came and went in the mirror from frame to frame."""
     lit = with_lamp(ride[0]), ride[1]

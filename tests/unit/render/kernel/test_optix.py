@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -29,7 +28,6 @@ from sumo3dviz_pt.render.backend import (
     answers,
     check_movers,
     check_scenes,
-    choose_backend,
     traces_by_optix,
     watched,
 )
@@ -38,16 +36,10 @@ from sumo3dviz_pt.render.kernel.air import Solids
 import drjit as dr  # isort: skip  (after what chooses its libLLVM)
 import mitsuba as mi  # isort: skip
 
+pytestmark = pytest.mark.usefixtures("compiled")
+
 LAYERS = ("radiance", "depth", "albedo", "normal", "ids", "first_depth")
 DISABLED = b"more than one OptiX pipeline was used ... Disabling this ray tracing operation to ..."
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel is compiled")
-    yield
-    choose_backend("llvm")
 
 
 def town():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,19 +11,12 @@ from builders import RAW, box, diffuse, frame_of, scene_of, session_of, static, 
 from sumo3dviz_pt.image.traced import TracedFrame, packed, unpacked
 from sumo3dviz_pt.model.falling import Pane, reflectance
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.render.backend import choose_backend
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 SIZE = (48, 27)
 VIEW = view_at((0.0, 0.0, 1.2), heading=90.0, fov=40)
 LAYERS = ("radiance", "albedo", "normal", "hit", "depth", "ids", "first_depth")
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel mirrors rays")
-    yield
-    choose_backend("llvm")
 
 
 def raked():

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from builders import LAMPS, RAW, diffuse, frame_of, plane, scene_of, session_of, static, view_at
 
 from sumo3dviz_pt.library.materials import MATERIALS
-from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.integrator import Limits
 
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel is compiled")
-    yield
-    choose_backend("llvm")
+pytestmark = pytest.mark.usefixtures("compiled")
 
 
 @pytest.mark.parametrize("sampler", ["independent", "multijitter"])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from builders import (
@@ -22,17 +20,10 @@ from builders import (
 
 from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.render.backend import choose_backend
+
+pytestmark = pytest.mark.usefixtures("compiled")
 
 LAYERS = ("radiance", "depth", "albedo", "normal", "ids")
-
-
-@pytest.fixture(autouse=True)
-def compiled() -> Iterator[None]:
-    if not choose_backend("llvm").jit:
-        pytest.skip("only our own kernel is compiled")
-    yield
-    choose_backend("llvm")
 
 
 def shown(slots: Slots):

@@ -109,7 +109,7 @@ def test_every_sun_gives_a_finite_sky(elevation):
 
 
 def test_light_grows_with_the_sun():
-    elevations = [-18, -12, -6, -3, -1, 0, 1, 2, 3, 5, 10, 30, 60, 90]
+    elevations = [-18, -6, -1, 0, 2, 10, 60, 90]
     lux = [bake_sky(Sky(sun_at(90, e)), SMALL).illuminance for e in elevations]
     assert (np.diff(lux) > 0).all()
     # Seidelmann 1992: sunset about 700 lx, end of civil twilight 3.4 lx.

@@ -104,9 +104,10 @@ def first_hits(camera: RidingCamera, triangles: Floats, rays: Floats) -> tuple[F
     corners = triangles @ back[:3, :3].T + back[:3, 3]
     a, b, c = corners[corners[..., 0].max(axis=1) > 0.0].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
+    through_sides = np.stack([np.cross(u, v) for u, v in ((a, b), (b, c), (c, a))])
     far, along = np.full(len(rays), np.inf), np.zeros(len(rays))
     for k, ray in enumerate(rays):
-        sides = np.stack([np.cross(u, v) @ ray for u, v in ((a, b), (b, c), (c, a))])
+        sides = through_sides @ ray
         met = np.flatnonzero((sides >= 0.0).all(axis=0) | (sides <= 0.0).all(axis=0))
         slope = normals[met] @ ray
         away = (normals[met] * a[met]).sum(axis=1) / np.where(slope == 0.0, np.inf, slope)

@@ -162,6 +162,7 @@ def tones_of(made, name):
     return dict(zip(map(tuple, places.tolist()), part.tint.tolist(), strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stones", "gutter"])
 def test_stones_do_not_hang_on_where_the_camera_is(name):
     aside = build_roads(network(), RoadSettings(), textured=True, focus=AWAY)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from alike import assert_outward
 
 from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps
 from sumo3dviz_pt.model.scene import Part
@@ -75,12 +76,7 @@ def test_the_road_is_seen_over_the_dashboard():
 
 def test_meshes_have_area_and_unit_normals_that_agree_with_faces():
     for _, mesh in made():
-        a, b, c = (corners(mesh)[:, k] for k in range(3))
-        normals = np.cross(b - a, c - a)
-        assert np.linalg.norm(normals, axis=1).min() > 0.0
-        np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
-        agree = (normals[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0.0
-        assert agree.mean() > 0.9
+        assert_outward(mesh, least=0.9)
 
 
 def test_shelf_looks_up_and_the_rim_outwards():

@@ -8,10 +8,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from alike import assert_files_alike, level_of
+from alike import assert_outward, level_of
 from bakery.bake import bake_folder, bake_vehicle, completed_recipe
 from bakery.car.recipe import MATERIALS, read_recipe
-from bench.baked_files import baked_again
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
@@ -105,12 +104,7 @@ class TestEveryCar:
     @pytest.mark.parametrize("level", ["parts", "far"])
     def test_normals_point_outward_and_faces_have_area(self, name, level):
         for mesh in meshes(name, level).values():
-            a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-            normals = np.cross(b - a, c - a)
-            agree = (normals[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0
-            assert agree.mean() > 0.99
-            np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
-            assert areas(mesh).min() > 0.0
+            assert_outward(mesh)
 
     def test_nobody_looks_through_it(self, name):
         """Rays from all around meet a face first, and that face from its outside."""
@@ -223,21 +217,6 @@ def first_facing(corners, target, away) -> float:
     a, b, c = corners[number]
     normal = np.cross(b - a, c - a)
     return float(normal @ away / np.linalg.norm(normal))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["city_car", "pickup"])
-def test_baked_files_are_what_the_recipe_says(name, tmp_path):
-    assert_files_alike(baked_again(name, tmp_path), find("vehicles", name).folder)
-
-
-@pytest.mark.slow
-def test_baking_twice_gives_the_same_bytes(tmp_path):
-    one, two = (
-        {path.name: path.read_bytes() for path in baked_again("city_car", tmp_path / n).iterdir()}
-        for n in ("one", "two")
-    )
-    assert one == two
 
 
 def recipe() -> dict:

@@ -6,10 +6,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from alike import assert_files_alike, level_of
+from alike import assert_outward, level_of
 from bakery.bake import completed_recipe
 from bakery.cycles import build
-from bench.baked_files import baked_again
 from coincident import shared_area
 
 from sumo3dviz_pt.catalog import find, names
@@ -85,12 +84,8 @@ class TestEveryCycle:
         meshes = files(name, level) if level in ("parts", "far") else getattr(full(name), level)
         assert set(meshes) <= set(MATERIALS)
         for mesh in meshes.values():
-            a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-            flat = np.cross(b - a, c - a)
-            assert np.linalg.norm(flat, axis=1).min() > 1e-11
-            agree = (flat[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0
-            assert agree.mean() > (0.85 if level == "far" else 0.93 if name in SEATED else 0.95)
-            np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
+            least = 0.85 if level == "far" else 0.93 if name in SEATED else 0.95
+            assert_outward(mesh, least=least, smallest=1e-11)
 
     def test_no_two_materials_have_faces_in_one_place(self, name):
         shared = shared_area(files(name, "parts"))
@@ -153,14 +148,6 @@ class TestEveryCycle:
             ankle = rest[f"foot_{side}"]
             reach = carried(f"shank_{side}", ankle) - carried(f"foot_{side}", ankle)
             assert np.linalg.norm(reach) < 0.02
-
-
-@pytest.mark.parametrize("name", ["bicycle_sport", "motorcycle"])
-def test_baking_gives_the_files_that_travel(name, tmp_path):
-    one, two = (baked_again(name, tmp_path / n) for n in ("one", "two"))
-    for path in one.iterdir():
-        assert path.read_bytes() == (two / path.name).read_bytes()
-    assert_files_alike(one, find("vehicles", name).folder)
 
 
 def test_clothes_have_the_colours_that_riders_are_sorted_by():

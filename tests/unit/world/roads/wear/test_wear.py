@@ -73,6 +73,7 @@ def test_wear_is_within_its_range(name):
 
 
 @pytest.mark.parametrize("name", FOCI)
+@pytest.mark.slow
 def test_layers_lie_on_the_carriageway(name):
     cells = built(name).layout.cells
     road = shapely.union_all(cells.polygons[~cells.raised]).buffer(0.02)
