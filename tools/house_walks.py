@@ -13,6 +13,7 @@ import argparse
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -65,7 +66,7 @@ def counted(stays: Sequence[str], graph: Graph) -> dict[str, int]:
     return {
         "stays": len(stays),
         "returns": sum(stay in stays[:place] for place, stay in enumerate(stays)),
-        "climbs": sum(above(new, old) for old, new in zip(stays, stays[1:], strict=False)),
+        "climbs": sum(above(new, old) for old, new in pairwise(stays)),
         "modules": len(set(stays)),
     }
 
