@@ -10,11 +10,11 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.street.national import st_andrews_cross
 from sumo3dviz_pt.library.street.road_styles import (
     AUTO,
     STYLES,
     road_style,
-    st_andrews_cross,
     style_name,
 )
 from sumo3dviz_pt.library.street.strokes import GLYPHS
