@@ -9,10 +9,10 @@ from builders import write_scenario
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.inspection.schema import FILE, LINE, scene_schema
+from sumo3dviz_pt.inspection.schema import scene_schema
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.production import example
-from sumo3dviz_pt.pipeline.scene_file import names_for
+from sumo3dviz_pt.pipeline.scene_file import FILE, LINE, names_for
 
 
 @pytest.fixture(scope="module")
