@@ -364,11 +364,11 @@ class Scene:
             ConfigError: If the extra `viewer` is not installed, or a choice is wrong.
             InputError: If a file of the simulation is wrong.
         """
-        from sumo3dviz_pt.viewer.choices import Choices, Outlook
+        from sumo3dviz_pt.viewer.choices import Choices, ViewerOutlook
         from sumo3dviz_pt.viewer.notebook import Viewer
         from sumo3dviz_pt.viewer.render_thread import RenderThread
 
-        looks = Outlook(size, start, end, variant)
+        looks = ViewerOutlook(size, start, end, variant)
         choices = Choices(port, height=height, proxy=proxy)
         render_thread = RenderThread(
             self.job,

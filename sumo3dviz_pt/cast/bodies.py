@@ -38,7 +38,7 @@ from sumo3dviz_pt.library.vehicles.interior.controls import (
     needle,
     needle_angles,
 )
-from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin, cutaway, has_dashboard
+from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin, cutaway, has_dashboard
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body, plain_lamps
 from sumo3dviz_pt.library.vehicles.user_mesh import UserVehicle, read_user_vehicle
 from sumo3dviz_pt.model.geometry import Floats, Transform
@@ -248,21 +248,21 @@ class Cockpit:
             yield replace(cabin, prototype=NEEDLE, part=part, world_from_body=placed)
 
 
-def cabin_of(body: Body) -> Cabin:
+def cabin_of(body: Body) -> CutawayCabin:
     """Return what stands before who steers a body."""
     if body.vclass in _UNSTEERED:
-        return Cabin.NONE
+        return CutawayCabin.NONE
     if body.vclass in _BOXES:
-        return Cabin.BOX
+        return CutawayCabin.BOX
     if body.vclass in _BARS:
-        return Cabin.BARS
-    return Cabin.RAIL if body.vclass in RAIL_CLASSES else Cabin.ROAD
+        return CutawayCabin.BARS
+    return CutawayCabin.RAIL if body.vclass in RAIL_CLASSES else CutawayCabin.ROAD
 
 
 def has_windscreen(body: Body) -> bool:
     """Return whether who steers a body looks through a pane with wipers."""
     cabin = cabin_of(body)
-    return cabin is Cabin.BARS or has_dashboard(float(body.size[1]), cabin)
+    return cabin is CutawayCabin.BARS or has_dashboard(float(body.size[1]), cabin)
 
 
 def open_cockpit(body: Body, *, left_hand: bool, wipers: bool) -> Cockpit:

@@ -302,7 +302,7 @@ SPRINGS: Mapping[str, Springs] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Sway:
+class BodySway:
     """What a body does at a time.
 
     Attributes:
@@ -327,7 +327,7 @@ class Sway:
         return matrix
 
 
-def sway_at(piece: MotionPiece, time: float, *, springs: Springs) -> Sway:
+def sway_at(piece: MotionPiece, time: float, *, springs: Springs) -> BodySway:
     """Return what springs do to a body.
 
     Args:
@@ -338,14 +338,14 @@ def sway_at(piece: MotionPiece, time: float, *, springs: Springs) -> Sway:
     along, across = _accelerations(piece, time - _BACK)
     dive = springs.dive * float(_ANSWER @ along)
     roll = springs.roll * float(_ANSWER @ across)
-    return Sway(_limited(dive, springs.most_dive), _limited(roll, springs.most_roll))
+    return BodySway(_limited(dive, springs.most_dive), _limited(roll, springs.most_roll))
 
 
-def lean_at(piece: MotionPiece, time: float) -> Sway:
+def lean_at(piece: MotionPiece, time: float) -> BodySway:
     """Return how far riders lean into a bend at a time [s]."""
     _, across = _accelerations(piece, time + _SWAY_AROUND)
     lean = np.arctan(float(_SHARES @ across) / _GRAVITY)
-    return Sway(roll=-float(np.clip(lean, -_MOST_LEAN, _MOST_LEAN)))
+    return BodySway(roll=-float(np.clip(lean, -_MOST_LEAN, _MOST_LEAN)))
 
 
 def _accelerations(piece: MotionPiece, times: Floats) -> tuple[Floats, Floats]:
@@ -499,7 +499,7 @@ def _frames(piece: MotionPiece, times: Floats, links: UnitLinks | None) -> Float
     return rigid_frames(motion.positions, motion.yaws, motion.pitches)[:, None]
 
 
-def _swayed(body: Body, sway: Sway) -> Floats:
+def _swayed(body: Body, sway: BodySway) -> Floats:
     """What springs do to all units, each in its frame, (u, 4, 4).
 
     Units that are joined roll together and do not dive: they would part at the joint.
@@ -508,5 +508,5 @@ def _swayed(body: Body, sway: Sway) -> Floats:
     height = SPRINGS[body.ride].height
     if len(units) == 1:
         return sway.about(-body.size[0] / 2.0, height)[None]
-    rolled = Sway(roll=sway.roll).about(0.0, height)
+    rolled = BodySway(roll=sway.roll).about(0.0, height)
     return np.broadcast_to(rolled, (len(units), 4, 4))

@@ -264,7 +264,7 @@ _SLOW_LOOK = 5.0
 """The same for long films: thousands of files are listed each time [s]."""
 
 
-class Run(Protocol):
+class FarmRun(Protocol):
     """Workers somewhere.
 
     Attributes:
@@ -281,7 +281,7 @@ class Run(Protocol):
         """Do what is to be done now and then: replace workers, hand out tasks."""
 
 
-class _Opened(Run, AbstractContextManager[Run], Protocol):
+class _Opened(FarmRun, AbstractContextManager[FarmRun], Protocol):
     """Workers that are left, or waited for, at the end of a `with` statement."""
 
 
@@ -338,7 +338,7 @@ def run_farm(plan: FarmPlan, *, tell: Callable[[str], None]) -> FarmState:
             raise
 
 
-def _followed(plan: FarmPlan, run: Run) -> FarmState:
+def _followed(plan: FarmPlan, run: FarmRun) -> FarmState:
     """Watch a farm until it is over, or stopped."""
     while True:
         state = read_state(plan)

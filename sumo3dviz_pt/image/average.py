@@ -25,15 +25,21 @@ import numpy as np
 
 from sumo3dviz_pt.image.reprojected import (
     MARGIN,
-    Band,
     Pixels,
+    RowBand,
     bands_of,
     likeness,
     listed,
     places_of,
     seen_at,
 )
-from sumo3dviz_pt.image.traced import Motion, TracedFrame, all_around, layers_of, motion_between
+from sumo3dviz_pt.image.traced import (
+    PixelMotion,
+    TracedFrame,
+    all_around,
+    layers_of,
+    motion_between,
+)
 from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.layers import Layers
 
@@ -97,7 +103,7 @@ def accumulated(
     rims = rims_of(centre, others)
     planes, frames = np.empty_like(centre.planes), np.empty_like(centre.distance)
 
-    def average(band: Band) -> None:
+    def average(band: RowBand) -> None:
         planes[:, band.own], frames[band.own] = _average(band, centre, others, rims)
 
     with ThreadPoolExecutor(threads) as pool:
@@ -107,7 +113,7 @@ def accumulated(
     return Accumulated(centre.layers | layers_of(planes), frames)
 
 
-def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]) -> Bools:
+def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, PixelMotion]]) -> Bools:
     """Return the pixels that what rides with a camera covers in part, (h, w).
 
     These show it in some frames and what is behind it in others, as chance goes, and lie between
@@ -131,9 +137,9 @@ def rims_of(centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]) -
 
 
 def _average(
-    band: Band,
+    band: RowBand,
     centre: TracedFrame,
-    others: Sequence[tuple[TracedFrame, Motion]],
+    others: Sequence[tuple[TracedFrame, PixelMotion]],
     rims: Bools,
 ) -> tuple[Image, Image]:
     """Return a band's averaged planes, (channels, h, w), and how many frames they have."""
@@ -177,9 +183,9 @@ def _add(total: Image, seen: Seen, planes: Image, *, share: Image, core: slice) 
 def seen_by(
     other: TracedFrame,
     centre: TracedFrame,
-    motion: Motion,
+    motion: PixelMotion,
     *,
-    band: Band,
+    band: RowBand,
     rims: Bools,
 ) -> Seen:
     """Return what another frame holds of what a band of a frame shows.
@@ -214,7 +220,9 @@ def seen_by(
     return Seen(same, pixels, found, planes, change)
 
 
-def _corresponding(band: Band, centre: TracedFrame, other: TracedFrame, motion: Motion) -> Bools:
+def _corresponding(
+    band: RowBand, centre: TracedFrame, other: TracedFrame, motion: PixelMotion
+) -> Bools:
     """Return the pixels of a band around which nothing moves in either frame, (h, w)."""
     width, _ = centre.layers.size
     resting = np.full(centre.distance[band.rows].shape, motion.still[0])

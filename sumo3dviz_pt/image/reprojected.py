@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.image.traced import Motion, TracedFrame, plane_of
+from sumo3dviz_pt.image.traced import PixelMotion, TracedFrame, plane_of
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 _PIXELS = 150_000
@@ -25,7 +25,7 @@ _PIXELS = 150_000
 
 
 @dataclass(frozen=True, slots=True)
-class Band:
+class RowBand:
     """Some rows of a picture, and those around them that windows reach.
 
     Attributes:
@@ -73,7 +73,7 @@ class Band:
         return np.pad(values, ((above, below), (self.margin, self.margin)), mode="edge")
 
 
-def bands_of(size: tuple[int, int], margin: int) -> Iterator[Band]:
+def bands_of(size: tuple[int, int], margin: int) -> Iterator[RowBand]:
     """Yield a picture's bands from above.
 
     Args:
@@ -83,7 +83,7 @@ def bands_of(size: tuple[int, int], margin: int) -> Iterator[Band]:
     width, height = size
     rows = max(_PIXELS // width, 2 * margin)
     for first in range(0, height, rows):
-        yield Band(first, min(first + rows, height), height, margin)
+        yield RowBand(first, min(first + rows, height), height, margin)
 
 
 Values = NDArray[Any]
@@ -145,7 +145,7 @@ _MOST_UNLIKE = np.float32(4.0)  # ratio of albedos that is corrected, at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class BandPlaces:
     """Where pixels of a band lie in another frame.
 
     Attributes:
@@ -172,8 +172,8 @@ def listed(wanted: Bools) -> Pixels:
 
 
 def places_of(
-    pixels: Pixels, band: Band, centre: TracedFrame, other: TracedFrame, motion: Motion
-) -> Places:
+    pixels: Pixels, band: RowBand, centre: TracedFrame, other: TracedFrame, motion: PixelMotion
+) -> BandPlaces:
     """Find pixels of a frame in another one.
 
     Args:
@@ -195,11 +195,11 @@ def places_of(
     taps *= width
     taps += in_column.astype(np.intp)
     there = np.sqrt(np.einsum("ij,ij->j", moved, moved))
-    return Places(pixels, marks, taps, inside, here, there)
+    return BandPlaces(pixels, marks, taps, inside, here, there)
 
 
 def _moved(
-    points: Image, numbers: NDArray[np.int32], motion: Motion
+    points: Image, numbers: NDArray[np.int32], motion: PixelMotion
 ) -> tuple[Image, NDArray[np.int32]]:
     """Move points, (3, n), each as the part of its number; return them and their marks there."""
     placements: Floats = motion.placements
@@ -219,7 +219,7 @@ def _moved(
 
 
 def seen_at(
-    places: Places, band: Band, centre: TracedFrame, other: TracedFrame
+    places: BandPlaces, band: RowBand, centre: TracedFrame, other: TracedFrame
 ) -> tuple[Bools, Image]:
     """Return what another frame shows of a frame's pixels, where it is the same thing.
 
@@ -247,7 +247,7 @@ def seen_at(
     return fits, seen
 
 
-def _as_here(seen: Image, places: Places, albedo_here: Image) -> None:
+def _as_here(seen: Image, places: BandPlaces, albedo_here: Image) -> None:
     """Give what was seen, (channels, n), this frame's textures and distances, in place."""
     own = albedo_here.reshape(3, -1)[:, places.pixels]
     radiance, albedo, depth = (plane_of(seen, name) for name in ("radiance", "albedo", "depth"))

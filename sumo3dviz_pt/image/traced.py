@@ -140,7 +140,7 @@ def layers_of(planes: Image) -> Layers:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class PixelMotion:
     """Where things went from one frame to another.
 
     Attributes:
@@ -188,7 +188,7 @@ class Motion:
         return np.asarray(np.append(which, False)[self.back])
 
 
-def motion_between(centre: TracedFrame, other: TracedFrame) -> Motion:
+def motion_between(centre: TracedFrame, other: TracedFrame) -> PixelMotion:
     """Return where things went from one frame to another.
 
     Placements are combined in double precision, so that they are right wherever the network lies.
@@ -208,7 +208,7 @@ def motion_between(centre: TracedFrame, other: TracedFrame) -> Motion:
         elif not np.array_equal(now.matrix, then.matrix):
             moved = then.matrix @ np.linalg.inv(now.matrix)
             placements[number] = to_other @ moved @ from_centre
-    return Motion(placements, known, _numbers_in(other, centre), _numbers_in(centre, other))
+    return PixelMotion(placements, known, _numbers_in(other, centre), _numbers_in(centre, other))
 
 
 def _numbers_in(frame: TracedFrame, others: TracedFrame) -> NDArray[np.int32]:

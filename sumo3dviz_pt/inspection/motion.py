@@ -28,7 +28,7 @@ from sumo3dviz_pt.pipeline.production import life_of, read
 from sumo3dviz_pt.report.motion import (
     WORST,
     Extreme,
-    Finding,
+    MotionFinding,
     MotionReport,
     PopUps,
     UserGroup,
@@ -48,8 +48,8 @@ def pop_ups(
     scenario: Scenario,
     trajectories: Sequence[Trajectory],
     *,
-    births: Sequence[Finding],
-    deaths: Sequence[Finding],
+    births: Sequence[MotionFinding],
+    deaths: Sequence[MotionFinding],
 ) -> tuple[PopUps, ...]:
     """Return who appears or vanishes in the pictures of a job's shots.
 
@@ -84,7 +84,7 @@ def pop_ups(
     return tuple(found)
 
 
-def _between(events: Sequence[Finding], start: float, end: float) -> list[Finding]:
+def _between(events: Sequence[MotionFinding], start: float, end: float) -> list[MotionFinding]:
     """Return the events within a time [s]."""
     return [event for event in events if start < event.time < end]
 
@@ -102,8 +102,8 @@ def _camera(
 
 
 def _seen(
-    camera: Camera, events: Sequence[Finding], location: Location, *, aspect: float
-) -> Iterator[Finding]:
+    camera: Camera, events: Sequence[MotionFinding], location: Location, *, aspect: float
+) -> Iterator[MotionFinding]:
     """Yield the events that lie in the picture; their value is the distance from the eye [m]."""
     for event in events:
         try:
@@ -155,7 +155,7 @@ class _MeasureTally:
     """
 
     counts: Ints = field(default_factory=lambda: np.zeros(len(_BINS) + 1, dtype=np.int64))
-    worst: list[Finding] = field(default_factory=list)
+    worst: list[MotionFinding] = field(default_factory=list)
 
     def add(self, values: Floats) -> None:
         """Count the sizes of values, (n,); NaN does not count."""
@@ -220,7 +220,9 @@ class User:
     lane_names: Sequence[str]
     location: Location = UNPLACED
 
-    def found(self, kind: str, time: float, value: float, *, end: float | None = None) -> Finding:
+    def found(
+        self, kind: str, time: float, value: float, *, end: float | None = None
+    ) -> MotionFinding:
         """Return a finding about it, at the position of the sample nearest in time.
 
         Args:
@@ -233,7 +235,7 @@ class User:
         nearest = int(np.argmin(np.abs(trace.times - time)))
         lane = int(trace.lanes[nearest])
         place = self.location.outside(trace.positions[nearest])
-        return Finding(
+        return MotionFinding(
             id=self.trajectory.id,
             kind=kind,
             time=float(time),
@@ -399,7 +401,9 @@ def _strays(
     return found
 
 
-def _ends(log: TrafficLog, users: Sequence[User]) -> tuple[list[Finding], list[Finding]]:
+def _ends(
+    log: TrafficLog, users: Sequence[User]
+) -> tuple[list[MotionFinding], list[MotionFinding]]:
     """Return all births and deaths within the log, those at gaps and teleports included."""
     births, deaths = [], []
     margin = 0.5 * log.step
@@ -420,7 +424,7 @@ def _speeds(log: TrafficLog) -> str:
     return "unknown" if verdict is None else "last step" if verdict else "instant"
 
 
-def _remarks(users: Sequence[User]) -> Iterator[Finding]:
+def _remarks(users: Sequence[User]) -> Iterator[MotionFinding]:
     """Yield everything that was noticed while smoothing."""
     for user in users:
         for remark in user.trajectory.remarks:

@@ -57,7 +57,7 @@ class Diagnosis:
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class LoadingTrial:
     """How trying out the renderer went.
 
     Attributes:
@@ -103,7 +103,7 @@ def examine() -> Diagnosis:
     )
 
 
-def _about_llvm(llvm: dependencies.Library, trial: Trial) -> str:
+def _about_llvm(llvm: dependencies.Library, trial: LoadingTrial) -> str:
     """Return version and file, or why there is none; a note on the renderer says that already."""
     if llvm.version:
         return f"{llvm.version} ({llvm.path})"
@@ -117,20 +117,20 @@ def _about_gpu(driver: Driver) -> str:
     return f"CUDA {driver.cuda} and OptiX on {driver.device}; for `--variant cuda`"
 
 
-def _remarks(trial: Trial) -> list[tuple[str, str]]:
+def _remarks(trial: LoadingTrial) -> list[tuple[str, str]]:
     """Return what is wrong, and what could be better."""
     wrong = [("problem", problem) for problem in trial.problems]
     return [*wrong, ("note", trial.note)] if trial.note else wrong
 
 
-def _lacks(trial: Trial, llvm: dependencies.Library) -> Iterator[str]:
+def _lacks(trial: LoadingTrial, llvm: dependencies.Library) -> Iterator[str]:
     """Yield libraries that a package manager may bring; none that the user's own choice hides."""
     yield from (LIBRARIES[name] for name in trial.missing if name in LIBRARIES)
     if llvm.problem and not os.environ.get(dependencies.VARIABLE):
         yield LLVM
 
 
-def tried_out() -> Trial:
+def tried_out() -> LoadingTrial:
     """Load every package and render a little, in this process."""
     trial = _loaded_all()
     if trial.problems:
@@ -140,11 +140,11 @@ def tried_out() -> Trial:
 
         backend = try_out()
     except Sumo3dvizError as error:
-        return Trial(problems=(str(error),))
+        return LoadingTrial(problems=(str(error),))
     return replace(trial, variant=backend.variant, note=backend.note)
 
 
-def _loaded_all() -> Trial:
+def _loaded_all() -> LoadingTrial:
     """Load every package; what went wrong."""
     problems: dict[str, str] = {}
     for known in DEPENDENCIES:
@@ -158,23 +158,25 @@ def _loaded_all() -> Trial:
             problems[sentence] = missing_library(error)
     # Where a library is missing, other packages fail with misleading reasons.
     first = {words: library for words, library in problems.items() if library} or problems
-    return Trial(problems=tuple(first), missing=tuple(filter(None, dict.fromkeys(first.values()))))
+    return LoadingTrial(
+        problems=tuple(first), missing=tuple(filter(None, dict.fromkeys(first.values())))
+    )
 
 
-def _tried_in_another_process() -> Trial:
+def _tried_in_another_process() -> LoadingTrial:
     """Try rendering out in another process, with this very package; a crash there does no harm."""
     place = str(Path(__file__).resolve().parents[2])
     command = [sys.executable, "-P", "-c", _TRY, place]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     except OSError as error:
-        return Trial(problems=(f"no other process could be started: {error}",))
+        return LoadingTrial(problems=(f"no other process could be started: {error}",))
     if done.returncode == 0:
         told = json.loads(done.stdout.splitlines()[-1])
         problems, missing = tuple(told["problems"]), tuple(told["missing"])
-        return Trial(told["variant"], told["note"], problems, missing)
+        return LoadingTrial(told["variant"], told["note"], problems, missing)
     said = done.stderr.strip().splitlines() or ["nothing was said"]
-    return Trial(problems=(f"a trial ended with {_ending(done.returncode)}: {said[-1]}",))
+    return LoadingTrial(problems=(f"a trial ended with {_ending(done.returncode)}: {said[-1]}",))
 
 
 def _ending(code: int) -> str:

@@ -152,7 +152,7 @@ TRAIL_REACH = 300.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class ShownUsers:
     """Whom the pixels of a frame show.
 
     Attributes:
@@ -164,7 +164,7 @@ class Shown:
     covered: Bools
 
 
-def draw_following(canvas: Canvas, film: FilmFacts, number: int, shown: Shown | None) -> None:
+def draw_following(canvas: Canvas, film: FilmFacts, number: int, shown: ShownUsers | None) -> None:
     """Draw frames, dots and labels; what is covered has none, as far as that is known.
 
     Of labels that would overlap, the nearest is written.
@@ -188,7 +188,7 @@ def draw_following(canvas: Canvas, film: FilmFacts, number: int, shown: Shown | 
 
 
 def _rows(
-    film: FilmFacts, frame: FrameFacts, ids: Sequence[str], shown: Shown | None, reach: float
+    film: FilmFacts, frame: FrameFacts, ids: Sequence[str], shown: ShownUsers | None, reach: float
 ) -> Iterator[int]:
     """Yield rows of road users that patterns mean, the farthest first.
 
@@ -461,7 +461,7 @@ def _ridden_place(film: FilmFacts, frame: FrameFacts) -> Floats | None:
     return None
 
 
-def drawn(picture: Image, film: FilmFacts, number: int, shown: Shown | None = None) -> Image:
+def drawn(picture: Image, film: FilmFacts, number: int, shown: ShownUsers | None = None) -> Image:
     """Return a frame's picture with its overlays.
 
     Trails lie lowest, then what else follows road users, the map, what stands still; fades take
@@ -484,7 +484,7 @@ def drawn(picture: Image, film: FilmFacts, number: int, shown: Shown | None = No
     return faded(canvas.over(picture), film, number)
 
 
-def _with_trails(picture: Image, film: FilmFacts, number: int, shown: Shown | None) -> Image:
+def _with_trails(picture: Image, film: FilmFacts, number: int, shown: ShownUsers | None) -> Image:
     """Return a picture with trails where it shows no road user."""
     height, width = picture.shape[:2]
     canvas = Canvas((width, height))

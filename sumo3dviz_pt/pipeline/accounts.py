@@ -134,7 +134,7 @@ _STEP = 1.0e-4
 
 
 @dataclass(slots=True)
-class _Kept:
+class _KnownUser:
     """What is known of one road user so far."""
 
     body: str
@@ -149,7 +149,7 @@ class _Kept:
 class RoadUsers:
     """Collects what frames show of road users, in their order."""
 
-    _known: dict[str, _Kept] = field(default_factory=dict)
+    _known: dict[str, _KnownUser] = field(default_factory=dict)
 
     def add(self, number: int, frame: FrameState) -> str:
         """Take a frame; return a digest of where everyone is, and in which pose.
@@ -180,10 +180,10 @@ class RoadUsers:
             for key, kept in sorted(self._known.items())
         }
 
-    def _seen(self, number: int, mover: Mover) -> _Kept:
+    def _seen(self, number: int, mover: Mover) -> _KnownUser:
         """Note that a road user is there, and which of its lamps shine."""
         colour = tuple(round(float(value), 6) for value in mover.colour)
-        made = _Kept(_body(mover.prototype), colour, number)
+        made = _KnownUser(_body(mover.prototype), colour, number)
         kept = self._known.setdefault(mover.id, made)
         kept.last, lit = number, sorted(mover.lit)
         if not kept.lit or kept.lit[-1][1] != lit:

@@ -360,7 +360,7 @@ _KINDS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Ride:
+class ProposedRide:
     """A camera that rides.
 
     Attributes:
@@ -382,7 +382,7 @@ class Ride:
 
 def choose_rides(
     traces: Iterable[Trace], types: Mapping[str, VehicleType], found: Busiest
-) -> tuple[list[Ride], list[str]]:
+) -> tuple[list[ProposedRide], list[str]]:
     """Return one ride of each kind of vehicle that the log has, and notes about the others.
 
     Args:
@@ -413,18 +413,20 @@ def choose_rides(
     return rides, notes
 
 
-def _best(kind: _RideKind, traces: list[Trace], found: Busiest) -> Ride | None:
+def _best(kind: _RideKind, traces: list[Trace], found: Busiest) -> ProposedRide | None:
     """The best ride while the other shots last; else at any other time."""
     length = found.end - found.start
     there = [t for t in traces if t.times[0] <= found.start and t.times[-1] >= found.end]
     for later, some, most in ((False, there, _MOST), (True, traces, _MOST_LATER)):
-        best: tuple[float, Ride] | None = None
+        best: tuple[float, ProposedRide] | None = None
         for trace in some[:: max(1, -(-len(some) // most))]:
             starts = _windows(trace, length) if later else [found.start]
             for start in starts:
                 value, metres = _rides_worth(trace, start, start + length, found.place)
                 if value > 0.0 and (best is None or value > best[0] + 1e-6):
-                    ride = Ride(kind.camera, trace.id, kind.view, start, start + length, metres)
+                    ride = ProposedRide(
+                        kind.camera, trace.id, kind.view, start, start + length, metres
+                    )
                     best = (value, ride)
         if best is not None:
             return best[1]

@@ -73,7 +73,7 @@ def subjects_of(movement: Movement, place: Floats) -> Subjects:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Poses:
+class ViewPoses:
     """Where cameras may stand and look.
 
     Attributes:
@@ -89,7 +89,7 @@ class Poses:
     focus: float = 30.0
 
 
-def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | None) -> Floats:
+def rated(poses: ViewPoses, subjects: Subjects, around: Outdoors, *, sun: Floats | None) -> Floats:
     """Return how good pictures from poses are, (n,); 0 where something stands in the way.
 
     Args:
@@ -110,7 +110,7 @@ def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | N
     return value
 
 
-def against(poses: Poses, sun: Floats | None) -> Bools:
+def against(poses: ViewPoses, sun: Floats | None) -> Bools:
     """Return which poses look against the sun, (n,).
 
     Args:
@@ -123,7 +123,7 @@ def against(poses: Poses, sun: Floats | None) -> Bools:
     return np.asarray(ahead @ sun[:2] > _AGAINST * float(np.hypot(*sun[:2])))
 
 
-def _seen(poses: Poses, forwards: Floats, subjects: Subjects, around: Outdoors) -> Floats:
+def _seen(poses: ViewPoses, forwards: Floats, subjects: Subjects, around: Outdoors) -> Floats:
     """How much traffic each pose sees, (n,)."""
     if not len(subjects.places):
         return np.ones(len(poses.eyes))
@@ -164,7 +164,7 @@ def _lively(seen: Bools, seconds: Ints) -> Floats:
     return np.asarray(np.minimum(alive.mean(axis=1) / _LIVELY, 1.0) ** 2)
 
 
-def _free_axis(poses: Poses, around: Outdoors) -> Floats:
+def _free_axis(poses: ViewPoses, around: Outdoors) -> Floats:
     """A factor that is near 0 where something stands beside an axis above heads, (n,)."""
     ahead = poses.aims - poses.eyes
     length = np.maximum(np.linalg.norm(ahead, axis=1), 1e-6)
@@ -179,7 +179,7 @@ def _free_axis(poses: Poses, around: Outdoors) -> Floats:
     return np.asarray(free * np.where(room >= FREE, 1.0, 0.02 * room / FREE))
 
 
-def _free_lens(poses: Poses, forwards: Floats, around: Outdoors) -> Floats:
+def _free_lens(poses: ViewPoses, forwards: Floats, around: Outdoors) -> Floats:
     """How little of the picture something near fills, (n,) in [0, 1]."""
     rights, ups = frame(forwards)
     half = np.tan(np.radians(poses.fov) / 2.0)
@@ -194,7 +194,7 @@ def _free_lens(poses: Poses, forwards: Floats, around: Outdoors) -> Floats:
     return np.asarray(free**3 * (free >= _LEAST_FREE))
 
 
-def _cluttered(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
+def _cluttered(poses: ViewPoses, forwards: Floats, posts: Floats) -> Floats:
     """Which share of each picture upright things before the place fill, about, (n,)."""
     share = np.zeros(len(poses.eyes))
     rights, ups = frame(forwards)
@@ -214,7 +214,7 @@ def _cluttered(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
     return share
 
 
-def _before_lens(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
+def _before_lens(poses: ViewPoses, forwards: Floats, posts: Floats) -> Floats:
     """Which share of each picture the largest of the posts near the lens fills, (n,)."""
     if not len(posts):
         return np.zeros(len(poses.eyes))
@@ -268,7 +268,7 @@ def crowded(eyes: Floats, movement: Movement) -> Bools:
     return np.asarray((away < _CROWDED).any(axis=1))
 
 
-def unblocked(poses: Poses, movement: Movement) -> Floats:
+def unblocked(poses: ViewPoses, movement: Movement) -> Floats:
     """Return a factor that is lower the longer vehicles pass right before eyes, (n,) in [0, 1].
 
     Args:
@@ -288,7 +288,7 @@ def unblocked(poses: Poses, movement: Movement) -> Floats:
     return np.asarray((1.0 - np.minimum(near.sum(axis=1) / seconds, 1.0)) ** 2)
 
 
-def not_looming(poses: Poses, movement: Movement, types: Mapping[str, VehicleType]) -> Floats:
+def not_looming(poses: ViewPoses, movement: Movement, types: Mapping[str, VehicleType]) -> Floats:
     """Return a factor that is lower the longer high vehicles are cut by pictures' edges, (n,).
 
     Args:
@@ -357,7 +357,7 @@ def riding_apart(traces: Sequence[Trace], meetings: Floats) -> list[Trace]:
     return [trace for trace in traces if _away(trace.positions, meetings).all()]
 
 
-def shows_none(poses: Poses, meetings: Floats) -> Bools:
+def shows_none(poses: ViewPoses, meetings: Floats) -> Bools:
     """Return which pictures show none of the places where roads meet, (k,).
 
     Args:

@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.traffic import LogChoices, Polygon, Scenario, ScenarioFi
 from sumo3dviz_pt.pipeline.reading import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.scene_file import LINE, make_job
 from sumo3dviz_pt.pipeline.still import check_writable
-from sumo3dviz_pt.proposals.busiest import Busiest, Ride, busiest, choose_rides, movement_of
+from sumo3dviz_pt.proposals.busiest import Busiest, ProposedRide, busiest, choose_rides, movement_of
 from sumo3dviz_pt.proposals.eyes import apart, meetings_of, riding_apart
 from sumo3dviz_pt.proposals.outdoors import outdoors
 from sumo3dviz_pt.proposals.views import (
@@ -35,7 +35,7 @@ from sumo3dviz_pt.proposals.views import (
     SHORTEST_FLIGHT,
     Flight,
     Scouting,
-    Stand,
+    StandingEye,
     corner,
     flight,
     overview,
@@ -234,10 +234,10 @@ class Proposal:
 
     found: Busiest
     template: ChosenTemplate
-    overview: Stand
-    corner: Stand | None = None
+    overview: StandingEye
+    corner: StandingEye | None = None
     flight: Flight | None = None
-    rides: tuple[Ride, ...] = ()
+    rides: tuple[ProposedRide, ...] = ()
     unmet: tuple[str, ...] = ()
 
 
@@ -247,7 +247,7 @@ def in_files(proposal: Proposal, location: Location) -> Proposal:
     def said(places: Floats) -> Floats:
         return location.outside(np.round(places, 2))
 
-    def stood(stand: Stand) -> Stand:
+    def stood(stand: StandingEye) -> StandingEye:
         return replace(stand, eye=said(stand.eye), aim=said(stand.aim))
 
     flight = proposal.flight
@@ -351,7 +351,7 @@ def _point(point: Floats) -> str:
     return "[" + ", ".join(f"{value:.2f}" for value in point) + "]"
 
 
-def _stand_lines(name: str, stand: Stand | None, what: str) -> list[str]:
+def _stand_lines(name: str, stand: StandingEye | None, what: str) -> list[str]:
     """Return a camera that stands."""
     if stand is None:
         return []
@@ -364,7 +364,7 @@ def _stand_lines(name: str, stand: Stand | None, what: str) -> list[str]:
     ]
 
 
-def _ride_lines(rides: tuple[Ride, ...]) -> list[str]:
+def _ride_lines(rides: tuple[ProposedRide, ...]) -> list[str]:
     """Return the cameras that ride, and a second view of the first car."""
     views = ", ".join(catalog.template_names("camera"))
     lines = []

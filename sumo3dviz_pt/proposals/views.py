@@ -13,8 +13,8 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.proposals.busiest import Busiest, Movement
 from sumo3dviz_pt.proposals.eyes import (
-    Poses,
     Subjects,
+    ViewPoses,
     against,
     best_of,
     crowded,
@@ -46,7 +46,7 @@ _CLEAR = 2.0  # eyes are no nearer to the ground than this [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stand:
+class StandingEye:
     """A camera that stands.
 
     Attributes:
@@ -102,7 +102,7 @@ class Scouting:
         """Whom cameras are to see."""
         return subjects_of(self.movement, self.found.place)
 
-    def rated(self, poses: Poses, *, margin: float) -> Floats:
+    def rated(self, poses: ViewPoses, *, margin: float) -> Floats:
         """Return how good poses are, (n,); 0 for eyes in something or too near to the ground.
 
         Args:
@@ -112,14 +112,14 @@ class Scouting:
         above = poses.eyes[:, 2] - self.around.ground(poses.eyes)
         usable = (above >= _CLEAR) & ~self.around.within(poses.eyes, margin=margin)
         usable &= shows_none(poses, self.meetings)
-        some = Poses(poses.eyes[usable], poses.aims[usable], poses.fov, poses.focus)
+        some = ViewPoses(poses.eyes[usable], poses.aims[usable], poses.fov, poses.focus)
         values = np.zeros(len(usable))
         values[usable] = rated(some, self.subjects, self.around, sun=self.sun)
         values[usable] *= not_looming(some, self.movement, self.types)
         return values
 
 
-def overview(scouting: Scouting) -> Stand:
+def overview(scouting: Scouting) -> StandingEye:
     """Return a camera above the place that sees much of its traffic."""
     place = scouting.found.place
     spots = ring(place, azimuths=_azimuths("overview", 18), distances=(24.0, 32.0, 42.0))
@@ -129,18 +129,18 @@ def overview(scouting: Scouting) -> Stand:
     aims = np.concatenate([place + beyond * away for beyond in (0.0, 14.0)])
     aims[:, 2] += 0.5
     eyes = np.tile(eyes, (2, 1))
-    poses = Poses(eyes, aims, _FOV)
+    poses = ViewPoses(eyes, aims, _FOV)
     values = scouting.rated(poses, margin=_MARGIN)
     values *= np.tile(np.repeat(_HIGHER, len(spots)), 2)
     chosen = best_of(values)
     if chosen is None:
         # Everything is full: high above the place nothing stands.
         eye = place + np.array([-22.0, -12.0, 40.0])
-        return Stand(eye, place, _FOV)
-    return Stand(eyes[chosen], aims[chosen], _FOV)
+        return StandingEye(eye, place, _FOV)
+    return StandingEye(eyes[chosen], aims[chosen], _FOV)
 
 
-def corner(scouting: Scouting) -> Stand | None:
+def corner(scouting: Scouting) -> StandingEye | None:
     """Return a camera at the height of people beside the road, or None without room for it.
 
     It never looks against the sun.
@@ -159,12 +159,12 @@ def corner(scouting: Scouting) -> Stand | None:
     # Looking over the junction, a little below the horizon.
     aims = np.tile(place, (len(eyes), 1))
     aims[:, 2] = np.maximum(place[2] + 1.0, 0.75 * (eyes[:, 2] - place[2]) + place[2] - 0.3)
-    poses = Poses(eyes, aims, _CORNER_FOV, focus=12.0)
+    poses = ViewPoses(eyes, aims, _CORNER_FOV, focus=12.0)
     values = scouting.rated(poses, margin=1.2) * factors
     values *= unblocked(poses, scouting.movement) * ~against(poses, scouting.sun)
     values *= ~(crowded(eyes, scouting.movement) & (factors == 1.0))
     chosen = best_of(values)
-    return None if chosen is None else Stand(eyes[chosen], aims[chosen], _CORNER_FOV)
+    return None if chosen is None else StandingEye(eyes[chosen], aims[chosen], _CORNER_FOV)
 
 
 def flight(scouting: Scouting) -> Flight | None:
@@ -177,7 +177,7 @@ def flight(scouting: Scouting) -> Flight | None:
     place = found.place
     eyes = np.concatenate(ways)
     aims = np.tile(place + np.array([0.0, 0.0, 1.0]), (len(eyes), 1))
-    poses = Poses(eyes, aims, _FOV)
+    poses = ViewPoses(eyes, aims, _FOV)
     values = scouting.rated(poses, margin=_MARGIN + 1.0)
     values = (values).reshape(len(ways), -1)
     chosen = best_of(0.5 * values.mean(axis=1) + 0.5 * values.min(axis=1))

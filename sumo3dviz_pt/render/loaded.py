@@ -30,7 +30,7 @@ from sumo3dviz_pt.render.movers import (
     numbered,
     windswept,
 )
-from sumo3dviz_pt.render.sky.weathered import Veil
+from sumo3dviz_pt.render.sky.weathered import AirVeil
 from sumo3dviz_pt.render.textures import is_worn, wear_attributes
 
 _LEAVES = "principledthin"  # what lets rain through
@@ -95,7 +95,7 @@ class LoadedScene:
         self.parameters: Any = None
         self.misty = data.weather is not None and data.weather.is_foggy
         self.sky_changes = data.weather is not None and data.weather.changes
-        self.veil: Veil | None = None
+        self.veil: AirVeil | None = None
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)

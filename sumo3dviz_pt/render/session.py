@@ -50,7 +50,7 @@ OWNERS = ("depth", "face", "instance")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Facts:
+class PixelFacts:
     """What one place of each pixel shows.
 
     Attributes:
@@ -78,7 +78,7 @@ def facts_of(
     *,
     at: tuple[float, float] = CENTRE,
     owners: Owners | None = None,
-) -> Facts:
+) -> PixelFacts:
     """Find what each pixel of the frame that is shown shows.
 
     Args:
@@ -92,13 +92,13 @@ def facts_of(
     assert frame is not None, "show a frame first"
     found = kernel.met_through(sensor, frame.view, wanted, at)
     if not {*OWNERS} <= {*wanted}:
-        return Facts(found)
+        return PixelFacts(found)
     owners = owners or kernel.owners(loaded)
     owner = owners.of(found["depth"], found["face"], found["instance"])
-    return Facts(found, owner, owners)
+    return PixelFacts(found, owner, owners)
 
 
-def points_of(facts: Facts, frame: FrameState, size: tuple[int, int]) -> Floats:
+def points_of(facts: PixelFacts, frame: FrameState, size: tuple[int, int]) -> Floats:
     """Return what each pixel shows in the network's coordinates, (h, w, 3) [m].
 
     The sky is the eye itself, as its depth is 0.
@@ -112,7 +112,7 @@ def points_of(facts: Facts, frame: FrameState, size: tuple[int, int]) -> Floats:
 
 
 def carried(
-    facts: Facts, loaded: LoadedScene, frames: tuple[FrameState, FrameState], points: Floats
+    facts: PixelFacts, loaded: LoadedScene, frames: tuple[FrameState, FrameState], points: Floats
 ) -> tuple[Floats, Bools]:
     """Return where all that pixels show is in another frame, (h, w, 3) [m], and if that is known.
 
@@ -343,7 +343,7 @@ class Session:
         *,
         at: tuple[float, float] = CENTRE,
         owners: Owners | None = None,
-    ) -> Facts:
+    ) -> PixelFacts:
         """Find what each pixel of the frame that was traced last shows.
 
         Args:

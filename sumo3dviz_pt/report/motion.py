@@ -51,7 +51,7 @@ _UNITS: Mapping[str, str] = MappingProxyType(dict.fromkeys(("gap", *FALLBACKS), 
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class MotionFinding:
     """Something that a road user does at a time and place.
 
     Attributes:
@@ -91,7 +91,7 @@ class Extreme:
     name: str
     unit: str
     p99: float
-    worst: tuple[Finding, ...]
+    worst: tuple[MotionFinding, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,8 +130,8 @@ class PopUps:
     camera: str
     begin: float
     end: float
-    births: tuple[Finding, ...]
-    deaths: tuple[Finding, ...]
+    births: tuple[MotionFinding, ...]
+    deaths: tuple[MotionFinding, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +162,7 @@ class MotionReport:
     deaths: int
     pop_ups: tuple[PopUps, ...]
     speeds: str
-    remarks: tuple[Finding, ...]
+    remarks: tuple[MotionFinding, ...]
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it for JSON; what is not a number is null."""
@@ -214,13 +214,13 @@ def _pop_up_lines(shot: PopUps) -> Iterator[str]:
             yield f"    {each.id} {word} at {each.time:.12g} s, {where}"
 
 
-def _where(finding: Finding) -> str:
+def _where(finding: MotionFinding) -> str:
     """Return the place of a finding in words."""
     lane = f" on {finding.lane}" if finding.lane else ""
     return f",{lane} at {finding.x:.1f}, {finding.y:.1f}"
 
 
-def _remark_lines(remarks: Sequence[Finding]) -> Iterator[str]:
+def _remark_lines(remarks: Sequence[MotionFinding]) -> Iterator[str]:
     """Yield the lines of all remarks, by kind."""
     kinds = dict.fromkeys(["gap", *_LISTED, *FALLBACKS, "lane change"])
     kinds |= dict.fromkeys(remark.kind for remark in remarks)
@@ -237,7 +237,7 @@ def _remark_lines(remarks: Sequence[Finding]) -> Iterator[str]:
         yield from _listed(some, most, _UNITS.get(kind, "m"))
 
 
-def _listed(some: Sequence[Finding], most: int, unit: str) -> Iterator[str]:
+def _listed(some: Sequence[MotionFinding], most: int, unit: str) -> Iterator[str]:
     """Yield the lines of the largest remarks of a kind."""
     for each in sorted(some, key=lambda each: -abs(each.value))[:most]:
         span = f"{each.time:.12g} to {each.end:.12g} s"
@@ -261,7 +261,7 @@ def _group_lines(group: UserGroup) -> Iterator[str]:
         yield from _table(extreme.worst, extreme.unit)
 
 
-def _table(some: Iterable[Finding], unit: str) -> Iterator[str]:
+def _table(some: Iterable[MotionFinding], unit: str) -> Iterator[str]:
     """Yield one line for each finding."""
     for each in some:
         yield f"    {each.value:9.3g} {unit}  {each.id} at {each.time:.2f} s{_where(each)}"

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -379,6 +380,7 @@ class Flying:
         """
         time, view = frame.time, frame.view
         weather = self.course.at(time)
+        rates: dict[str, Any] = {**weather.rates}
         exposure = exposure_of(camera)
         wind = (0.0, 0.0) if weather.wind is None else (weather.wind.east, weather.wind.north)
         lens = view.lens
@@ -387,7 +389,7 @@ class Flying:
             exposure,
             self.seed,
             _ends(camera, view, time, exposure),
-            **weather.rates,
+            **rates,
             wind=wind,
             drift=carried_by_wind(self.course, time),
             fog=0.0 if weather.fog is None else weather.fog.extinction,

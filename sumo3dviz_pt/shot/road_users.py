@@ -38,7 +38,7 @@ _NEAREST = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Subject:
+class SharpSubject:
     """Who stays sharp.
 
     Attributes:
@@ -75,7 +75,7 @@ class ExposedCamera:
 
     camera: Camera
     shutter: Shutter = INSTANT
-    subject: Subject | None = None
+    subject: SharpSubject | None = None
 
     def view_at(self, time: float) -> View:
         """Return the view at a time [s]; errors as the camera's."""
@@ -161,11 +161,11 @@ def _moments(shutter: Shutter) -> Iterator[float]:
         yield from (moment for moment, _ in shutter.exposures())
 
 
-def _subject(fleet: Fleet, target: str) -> Subject:
+def _subject(fleet: Fleet, target: str) -> SharpSubject:
     """Return who stays sharp."""
     trajectory = find_rider(fleet, target)
     length, _, height = fleet.body(trajectory.key).size
-    return Subject(trajectory, np.array([-0.5 * length, 0.0, 0.5 * height]))
+    return SharpSubject(trajectory, np.array([-0.5 * length, 0.0, 0.5 * height]))
 
 
 def countable(

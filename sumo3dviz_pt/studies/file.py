@@ -25,7 +25,7 @@ from sumo3dviz_pt.job.study import OWN_COLUMNS, FactorSettings, StudySettings
 from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, as_path, parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import SceneText, read_scene
 from sumo3dviz_pt.studies.designs.trials import Levels, Ranks
-from sumo3dviz_pt.studies.tools.content import During, Form, Session, Words
+from sumo3dviz_pt.studies.tools.content import During, Form, StudySession, Words
 from sumo3dviz_pt.studies.tools.pages import SCRIPT, STYLE, VERSION, own_texts
 
 _SERVICES: Mapping[str, str | None] = {
@@ -62,7 +62,7 @@ def words_of(settings: StudySettings) -> Words:
     )
 
 
-def session_of(settings: StudySettings, folder: Path) -> Session:
+def session_of(settings: StudySettings, folder: Path) -> StudySession:
     """Return what surrounds the films.
 
     Args:
@@ -74,7 +74,7 @@ def session_of(settings: StudySettings, folder: Path) -> Session:
     """
     texts, asked = texts_of(settings), settings.session
     pressed = settings.question.during
-    return Session(
+    return StudySession(
         texts=texts.page,
         consent=asked.consent,
         before=_forms(texts, settings, "before"),

@@ -212,7 +212,7 @@ _SIZE = Range(0.0, 200.0, "m")
 
 
 @dataclass(frozen=True, slots=True)
-class _Row:
+class _BayRow:
     """A row of bays along a lane.
 
     Attributes:
@@ -235,7 +235,7 @@ class _Row:
 
 
 @dataclass(slots=True)
-class _Draft:
+class _ParkingDraft:
     """A parking area while its elements are read."""
 
     element: Element
@@ -262,7 +262,7 @@ def read_parking(paths: Iterable[Path], network: Network) -> tuple[ParkingArea, 
     """
     areas: dict[str, ParkingArea] = {}
     for path in paths:
-        draft: _Draft | None = None
+        draft: _ParkingDraft | None = None
         for element in read_elements(path, root=(), what="an additional file of SUMO"):
             if element.tag == "parkingArea" and "lane" in element.attributes:
                 _keep(draft, areas)
@@ -276,7 +276,7 @@ def read_parking(paths: Iterable[Path], network: Network) -> tuple[ParkingArea, 
     return tuple(areas.values())
 
 
-def _keep(draft: _Draft | None, areas: dict[str, ParkingArea]) -> None:
+def _keep(draft: _ParkingDraft | None, areas: dict[str, ParkingArea]) -> None:
     """Add an area that has bays."""
     if draft is not None and draft.known and draft.bays:
         name = draft.element.text("id")
@@ -284,7 +284,7 @@ def _keep(draft: _Draft | None, areas: dict[str, ParkingArea]) -> None:
         areas.setdefault(name, area)
 
 
-def _begun(element: Element, network: Network) -> _Draft:
+def _begun(element: Element, network: Network) -> _ParkingDraft:
     """An area with its bays along the lane."""
     lane = network.lanes.get(element.text("lane"))
     on_road = parse_flag(element.text("onRoad", "false"))
@@ -292,14 +292,14 @@ def _begun(element: Element, network: Network) -> _Draft:
     length = _number(element, "length", 0.0, _SIZE)
     width = _number(element, "width", 0.0, _SIZE) or _WIDTH
     if lane is None or on_road:
-        return _Draft(element, [], 0, (length, width), known=False)
+        return _ParkingDraft(element, [], 0, (length, width), known=False)
     start, end = _stretch(element, lane)
     if not length:
         length = (end - start) / count if count else _LENGTH
     angle = math.radians(_number(element, "angle", 0.0, ANGLE))
-    row = _Row(lane, start, end, count, angle, length, width)
+    row = _BayRow(lane, start, end, count, angle, length, width)
     bays = _along(row, left_hand=network.left_hand)
-    return _Draft(element, bays, len(bays), (length, width))
+    return _ParkingDraft(element, bays, len(bays), (length, width))
 
 
 def _number(element: Element, key: str, default: float, within: Range) -> float:
@@ -317,7 +317,7 @@ def _stretch(element: Element, lane: Lane) -> tuple[float, float]:
     return min(max(low * scale, 0.0), shape), min(max(high * scale, 0.0), shape)
 
 
-def _along(row: _Row, *, left_hand: bool) -> list[Bay]:
+def _along(row: _BayRow, *, left_hand: bool) -> list[Bay]:
     """Bays beside a lane."""
     if not row.count or row.end <= row.start:
         return []

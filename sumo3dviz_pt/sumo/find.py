@@ -171,7 +171,7 @@ _PLACES = {
     "tlsSwitches": "signals",
     "routes": "vehicle_types",
 }
-"""Fields of `Survey` by the root elements that decide alone."""
+"""Fields of `FileSurvey` by the root elements that decide alone."""
 
 _ENTRIES = ("tlsState", "tlsSwitch")
 """Entries of signal logs; the first tell more."""
@@ -181,7 +181,7 @@ _PEEK = 20_000
 
 
 @dataclass(frozen=True, slots=True)
-class Survey:
+class FileSurvey:
     """The files of a place, by content.
 
     Attributes:
@@ -202,16 +202,16 @@ class Survey:
     configurations: tuple[Path, ...] = ()
     others: tuple[Path, ...] = ()
 
-    def __add__(self, other: Survey) -> Survey:
+    def __add__(self, other: FileSurvey) -> FileSurvey:
         """Join the files of two places; each file stands once."""
-        return Survey(
-            *(_once(getattr(self, f.name) + getattr(other, f.name)) for f in fields(Survey))
+        return FileSurvey(
+            *(_once(getattr(self, f.name) + getattr(other, f.name)) for f in fields(FileSurvey))
         )
 
 
 def survey_folder(
     folder: Path, *, network: Path | None = None, named: Collection[Path] = ()
-) -> Survey:
+) -> FileSurvey:
     """Look at the files of a folder and of its subfolders, one level down.
 
     A subfolder with a network of its own is another scenario and is left out, unless
@@ -236,12 +236,12 @@ def survey_folder(
     return top
 
 
-def survey_files(files: Iterable[Path], named: Collection[Path] = ()) -> Survey:
+def survey_files(files: Iterable[Path], named: Collection[Path] = ()) -> FileSurvey:
     """Sort files by content; files that are not of SUMO are left out.
 
     A note says which files of SUMO are damaged, but for those that a user names.
     """
-    found = Survey()
+    found = FileSurvey()
     silent = {file.resolve() for file in named}
     for file in files:
         root = root_of(file) if may_be_xml(file) or may_be_map(file) else None
@@ -287,24 +287,24 @@ def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
     return tuple(chosen)
 
 
-def _sorted_in(file: Path, root: str | None) -> Survey:
+def _sorted_in(file: Path, root: str | None) -> FileSurvey:
     """Return a survey of one file; its root element is given, or None if it is no XML."""
     one = (file,)
     if root in CONFIGURATION_ROOTS:
         # Other tools of SUMO use the same root for their own configurations.
         own = root == "sumoConfiguration" or file.suffix == ".sumocfg"
-        return Survey(configurations=one if own else ())
+        return FileSurvey(configurations=one if own else ())
     if root in ADDITIONAL_ROOTS:
         tags = {element.tag for element in readable_elements(file)}
-        return Survey(
+        return FileSurvey(
             additional=one if tags & _PLACED else (),
             vehicle_types=one if "vType" in tags else (),
         )
     if root in _PLACES:
-        return Survey(**{_PLACES[root]: one})
+        return FileSurvey(**{_PLACES[root]: one})
     if root in OTHERS:
-        return Survey(others=one)
-    return Survey(trajectories=one if is_log(file) else ())
+        return FileSurvey(others=one)
+    return FileSurvey(trajectories=one if is_log(file) else ())
 
 
 def readable_elements(file: Path) -> Iterator[Element]:
@@ -503,7 +503,7 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(path for path in paths if path.is_file())
 
 
-def _only(found: Survey, named: _NamedFiles, place: Path) -> Path:
+def _only(found: FileSurvey, named: _NamedFiles, place: Path) -> Path:
     """Return the network if there is exactly one."""
     networks = found.networks
     if not networks:
@@ -515,7 +515,7 @@ def _only(found: Survey, named: _NamedFiles, place: Path) -> Path:
     return networks[0]
 
 
-def _logs(survey: Survey, named: _NamedFiles, place: Path) -> tuple[Path, ...]:
+def _logs(survey: FileSurvey, named: _NamedFiles, place: Path) -> tuple[Path, ...]:
     """Return the vehicle logs to use.
 
     Args:

@@ -13,7 +13,7 @@ from sumo3dviz_pt.job.values import WIDEST, Seconds, Size, Whole
 
 
 @dataclass(frozen=True, slots=True)
-class Outlook:
+class ViewerOutlook:
     """What a viewer shows.
 
     Attributes:

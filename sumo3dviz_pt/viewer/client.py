@@ -28,7 +28,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live, Size, encoded, joined
-from sumo3dviz_pt.viewer.keyframes import Eye
+from sumo3dviz_pt.viewer.keyframes import ViewerEye
 from sumo3dviz_pt.viewer.messages import Frame, Message, Note, Order, parsed
 from sumo3dviz_pt.viewer.state import ViewerState, said_of
 
@@ -381,7 +381,7 @@ class Projector:
         except ConfigError as error:
             client.warn(error)
             before = client.pictured.view if client.pictured else live.home
-            eye = replace(Eye.of(before), roll=0.0)
+            eye = replace(ViewerEye.of(before), roll=0.0)
             state = replace(state, eye=eye, ride=None, flying=False, playing=False)
             client.state, view = state, eye.view()
         if moved := self._moved(client, view):
@@ -451,7 +451,7 @@ class Projector:
                 "ms": round(1e3 * (clock.perf_counter() - began), 1),
                 "time": state.time,
                 "size": list(mean.size),
-                "eye": said_of(Eye.of(view).said(self._live.location)),
+                "eye": said_of(ViewerEye.of(view).said(self._live.location)),
                 "riding": view.rides_in or (state.ride.rides_with if state.ride else None),
                 "playing": state.playing,
                 "denoised": smooth,

@@ -74,7 +74,7 @@ _UPRIGHT = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Eye:
+class ViewerEye:
     """A standing camera, in angles as a scene file has them.
 
     Attributes:
@@ -97,7 +97,7 @@ class Eye:
         object.__setattr__(self, "heading", wrapped(self.heading))
 
     @classmethod
-    def of(cls, view: View) -> Eye:
+    def of(cls, view: View) -> ViewerEye:
         """Return the eye of a view; straight up or down it is turned, not tilted."""
         rotation = view.world_from_camera.matrix[:3, :3]
         ahead, left, up = rotation.T
@@ -109,7 +109,7 @@ class Eye:
         yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.lens.free_opening]).tolist()
         return cls(view.position, 90.0 - yaw, pitch, roll, fov)
 
-    def said(self, location: Location) -> Eye:
+    def said(self, location: Location) -> ViewerEye:
         """Return the same eye in SUMO's coordinates, for whoever is told of it."""
         return replace(self, position=location.outside(self.position))
 
@@ -128,7 +128,9 @@ def wrapped(heading: float) -> float:
     return 0.0 if turned >= 360.0 else turned  # -1e-20 modulo 360 rounds to 360
 
 
-def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np.inf) -> Eye:
+def moved(
+    eye: ViewerEye, keys: frozenset[str], seconds: float, *, ground: float = -np.inf
+) -> ViewerEye:
     """Return where held keys take an eye.
 
     Args:
@@ -177,7 +179,7 @@ def _arc(held: Floats, heading: float, turn: float) -> Floats:
     return np.array([chord * east, chord * north, up])
 
 
-def turned(eye: Eye, dx: float, dy: float, width: float) -> Eye:
+def turned(eye: ViewerEye, dx: float, dy: float, width: float) -> ViewerEye:
     """Return where dragging turns an eye: what was in the picture's middle follows the pointer.
 
     The direction that was straight ahead lies `dx`, `dy` beside the middle afterwards, exactly
@@ -388,7 +390,7 @@ _CLEAR_VIEW = False
 _KEPT = f"    clear_view: {str(_CLEAR_VIEW).lower()}"
 
 
-def key_frame(eye: Eye, time: float) -> KeyFrame:
+def key_frame(eye: ViewerEye, time: float) -> KeyFrame:
     """Return a key frame where an eye is at a time [s], rounded."""
     x, y, z = (_rounded(value, 2) for value in eye.position.tolist())
     return KeyFrame(
@@ -428,7 +430,7 @@ def flight(frames: Sequence[KeyFrame]) -> CinematicCamera:
     )
 
 
-def camera_yaml(eye: Eye, name: str = "view") -> str:
+def camera_yaml(eye: ViewerEye, name: str = "view") -> str:
     """Return a standing camera as it is written under `cameras:`."""
     frame = key_frame(eye, 0.0)
     lines = [f"  {name}:", "    mode: eulerian"]

@@ -25,7 +25,7 @@ from sumo3dviz_pt.pipeline.live import Ground, Live, Size, encoded_still
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer import messages
 from sumo3dviz_pt.viewer.client import HALVES, Client, Projector, part_of
-from sumo3dviz_pt.viewer.keyframes import Eye, camera_yaml, path_yaml, save_camera
+from sumo3dviz_pt.viewer.keyframes import ViewerEye, camera_yaml, path_yaml, save_camera
 from sumo3dviz_pt.viewer.messages import Message
 from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed
 
@@ -157,7 +157,7 @@ class RenderThread:
             deliver: Takes what the page is told; called from the render thread, too.
         """
         live = self.live
-        state = ViewerState(Eye.of(live.home), self._ground.begin)
+        state = ViewerState(ViewerEye.of(live.home), self._ground.begin)
         client = Client(state, deliver, wake=self._wake, leave=self._forget)
         client.tell("scene", **self.about)
         with self._changed:

@@ -14,7 +14,7 @@ from sumo3dviz_pt.job.settings import CameraSettings, KeyFrame, LagrangianCamera
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live
 from sumo3dviz_pt.viewer import messages
-from sumo3dviz_pt.viewer.keyframes import Eye, flight, key_frame, moved, turned, with_frame
+from sumo3dviz_pt.viewer.keyframes import ViewerEye, flight, key_frame, moved, turned, with_frame
 
 MOST_FRAMES = 500
 """Key frames that a page can add: an hour of them, at one every seven seconds."""
@@ -48,7 +48,7 @@ class ViewerState:
         heard: Number of the newest input.
     """
 
-    eye: Eye
+    eye: ViewerEye
     time: float
     ahead: float = 0.0
     playing: bool = False
@@ -78,9 +78,9 @@ class ViewerState:
             return live.view_of(self.ride, self.time)
         return self.eye.view()
 
-    def said(self, live: Live) -> Eye:
+    def said(self, live: Live) -> ViewerEye:
         """Return where the client is, in SUMO's coordinates; errors as in `view`."""
-        return Eye.of(self.view(live)).said(live.location)
+        return ViewerEye.of(self.view(live)).said(live.location)
 
 
 def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
@@ -98,17 +98,17 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
         time = max(live.frame_before(runs), state.time) if on else last
         state = replace(state, time=time, ahead=runs - time, playing=on)
         if not on and state.flying:
-            state = replace(state, flying=False, eye=Eye.of(state.view(live)))
+            state = replace(state, flying=False, eye=ViewerEye.of(state.view(live)))
     if state.flying or not state.keys:
         return state
     if state.ride is not None:
-        before = Eye(np.zeros(3), *state.ride.gaze)
+        before = ViewerEye(np.zeros(3), *state.ride.gaze)
         return _looking(state, before, moved(before, state.keys & _LOOK, seconds))
     ground = live.ground_at(state.eye.position)
     return replace(state, eye=moved(state.eye, state.keys, seconds, ground=ground))
 
 
-def _looking(state: ViewerState, before: Eye, after: Eye) -> ViewerState:
+def _looking(state: ViewerState, before: ViewerEye, after: ViewerEye) -> ViewerState:
     """Turn the head of a camera that rides."""
     if state.ride is None or after is before:
         return state
@@ -120,7 +120,7 @@ def outside(state: ViewerState, live: Live) -> ViewerState:
     """Leave the vehicle or the flight: the eye stands where the camera is, level."""
     if state.ride is None and not state.flying:
         return state
-    eye = replace(Eye.of(state.view(live)), roll=0.0)
+    eye = replace(ViewerEye.of(state.view(live)), roll=0.0)
     return replace(state, eye=eye, ride=None, flying=False)
 
 
@@ -153,7 +153,7 @@ def _(order: messages.Drag, state: ViewerState, live: Live) -> ViewerState:
         return state
     if state.ride is None:
         return replace(state, eye=turned(state.eye, order.dx, order.dy, order.width))
-    before = Eye(np.zeros(3), *state.ride.gaze, 0.0, state.eye.fov)
+    before = ViewerEye(np.zeros(3), *state.ride.gaze, 0.0, state.eye.fov)
     return _looking(state, before, turned(before, order.dx, order.dy, order.width))
 
 
@@ -169,9 +169,11 @@ def _(order: messages.GoTo, state: ViewerState, live: Live) -> ViewerState:
         return _riding(state, camera, live)
     if camera.flown:
         time = within(camera.flown[0].time, live)
-        state = replace(state, eye=Eye.of(live.view_of(camera, time)), time=time, playing=False)
+        state = replace(
+            state, eye=ViewerEye.of(live.view_of(camera, time)), time=time, playing=False
+        )
         return state if _unsaved(state.frames, live) else replace(state, frames=camera.flown)
-    return replace(state, eye=Eye.of(live.view_of(camera, state.time)))
+    return replace(state, eye=ViewerEye.of(live.view_of(camera, state.time)))
 
 
 def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
@@ -183,7 +185,7 @@ def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
 def _(order: messages.StandAt, state: ViewerState, live: Live) -> ViewerState:
     """Stand somewhere."""
     place = live.location.inside(order.position)
-    eye = Eye(place, order.heading, order.pitch, order.roll, order.fov)
+    eye = ViewerEye(place, order.heading, order.pitch, order.roll, order.fov)
     return replace(state, eye=eye, ride=None, flying=False)
 
 
@@ -291,7 +293,7 @@ def frames_said(frames: Sequence[KeyFrame]) -> list[Mapping[str, Any]]:
     return [frame.model_dump(mode="json", exclude_none=True) for frame in frames]
 
 
-def said_of(eye: Eye) -> Mapping[str, Any]:
+def said_of(eye: ViewerEye) -> Mapping[str, Any]:
     """Write an eye as messages to pages hold it."""
     numbers = {name: round(getattr(eye, name), 3) for name in ("heading", "pitch", "roll", "fov")}
     return {"position": [round(float(x), 3) for x in eye.position], **numbers}

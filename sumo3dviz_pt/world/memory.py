@@ -77,7 +77,7 @@ class Memory:
             return found
         # Not under the store's lock: what is made is often made of other things.
         made = make()
-        self._store.keep(name, _Kept(made, _size_of(made)))
+        self._store.keep(name, _Sized(made, _size_of(made)))
         return made
 
 
@@ -99,7 +99,7 @@ def digest_of(*values: Any) -> bytes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Kept:
+class _Sized:
     """A thing and its size in bytes, about."""
 
     thing: Any
@@ -111,18 +111,18 @@ class _Store:
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._kept: OrderedDict[Name, _Kept] = OrderedDict()
+        self._kept: OrderedDict[Name, _Sized] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
 
-    def find(self, name: Name) -> _Kept | None:
+    def find(self, name: Name) -> _Sized | None:
         """Return what is kept under a name, now the one used last; None if nothing is."""
         with self._lock:
             if name in self._kept:
                 self._kept.move_to_end(name)
             return self._kept.get(name)
 
-    def keep(self, name: Name, new: _Kept) -> None:
+    def keep(self, name: Name, new: _Sized) -> None:
         """Keep a thing, and of the others those used last, as many as there is room for."""
         with self._lock:
             before = self._kept.pop(name, None)

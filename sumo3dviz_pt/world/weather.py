@@ -172,7 +172,8 @@ def _part(numbers: _Numbers, name: str) -> WeatherKind | None:
 
     if not numbers.anyone(lambda said: getattr(said, name)):
         return None
-    kind, found = FALLING_KINDS[name], {}
+    kind = FALLING_KINDS[name]
+    found: dict[str, Any] = {}
     for each in fields(kind):
         ask = numbers.word if isinstance(each.default, str) else numbers.of
         value = ask(said_of(each.name))

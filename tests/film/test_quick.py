@@ -8,7 +8,7 @@ from sumo3dviz_pt.job.settings import CinematicCamera, LagrangianCamera
 from sumo3dviz_pt.pipeline.live import Ground, Live, joined
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer.client import Client, Mean, Projector
-from sumo3dviz_pt.viewer.keyframes import Eye
+from sumo3dviz_pt.viewer.keyframes import ViewerEye
 from sumo3dviz_pt.viewer.messages import Frame, GoTo, KeyFrameOrder
 from sumo3dviz_pt.viewer.state import ViewerState, advanced, obeyed
 
@@ -152,7 +152,7 @@ def test_who_loses_a_ride_keeps_his_switches(live):
     gone = live.life_of(ride)[1] + 1.0
     told = []
     client = Client(
-        ViewerState(Eye.of(live.home), gone, playing=True, ride=ride, **chosen),
+        ViewerState(ViewerEye.of(live.home), gone, playing=True, ride=ride, **chosen),
         told.append,
         wake=lambda: None,
         leave=lambda _: None,
@@ -174,18 +174,18 @@ def test_going_to_a_flight_keeps_key_frames_that_are_not_saved(live, monkeypatch
     job = live.job.model_copy(update={"cameras": {**live.job.cameras, "flight": flight}})
     monkeypatch.setattr(live, "job", job)
     go, add = GoTo(do="camera", name="flight"), KeyFrameOrder(do="keyframe", act="add")
-    there = obeyed(go, ViewerState(Eye.of(live.home), 5.0), live)
+    there = obeyed(go, ViewerState(ViewerEye.of(live.home), 5.0), live)
     assert there.time == 1.0 and there.eye.position.tolist() == [0, 0, 9]
     assert [frame.time for frame in there.frames] == [1.0, 2.0]
     assert obeyed(go, there, live).frames == there.frames
-    dropped = obeyed(add, ViewerState(Eye.of(live.home), 5.0), live)
+    dropped = obeyed(add, ViewerState(ViewerEye.of(live.home), 5.0), live)
     back = obeyed(go, dropped, live)
     assert back.frames == dropped.frames and back.time == 1.0
 
 
 def test_playing_shows_the_films_frames_and_loses_no_time(live):
     begin, end, step = live.ground.begin, live.ground.end, 1.0 / float(live.job.output.fps)
-    state = ViewerState(Eye.of(live.home), begin, playing=True)
+    state = ViewerState(ViewerEye.of(live.home), begin, playing=True)
     passed = 0.0
     for seconds in (0.013, 0.21, 0.0, 0.034, 0.0799, 0.004):
         state, passed = advanced(state, seconds, live), passed + seconds
@@ -199,7 +199,7 @@ def test_playing_shows_the_films_frames_and_loses_no_time(live):
 
 def test_playing_goes_on_from_any_time_and_never_backwards(live):
     between = live.ground.begin + 0.3 / float(live.job.output.fps)
-    state = ViewerState(Eye.of(live.home), between, playing=True)
+    state = ViewerState(ViewerEye.of(live.home), between, playing=True)
     times = [(state := advanced(state, 0.005, live)).time for _ in range(20)]
     assert times[0] == between and times == sorted(times)
     assert times[-1] == live.frame_before(between + 0.1)

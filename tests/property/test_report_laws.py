@@ -11,7 +11,7 @@ from sumo3dviz_pt.image.metrics import mean_bias, psnr, ssim
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Mover, View
-from sumo3dviz_pt.report.films.flicker import Seen, flicker, flow_between
+from sumo3dviz_pt.report.films.flicker import SeenFrame, flicker, flow_between
 
 SHAPES = st.tuples(st.integers(1, 16), st.integers(1, 16), st.just(3))
 PICTURES = hnp.arrays(np.float32, SHAPES, elements=st.floats(0, 1, width=32))
@@ -65,7 +65,7 @@ def test_flow_of_a_still_scene_is_the_identity(view, depth, yaw):
     """Whatever is seen, and wherever road users stand, as long as nothing moves."""
     place = view.position + 10 * view.forward
     one = Mover("a", "body", Transform.from_pose(place, yaw=yaw, scale=[2, 1, 1]), GREY)
-    seen = Seen(frame_of(view, movers=[one]), depth)
+    seen = SeenFrame(frame_of(view, movers=[one]), depth)
     flow = flow_between(seen, seen, {"body": np.array([[-4.0, -1, 0], [0, 1, 1.5]])})
     assert flow.valid.all()
     np.testing.assert_allclose(flow.places, np.indices((7, 9)), atol=1e-6)
@@ -91,7 +91,7 @@ def test_flow_does_not_depend_on_the_frame_of_reference(seed, shift, turn):
             car = Transform.from_pose([8 + step, 0.4, 0.1], yaw=0.3)
             body = Mover("a", "body", place @ car, GREY)
             frames.append(frame_of(View(place @ eye, Lens(1.0)), movers=[body]))
-        flows.append(flow_between(Seen(frames[1], depth), Seen(frames[0], depth), boxes))
+        flows.append(flow_between(SeenFrame(frames[1], depth), SeenFrame(frames[0], depth), boxes))
     assert flows[0].valid.mean() > 0.3
     np.testing.assert_array_equal(flows[0].valid, flows[1].valid)
     np.testing.assert_allclose(flows[0].places, flows[1].places, atol=1e-6)
@@ -100,6 +100,6 @@ def test_flow_does_not_depend_on_the_frame_of_reference(seed, shift, turn):
 @given(picture=hnp.arrays(np.float32, (7, 9, 3), elements=st.floats(0, 1, width=32)))
 def test_a_still_film_does_not_flicker(picture):
     view = view_at([0, 0, 2])
-    seen = Seen(frame_of(view), np.full((7, 9), 10.0))
+    seen = SeenFrame(frame_of(view), np.full((7, 9), 10.0))
     result = flicker(picture, picture, flow_between(seen, seen, {}))
     assert result.share == 1 and result.codes < 1e-3

@@ -29,7 +29,7 @@ from sumo3dviz_pt.pipeline.live import render_still
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.shot.cameras.free import build_flight
-from sumo3dviz_pt.viewer.keyframes import HASTE, SPEED, TURN, Eye
+from sumo3dviz_pt.viewer.keyframes import HASTE, SPEED, TURN, ViewerEye
 
 pytestmark = [
     pytest.mark.slow,
@@ -124,13 +124,13 @@ def frame(page: Page) -> dict:
     return page.evaluate("viewer.frame")
 
 
-def eye(page: Page) -> Eye:
+def eye(page: Page) -> ViewerEye:
     """Where the picture on display was taken."""
     said = frame(page)["eye"]
-    return Eye(said["position"], said["heading"], said["pitch"], said["roll"], said["fov"])
+    return ViewerEye(said["position"], said["heading"], said["pitch"], said["roll"], said["fov"])
 
 
-def settled(page: Page) -> Eye:
+def settled(page: Page) -> ViewerEye:
     """The eye after all that was asked for has been shown: in a while, or if nothing is new."""
     page.evaluate("window.before = viewer.frame.seq")
     page.wait_for("viewer.frame.seq > before + 2 && viewer.frame.spp > 1 || viewer.frame.spp > 500")
@@ -160,7 +160,7 @@ def front(vehicle: str, time: float) -> Floats:
     return np.array([-40.0 + 18.0 * (number // 2) + 10.0 * time, -4.8 + 3.2 * (number % 2), 0.0])
 
 
-def seen_at(looking: Eye, point: Floats) -> tuple[float, float]:
+def seen_at(looking: ViewerEye, point: Floats) -> tuple[float, float]:
     """Where a point appears in the picture: shares of width and height from the top left."""
     rotation = looking.view().world_from_camera.matrix[:3, :3]
     ahead, left, up = (np.asarray(point) - looking.position) @ rotation
@@ -360,7 +360,7 @@ def test_saved_key_frames_render_the_path_that_was_played(page, scene, tmp_path)
     page.wait_for("!!document.querySelector('#notes .note')")
     camera = build_flight(load_job(scene).cameras["visit"])
     for each in played:
-        saved = Eye.of(camera.view_at(each["time"]))
+        saved = ViewerEye.of(camera.view_at(each["time"]))
         np.testing.assert_allclose(each["eye"]["position"], saved.position, atol=0.01)
         assert each["eye"]["heading"] == pytest.approx(saved.heading, abs=0.02)
 

@@ -30,8 +30,8 @@ from sumo3dviz_pt.studies.tools.content import (
     During,
     Form,
     Screen,
-    Session,
     StudyContent,
+    StudySession,
     Words,
 )
 from sumo3dviz_pt.studies.tools.datasets import digest_of
@@ -50,7 +50,7 @@ DAY, NIGHT = ("day",), ("night",)
 DESKTOP, PHONE = (1000, 760), (390, 844)
 FRAMES, RATE = 15, 25
 TEXTS = own_texts()["en"]["page"]
-ENGLISH = Session(TEXTS)
+ENGLISH = StudySession(TEXTS)
 
 
 class Server(http.server.SimpleHTTPRequestHandler):
@@ -691,7 +691,7 @@ def test_consent_practice_attention_and_forms_are_blocks_in_any_language(
 ):
     german = own_texts()["de"]
     presence = german["forms"]["presence"]
-    session = Session(
+    session = StudySession(
         german["page"],
         consent="Sind Sie einverstanden?",
         practice=1,

@@ -63,7 +63,7 @@ from sumo3dviz_pt.model.geometry import Floats, settled
 
 
 @dataclass(frozen=True, slots=True)
-class Design(RecipeValue):
+class BuildingDesign(RecipeValue):
     """How a building looks, whatever its plan and height.
 
     Attributes:
@@ -147,7 +147,7 @@ class Building:
     """
 
     plan: Floats
-    design: Design
+    design: BuildingDesign
     height: float
     level: int
     seed: int
@@ -262,7 +262,7 @@ class _Wall:
         building: To which it belongs.
         number: In the plan.
         length: [m].
-        floors: As `Design.floors` gives them [m].
+        floors: As `BuildingDesign.floors` gives them [m].
         front: Whether it stands at a street.
         back: Whether it looks away from one.
     """
@@ -275,7 +275,7 @@ class _Wall:
     back: bool
 
     @property
-    def design(self) -> Design:
+    def design(self) -> BuildingDesign:
         """How the building looks."""
         return self.building.design
 
@@ -315,7 +315,7 @@ def rectangle(depth: float, width: float) -> Floats:
 
 def raised(
     plan: Floats,
-    design: Design,
+    design: BuildingDesign,
     *,
     height: float,
     level: int,

@@ -21,7 +21,7 @@ from shapely.geometry import Polygon
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
-from sumo3dviz_pt.library.buildings.building import Design, Walls, raised, rectangle
+from sumo3dviz_pt.library.buildings.building import BuildingDesign, Walls, raised, rectangle
 from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, Use, coats
 from sumo3dviz_pt.library.buildings.shell import Shell
 from sumo3dviz_pt.model.geometry import Bools, Floats, arc_length, settled
@@ -51,7 +51,7 @@ class BuildingStyle:
         variants: How many shells are told apart.
     """
 
-    designs: tuple[Design, ...]
+    designs: tuple[BuildingDesign, ...]
     width: Span
     depth: Span
     height: Span
@@ -98,7 +98,7 @@ class _StyleRecipe(RecipeValue):
     height: Span
     walls: tuple[str | Coat, ...]
     roofs: tuple[str | Coat, ...]
-    designs: tuple[Design, ...]
+    designs: tuple[BuildingDesign, ...]
     use: Use = "home"
     variants: int = 5
 
@@ -272,7 +272,7 @@ def extruded(
         style: Says which designs it may have.
         fronts: Numbers of walls at a street; default the longest one.
     """
-    design: Design = style.designs[seed % len(style.designs)]
+    design: BuildingDesign = style.designs[seed % len(style.designs)]
     if not fronts:
         after = np.roll(plan, -1, axis=0)
         fronts = (int(np.argmax(settled(np.linalg.norm(after - plan, axis=1)))),)

@@ -42,7 +42,7 @@ from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, View
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Production
-    from sumo3dviz_pt.render.session import Facts, Session
+    from sumo3dviz_pt.render.session import PixelFacts, Session
     from sumo3dviz_pt.shot.build import Shot
 
 
@@ -92,7 +92,7 @@ def rays_for(wanted: Collection[str]) -> set[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class FrameFacts:
+class LayerFacts:
     """What a frame shows, by which its layers are made.
 
     Attributes:
@@ -113,7 +113,7 @@ class FrameFacts:
         return self.session.settings.size
 
     @cached_property
-    def facts(self) -> Facts:
+    def facts(self) -> PixelFacts:
         """What pixels' centres show."""
         return self.session.facts(rays_for(self.wanted))
 
@@ -136,7 +136,7 @@ class FrameFacts:
         names: dict[str, int] = {SKY: 0}
         return self._renumbered(self.facts, names), tuple(names)
 
-    def _renumbered(self, facts: Facts, names: dict[str, int]) -> Ints:
+    def _renumbered(self, facts: PixelFacts, names: dict[str, int]) -> Ints:
         """Return which thing each pixel shows, (h, w); things that are new join the names."""
         assert facts.owner is not None, "ask for owners"
         places = np.zeros(len(facts.names), np.int64)
@@ -280,7 +280,7 @@ class LayerWriter:
         wanted = frozenset(self.production.job.output.layers)
         frame = session.frame
         assert frame is not None, "render a frame first"
-        seen = FrameFacts(self.production.shot, session, frame, wanted)
+        seen = LayerFacts(self.production.shot, session, frame, wanted)
         for file in files_of(self.folder, number):
             file.parent.mkdir(parents=True, exist_ok=True)
         parts = _parts(seen)
@@ -321,7 +321,7 @@ def is_written(folder: Path, number: int, *, key: str, layers: Iterable[str]) ->
     return {*layers} <= {*map(str, said.get("layers", ()))}
 
 
-def _parts(seen: FrameFacts) -> dict[str, dict[str, Any]]:
+def _parts(seen: LayerFacts) -> dict[str, dict[str, Any]]:
     """Return the channels of all layers that lie in the frame's EXR, as asked for."""
     parts: dict[str, dict[str, Any]] = {}
     for layer, kind in LAYER_KINDS.items():
@@ -332,7 +332,7 @@ def _parts(seen: FrameFacts) -> dict[str, dict[str, Any]]:
     return parts
 
 
-def _said(seen: FrameFacts, number: int, *, key: str, location: Location) -> dict[str, Any]:
+def _said(seen: LayerFacts, number: int, *, key: str, location: Location) -> dict[str, Any]:
     """Return all that is said of a frame in words and numbers, in SUMO's coordinates."""
     wanted, frame = seen.wanted, seen.frame
     said: dict[str, Any] = {
@@ -372,12 +372,12 @@ def _box_3d(box: Box3d, location: Location) -> dict[str, Any]:
     return {"name": box.name, "part": box.part, "size": box.size, "world_from_box": matrix}
 
 
-def _write_classes(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+def _write_classes(path: Path, seen: LayerFacts, production: Production, number: int) -> None:
     """Write the class of each pixel."""
     write_numbers(path, seen.classes)
 
 
-def _write_mattes(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+def _write_mattes(path: Path, seen: LayerFacts, production: Production, number: int) -> None:
     """Write a Cryptomatte."""
     from sumo3dviz_pt.image.exr import write_channels
 
@@ -385,7 +385,7 @@ def _write_mattes(path: Path, seen: FrameFacts, production: Production, number: 
     write_channels(path, mattes(owners, names), header(names[1:]))
 
 
-def _write_flow(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+def _write_flow(path: Path, seen: LayerFacts, production: Production, number: int) -> None:
     """Write the flow to the next frame, if there is one."""
     if number + 1 < len(production.times):
         write_flow(path, *seen.flow(production.shot.frame_at(float(production.times[number + 1]))))
@@ -397,7 +397,7 @@ def _read_flow(path: Path) -> dict[str, Any]:
     return {"flow": flow, "flow_valid": known}
 
 
-def _write_kitti(path: Path, seen: FrameFacts, production: Production, number: int) -> None:
+def _write_kitti(path: Path, seen: LayerFacts, production: Production, number: int) -> None:
     """Write the boxes of what is seen, and the camera, as KITTI has them."""
     labels = {thing.name: thing.label for thing in seen.things}
     around = {box.name: box for box in seen.boxes_2d}
@@ -421,7 +421,7 @@ class OwnFile:
     """
 
     place: str
-    write: Callable[[Path, FrameFacts, Production, int], None]
+    write: Callable[[Path, LayerFacts, Production, int], None]
     read: Callable[[Path], Mapping[str, Any]] | None = None
 
 
@@ -457,7 +457,7 @@ class Said:
         finish: Writes a file of what was said of all frames into the film's folder, if anything.
     """
 
-    say: Callable[[FrameFacts, Location], Any]
+    say: Callable[[LayerFacts, Location], Any]
     read: Callable[[Any], Any]
     finish: Callable[[Path, Sequence[Mapping[str, Any]]], None] | None = None
 

@@ -34,7 +34,7 @@ from sumo3dviz_pt.pipeline.films.sound import Nearby, nearby
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.cast.fleet import Fleet
-    from sumo3dviz_pt.overlays.drawing import Shown
+    from sumo3dviz_pt.overlays.drawing import ShownUsers
     from sumo3dviz_pt.pipeline.production import Production
 
 
@@ -368,7 +368,7 @@ def number_of(file: Path, film: FilmFacts) -> int:
     return number
 
 
-def shown_in(file: Path) -> Shown | None:
+def shown_in(file: Path) -> ShownUsers | None:
     """Return whom a stored frame shows; None where it does not tell.
 
     Raises:
@@ -377,7 +377,7 @@ def shown_in(file: Path) -> Shown | None:
     import numpy as np
 
     from sumo3dviz_pt.image.traced import unpacked
-    from sumo3dviz_pt.overlays.drawing import Shown
+    from sumo3dviz_pt.overlays.drawing import ShownUsers
     from sumo3dviz_pt.pipeline.films.traced import TRACED, StoredFrame
 
     stored = StoredFrame.read(file)
@@ -393,4 +393,4 @@ def shown_in(file: Path) -> Shown | None:
         key = frame.parts[number].name.rpartition("/")[0]
         pixels[key] = pixels.get(key, 0) + count
     least = max(_LEAST_SHARE * ids.size, 1.0)
-    return Shown(frozenset(key for key, count in pixels.items() if count >= least), ids > 0)
+    return ShownUsers(frozenset(key for key, count in pixels.items() if count >= least), ids > 0)

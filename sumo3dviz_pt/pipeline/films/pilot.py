@@ -56,7 +56,7 @@ _SIDE = 480
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class PilotChoice:
     """What a pilot chose.
 
     Attributes:
@@ -177,7 +177,7 @@ def _between(errors: Mapping[int, float], number: int) -> float:
 
 def _chosen_before(
     production: Production, wish: Mapping[str, float], folder: Path
-) -> Choice | None:
+) -> PilotChoice | None:
     """Return what was chosen for the same film's frames in a folder, if there are some."""
     account = film_of(folder) if (folder / NOTE).is_file() else None
     told = (account or {}).get("pilot")
@@ -186,10 +186,10 @@ def _chosen_before(
     same = replace(production, quality=with_samples(production.quality, int(told["spp"])))
     if same.key != account.get("key"):
         return None
-    return Choice(int(told["spp"]), wish, float(told["expected"]))
+    return PilotChoice(int(told["spp"]), wish, float(told["expected"]))
 
 
-def _measured(production: Production, wish: Mapping[str, float], helped: float) -> Choice:
+def _measured(production: Production, wish: Mapping[str, float], helped: float) -> PilotChoice:
     """Run the pilot.
 
     Args:
@@ -203,7 +203,7 @@ def _measured(production: Production, wish: Mapping[str, float], helped: float) 
         spp, expected = affordable(costs, wish["time_budget"])
     else:
         spp, expected = sufficient(_errors(production, state), wish["target_error"])
-    return Choice(spp, wish, expected)
+    return PilotChoice(spp, wish, expected)
 
 
 def _costs(production: Production, state: FrameState) -> dict[int, float]:

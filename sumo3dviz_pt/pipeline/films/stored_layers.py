@@ -20,7 +20,7 @@ from sumo3dviz_pt.pipeline.films.layers import FORMS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Camera:
+class StoredCamera:
     """A pinhole with square pixels; whole numbers are pixels' centres.
 
     Attributes:
@@ -59,7 +59,7 @@ class FrameLayers:
     boxes2d: tuple[Box2d, ...]
     boxes3d: tuple[Box3d, ...]
     lamps: frozenset[str]
-    camera: Camera
+    camera: StoredCamera
 
 
 def read_frame(folder: Path, number: int) -> FrameLayers:
@@ -120,8 +120,8 @@ def _pictures(folder: Path, number: int) -> Layers:
     return Layers(found)
 
 
-def _camera(said: Mapping[str, Any]) -> Camera:
+def _camera(said: Mapping[str, Any]) -> StoredCamera:
     """Return a camera."""
     (width, height), (across, down) = said["size"], said["centre"]
     placed = Transform(np.array(said["world_from_camera"]))
-    return Camera((width, height), said["focal"], (across, down), placed)
+    return StoredCamera((width, height), said["focal"], (across, down), placed)

@@ -94,7 +94,7 @@ _SMALLEST = 0.002
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class SizeBin:
     """A bin of sizes whose members fall at the same speed.
 
     Attributes:
@@ -131,7 +131,7 @@ class Matter:
 
     name: str
     flakes: bool
-    kinds: tuple[Kind, ...]
+    kinds: tuple[SizeBin, ...]
     sizes: Callable[[float], Sizes]
     diameter: Callable[[Floats], Floats]
     sway: float
@@ -184,14 +184,14 @@ def _kinds(
     edges: Sequence[float],
     speed: Callable[[Floats], Floats],
     diameter: Callable[[Floats], Floats],
-) -> tuple[Kind, ...]:
+) -> tuple[SizeBin, ...]:
     """Return the bins between diameters [mm]."""
     found = []
     for number, (low, high) in enumerate(pairwise(edges)):
         middle = np.array(0.5 * (low + high))
         wide = float(diameter(middle))
         cell = float(np.clip(0.8 * wide, 0.3, 3.0))
-        kind = Kind(number, low, high, float(speed(middle)), 1e-3 * wide, cell)
+        kind = SizeBin(number, low, high, float(speed(middle)), 1e-3 * wide, cell)
         found.append(kind)
     return tuple(found)
 
@@ -316,14 +316,14 @@ def joined(each: Sequence[Drops], *, flakes: bool) -> Drops:
     )
 
 
-def carried(falling: Falling, kind: Kind, time: float) -> Floats:
+def carried(falling: Falling, kind: SizeBin, time: float) -> Floats:
     """Return how far a kind has come since time 0, by wind and weight, at a time [s], (3,) [m]."""
     since = time - falling.time
     drift = LOW_WIND * (np.array(falling.drift) + since * np.array(falling.wind))
     return np.array([*drift, -kind.speed * time])
 
 
-def _cells(falling: Falling, kind: Kind, *, end: float, cone: float) -> Ints:
+def _cells(falling: Falling, kind: SizeBin, *, end: float, cone: float) -> Ints:
     """Return the cubes of a kind that lie before the camera, (n, 3)."""
     camera = falling.cameras.mean(axis=0)
     eye = camera[:3, 3] - carried(falling, kind, falling.time)
@@ -340,7 +340,7 @@ def _cells(falling: Falling, kind: Kind, *, end: float, cone: float) -> Ints:
     return np.asarray(cells[inside & (away < end + radius)])
 
 
-def _members(falling: Falling, matter: Matter, kind: Kind, sizes: Sizes, cells: Ints) -> Drops:
+def _members(falling: Falling, matter: Matter, kind: SizeBin, sizes: Sizes, cells: Ints) -> Drops:
     """Return the drops of a kind in some of its cubes."""
     seed = falling.seed * 0x1F + int.from_bytes(matter.name.capitalize().encode())
     keys = keys_of(seed, np.full(len(cells), kind.number), *cells.T)

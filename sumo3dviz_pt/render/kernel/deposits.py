@@ -28,9 +28,9 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
-from sumo3dviz_pt.render.kernel.grounds import Exposure, Grounds, Spot, number, soft
+from sumo3dviz_pt.render.kernel.grounds import Grounds, SkyExposure, Spot, number, soft
 from sumo3dviz_pt.render.kernel.lobes import Finish
-from sumo3dviz_pt.render.kernel.rows import Kind
+from sumo3dviz_pt.render.kernel.rows import MaterialKind
 from sumo3dviz_pt.render.textures import hashed, mixed, unit
 
 REPEAT = 1024
@@ -172,7 +172,7 @@ class _Uneven:
         return 0.5 * self.broad.value + 0.35 * self.small.value + 0.2 * self.fine.value
 
 
-def lying(spot: Spot, reach: Exposure, roads: str, depth: Any) -> Lying:
+def lying(spot: Spot, reach: SkyExposure, roads: str, depth: Any) -> Lying:
     """Return the snow that lies at a place.
 
     Args:
@@ -190,13 +190,13 @@ def lying(spot: Spot, reach: Exposure, roads: str, depth: Any) -> Lying:
     )
     cover = _held(spot, reach, noise.mixed, depth)
     snow = Lying(cover, mi.Float(0.0), mi.Float(0.0), mi.Float(0.0), ())  # type: ignore[arg-type]
-    snow = _on_roads(snow, reach, noise, reach.paved(spot, Kind.ROAD), roads)
+    snow = _on_roads(snow, reach, noise, reach.paved(spot, MaterialKind.ROAD), roads)
     if roads != "covered":
-        snow = _trodden(snow, reach, noise, reach.paved(spot, Kind.SLABS))
+        snow = _trodden(snow, reach, noise, reach.paved(spot, MaterialKind.SLABS))
     return replace(snow, slopes=_relief(snow.cover, spot, reach, noise, depth))
 
 
-def _held(spot: Spot, reach: Exposure, uneven: Any, depth: Any) -> Any:
+def _held(spot: Spot, reach: SkyExposure, uneven: Any, depth: Any) -> Any:
     """Return how much of a place snow covers where nobody passes."""
     full = depth * (1.0 / _HIDDEN)
     # It holds on what is level enough, and thin snow lies in patches.
@@ -211,7 +211,7 @@ def _held(spot: Spot, reach: Exposure, uneven: Any, depth: Any) -> Any:
     return dr.select(spot.moves & ~spot.parked, dr.select(spot.rigid, rest, 0.0), cover)
 
 
-def _on_roads(snow: Lying, reach: Exposure, noise: _Uneven, road: Any, roads: str) -> Lying:
+def _on_roads(snow: Lying, reach: SkyExposure, noise: _Uneven, road: Any, roads: str) -> Lying:
     """Return the snow as ploughs, salt and wheels left it on roads."""
     broad, small, fine = noise.broad.value, noise.small.value, noise.fine.value
     gone, dirty = reach.tracks[:2] if reach.tracks is not None else (mi.Float(0.0), mi.Float(0.0))
@@ -240,7 +240,7 @@ def _on_roads(snow: Lying, reach: Exposure, noise: _Uneven, road: Any, roads: st
     )
 
 
-def _trodden(snow: Lying, reach: Exposure, noise: _Uneven, slabs: Any) -> Lying:
+def _trodden(snow: Lying, reach: SkyExposure, noise: _Uneven, slabs: Any) -> Lying:
     """Return the snow as people left it on sidewalks."""
     left = soft((0.62 - 0.55 * noise.broad.value - 0.2 * noise.small.value + 0.3 * reach.low) * 1.3)
     slush = dr.clip(0.3 - 0.35 * noise.mixed, 0.0, 0.7)
@@ -252,7 +252,9 @@ def _trodden(snow: Lying, reach: Exposure, noise: _Uneven, slabs: Any) -> Lying:
     )
 
 
-def _relief(cover: Any, spot: Spot, reach: Exposure, noise: _Uneven, depth: Any) -> tuple[Any, Any]:
+def _relief(
+    cover: Any, spot: Spot, reach: SkyExposure, noise: _Uneven, depth: Any
+) -> tuple[Any, Any]:
     """Return the slopes of the snow: those of its unevenness, and of what wheels took away."""
     near = dr.clip(2.0 - spot.away * reach.pixel * (1.0 / _FINE), 0.0, 1.0)
     tall = dr.minimum(depth * 20.0, 1.0) * cover
@@ -264,7 +266,7 @@ def _relief(cover: Any, spot: Spot, reach: Exposure, noise: _Uneven, depth: Any)
         )
     ]
     if reach.tracks is not None:
-        deep = dr.minimum(depth, 0.06) * dr.select(reach.paved(spot, Kind.ROAD), cover, 0.0)
+        deep = dr.minimum(depth, 0.06) * dr.select(reach.paved(spot, MaterialKind.ROAD), cover, 0.0)
         slopes = [slope - deep * of for slope, of in zip(slopes, reach.tracks[2:], strict=True)]
     return slopes[0], slopes[1]
 
@@ -387,14 +389,14 @@ class Deposits:
         faces = dr.dot(normal, spot.wi) * dr.sign(dr.dot(spot.normal, spot.wi)) > 0.02
         return found, dr.select(faces, normal, spot.normal)
 
-    def _exposure(self, spot: Spot) -> Exposure:
+    def _exposure(self, spot: Spot) -> SkyExposure:
         """Return how far rain and snow reach a place."""
-        leaf = spot.has(Kind.LEAF)
+        leaf = spot.has(MaterialKind.LEAF)
         # Walls are asked a little before them, so that their own eaves count.
         before = dr.select(leaf, 0.0, 0.35) * spot.normal
         under, above = self._grounds.openness(spot.p + before, spot.active)
         place = spot.p + self._shift
-        return Exposure(
+        return SkyExposure(
             place=place,
             open=dr.select(spot.inside, 0.0, under),
             up=dr.select(leaf, dr.abs(spot.normal.z), spot.normal.z),
@@ -410,7 +412,7 @@ class Deposits:
         """Return how deep in a rut a place lies; only puddles ask."""
         if not (self._flooded and self._grounds.rutted):
             return mi.Float(0.0)
-        return dr.select(spot.has(Kind.ROAD), self._grounds.sunk(spot.p, spot.active), 0.0)
+        return dr.select(spot.has(MaterialKind.ROAD), self._grounds.sunk(spot.p, spot.active), 0.0)
 
     def _tracks(self, spot: Spot, place: Any) -> tuple[Any, Any, Any, Any]:
         """Return the tracks at a place: drivers meander, and edges are ragged."""
@@ -424,18 +426,18 @@ class Deposits:
         )
 
     def _wetted(
-        self, finish: Finish, spot: Spot, reach: Exposure, snow: Lying | None
+        self, finish: Finish, spot: Spot, reach: SkyExposure, snow: Lying | None
     ) -> tuple[Finish, Any]:
         """Return a wet material, and its normal where water lies on it."""
-        level = spot.has(Kind.PAVED) & (reach.up > 0.95) & ~spot.moves
+        level = spot.has(MaterialKind.PAVED) & (reach.up > 0.95) & ~spot.moves
         broad = bumps(reach.place.x, reach.place.y, cells=1, per=2, salt=3).value
         damp = self._damp(spot, reach, broad, snow)
         rough = finish.roughness
         porous = porosity(rough) * (1.0 - finish.metallic)
-        porous = dr.select(spot.has(Kind.UNTILED), dr.maximum(porous, POROUS), porous)
+        porous = dr.select(spot.has(MaterialKind.UNTILED), dr.maximum(porous, POROUS), porous)
         colour, smoother = wetted(finish.colour, rough, porous, damp)
         # Between blades of grass and crumbs of soil water runs off, and no film of it stays.
-        soft = spot.has(Kind.UNTILED) & ~spot.has(Kind.PAVED) & (reach.up > _LYING)
+        soft = spot.has(MaterialKind.UNTILED) & ~spot.has(MaterialKind.PAVED) & (reach.up > _LYING)
         rough = dr.select(soft, rough, smoother)
         # Rain leaves a film on paved ground, which has no other way to go.
         film = dr.select(level, dr.clip(2.0 * damp - 1.0, 0.0, 1.0), 0.0)
@@ -451,7 +453,7 @@ class Deposits:
         eta = dr.lerp(finish.eta, WATER, flood)
         return replace(finish, colour=colour, roughness=rough, eta=eta), normal
 
-    def _damp(self, spot: Spot, reach: Exposure, broad: Any, snow: Lying | None) -> Any:
+    def _damp(self, spot: Spot, reach: SkyExposure, broad: Any, snow: Lying | None) -> Any:
         """Return how wet a place is: drying surfaces dry in patches, low ones last."""
         wetness = self._wetness
         if snow is not None:
@@ -461,7 +463,7 @@ class Deposits:
         facing = dr.clip(0.45 + 1.1 * reach.up, 0.0, 1.0)
         return dr.select(spot.moves, wetness, damp) * facing * reach.open
 
-    def _flood(self, reach: Exposure, broad: Any) -> Any:
+    def _flood(self, reach: SkyExposure, broad: Any) -> Any:
         """Return how much of a place is under water, in [0, 1]."""
         x, y = reach.place.x, reach.place.y
         middle = bumps(x, y, cells=2, per=1, salt=4)

@@ -21,7 +21,7 @@ from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
 from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.trajectory import TyreTracks
 from sumo3dviz_pt.render import convert
-from sumo3dviz_pt.render.kernel.rows import Kind
+from sumo3dviz_pt.render.kernel.rows import MaterialKind
 from sumo3dviz_pt.render.kernels import aligned, load
 
 _CABIN = 3.0
@@ -61,13 +61,13 @@ class Spot:
         """Whether it may lie in a cabin in which the camera rides: no weather gets there."""
         return self.moves & (self.away < _CABIN)
 
-    def has(self, what: Kind) -> Any:
+    def has(self, what: MaterialKind) -> Any:
         """Return whether the material is any of some kinds."""
         return (self.kind & int(what)) != 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Exposure:
+class SkyExposure:
     """How far rain and snow reach a place, as arrays of Dr.Jit.
 
     Attributes:
@@ -93,7 +93,7 @@ class Exposure:
     pixel: Any
     tracks: tuple[Any, Any, Any, Any] | None = None
 
-    def paved(self, spot: Spot, what: Kind) -> Any:
+    def paved(self, spot: Spot, what: MaterialKind) -> Any:
         """Return whether a place is level ground that is paved in some way."""
         return spot.has(what) & (self.up > 0.8) & ~spot.moves
 

@@ -61,7 +61,7 @@ _BY_PLACE = 0.7
 """Share of the choice that depends on the place."""
 
 
-class Choice:
+class EmitterChances:
     """The chances of a scene's emitters.
 
     Args:
@@ -133,7 +133,7 @@ FAR = 0.1 * SUN_DISTANCE
 _BEAM = 16  # numbers of a beam: three rows of the inverse of its matrix, then its intensity
 
 
-class Aim(NamedTuple):
+class LightAim(NamedTuple):
     """A direction towards an emitter.
 
     Attributes:
@@ -180,7 +180,7 @@ class Lights:
         beams = sorted(k.split(".")[0] for k in _keys(parameters) if _is_beam(k))
         self.beam_names = tuple(beams)
         self._names = (*first, *lamps, *beams)
-        self._choice = Choice(len(self._names), placed=self.many)
+        self._choice = EmitterChances(len(self._names), placed=self.many)
         self._sky_given = self._light_of_sky()
         self.follow()
 
@@ -287,7 +287,7 @@ class Lights:
         chance = self._choice.chance(self._first_lamp + number, before.p, lit)
         return radiance, dr.select(lit, pdf * chance, 0.0)
 
-    def aim(self, place: Any, sample: Any, active: Any) -> tuple[Aim, Any]:
+    def aim(self, place: Any, sample: Any, active: Any) -> tuple[LightAim, Any]:
         """Pick a direction towards an emitter; return it, and if no ray meets it by chance.
 
         Args:
@@ -298,18 +298,18 @@ class Lights:
         if len(self._names) == 1:
             return self._sky_aim(_interaction(place), sample, active), mi.Bool(False)
         number, chance, sample = self._choice.pick(sample, place, active)
-        aim = Aim(mi.Vector3f(0.0, 0.0, 1.0), mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0))
+        aim = LightAim(mi.Vector3f(0.0, 0.0, 1.0), mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0))
         for chosen, maker in self._groups(number):
             aim = _merged(active & chosen, aim, place, sample, number, maker)
         light = aim.light / chance
         if self._air is not None:
             light *= self._air.reach(place, aim.d, aim.distance, aim.distance < FAR)
-        scaled = Aim(aim.d, aim.distance, aim.pdf * chance, light)
+        scaled = LightAim(aim.d, aim.distance, aim.pdf * chance, light)
         return scaled, number >= self._first_beam
 
-    def _groups(self, number: Any) -> list[tuple[Any, Callable[..., Aim]]]:
+    def _groups(self, number: Any) -> list[tuple[Any, Callable[..., LightAim]]]:
         """Return which lanes aim at each kind of emitter, and what finds a direction there."""
-        groups: list[tuple[Any, Callable[..., Aim]]] = [(number == 0, self._sky_picked)]
+        groups: list[tuple[Any, Callable[..., LightAim]]] = [(number == 0, self._sky_picked)]
         if self._sun is not None:
             groups.append((number == 1, self._sun_picked))
         if self._lamps is not None and self._loaded.aimed:
@@ -319,23 +319,23 @@ class Lights:
             groups.append((number >= self._first_beam, self._beam_picked))
         return groups
 
-    def _sky_aim(self, it: Any, sample: Any, active: Any) -> Aim:
+    def _sky_aim(self, it: Any, sample: Any, active: Any) -> LightAim:
         """Pick a direction of the sky."""
         ds, light = self._sky.sample_direction(it, sample, active)
-        return Aim(mi.Vector3f(ds.d), mi.Float(dr.inf), ds.pdf, light)
+        return LightAim(mi.Vector3f(ds.d), mi.Float(dr.inf), ds.pdf, light)
 
-    def _sky_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+    def _sky_picked(self, place: Any, sample: Any, number: Any, active: Any) -> LightAim:
         """Pick a direction of the sky; arguments as in `_lamp_picked`."""
         del number
         return self._sky_aim(_interaction(place), sample, active)
 
-    def _sun_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+    def _sun_picked(self, place: Any, sample: Any, number: Any, active: Any) -> LightAim:
         """Pick a direction of the sun's disc; arguments as in `_lamp_picked`."""
         del number
         ds, light = self._sun.sample_direction(_interaction(place), sample, active)
-        return Aim(mi.Vector3f(ds.d), mi.Float(FAR), ds.pdf, light)
+        return LightAim(mi.Vector3f(ds.d), mi.Float(FAR), ds.pdf, light)
 
-    def _lamp_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+    def _lamp_picked(self, place: Any, sample: Any, number: Any, active: Any) -> LightAim:
         """Pick a direction towards a lamp.
 
         Args:
@@ -348,7 +348,7 @@ class Lights:
         aim = self._lamps.aim(number - self._first_lamp, place, sample, active)
         lit = active & (aim.pdf > 0.0)
         light = dr.select(lit, aim.radiance / aim.pdf, 0.0)
-        return Aim(aim.d, aim.distance, aim.pdf, light)
+        return LightAim(aim.d, aim.distance, aim.pdf, light)
 
     def beam_at(self, place: Any, beam: Any, active: Any) -> Any:
         """Return the light of a beam on what faces it at a place, a colour, if nothing hides it.
@@ -362,7 +362,7 @@ class Lights:
         aim = self._beam_picked(mi.Point3f(place), mi.Point2f(0.5), number, active)
         return dr.select(active & (aim.pdf > 0.0), aim.light, 0.0)
 
-    def _beam_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+    def _beam_picked(self, place: Any, sample: Any, number: Any, active: Any) -> LightAim:
         """Find the direction to a head lamp; arguments as in `_lamp_picked`."""
         first = 4 * (number - self._first_beam)
         rows = [dr.gather(mi.Vector4f, self._beam_rows, first + k, active) for k in range(4)]
@@ -374,17 +374,19 @@ class Lights:
         ds, light = self._beam.sample_direction(local, sample, active)
         d = axes[0] * ds.d.x + axes[1] * ds.d.y + axes[2] * ds.d.z
         colour = mi.Color3f(rows[3].x, rows[3].y, rows[3].z)
-        return Aim(d, ds.dist, dr.select(active, mi.Float(1.0), 0.0), light * colour)
+        return LightAim(d, ds.dist, dr.select(active, mi.Float(1.0), 0.0), light * colour)
 
 
-def _merged(chosen: Any, aim: Aim, place: Any, sample: Any, number: Any, maker: Any) -> Aim:
+def _merged(
+    chosen: Any, aim: LightAim, place: Any, sample: Any, number: Any, maker: Any
+) -> LightAim:
     """Put the directions that some lanes want into those of all."""
 
     def found(*given: Any) -> tuple[Any, ...]:
         return tuple(maker(*given))
 
     given = (mi.Point3f(place), mi.Point2f(sample), mi.UInt32(number), mi.Bool(chosen))
-    return Aim(*where(mi.Bool(chosen), given, found, tuple(aim)))
+    return LightAim(*where(mi.Bool(chosen), given, found, tuple(aim)))
 
 
 def _interaction(place: Any) -> Any:

@@ -25,9 +25,9 @@ import numpy as np
 
 from sumo3dviz_pt.render.kernel.air import Air, Solids
 from sumo3dviz_pt.render.kernel.halos import Halos
-from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
+from sumo3dviz_pt.render.kernel.lights import FAR, LightAim, Lights
 from sumo3dviz_pt.render.kernel.lobes import CERTAIN
-from sumo3dviz_pt.render.kernel.rows import Kind
+from sumo3dviz_pt.render.kernel.rows import MaterialKind
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
 
 FIRST, LATER = 8, 1
@@ -37,12 +37,12 @@ _BROKEN = 1e20  # worth of light that is NaN or Inf: it must be found and counte
 
 
 @dataclass(slots=True)
-class _Kept:
+class _BestSoFar:
     """The candidate that stays so far.
 
     Attributes:
         number: Candidates that were looked at.
-        d: As all of the following, of an `Aim`.
+        d: As all of the following, of an `LightAim`.
         distance: Its distance.
         pdf: Its density.
         light: Its light.
@@ -63,7 +63,7 @@ class _Kept:
 
 def aimed(
     lights: Lights, surface: Surface, sampler: Any, *, primary: Any, active: Any
-) -> tuple[Aim, Any]:
+) -> tuple[LightAim, Any]:
     """Pick a direction towards an emitter; return it, and if no ray meets it by chance.
 
     Args:
@@ -78,7 +78,7 @@ def aimed(
         return lights.aim(si.p, sampler.next_2d(active), active)
     count = dr.select(primary, mi.UInt32(FIRST), mi.UInt32(LATER))
 
-    def step(kept: _Kept, sampler: Any) -> Any:
+    def step(kept: _BestSoFar, sampler: Any) -> Any:
         _look(kept, lights, surface, sampler, count=count, active=active)
         return kept, sampler
 
@@ -88,20 +88,20 @@ def aimed(
     found = kept.worth > 0.0
     share = dr.select(found, kept.total / (kept.worth * mi.Float(count)), 0.0)
     pdf = dr.select(found, kept.pdf, 0.0)
-    return Aim(kept.d, kept.distance, pdf, kept.light * share), kept.delta
+    return LightAim(kept.d, kept.distance, pdf, kept.light * share), kept.delta
 
 
-def _nothing() -> _Kept:
+def _nothing() -> _BestSoFar:
     """Return what is kept before there is a candidate."""
     number, none = mi.UInt32(0), mi.Float(0.0)
     ahead, dark = mi.Vector3f(0.0, 0.0, 1.0), mi.Color3f(0.0)
-    return _Kept(
+    return _BestSoFar(
         number, ahead, mi.Float(none), mi.Float(none), dark, mi.Bool(False), mi.Float(none), none
     )
 
 
 def _look(
-    kept: _Kept, lights: Lights, surface: Surface, sampler: Any, *, count: Any, active: Any
+    kept: _BestSoFar, lights: Lights, surface: Surface, sampler: Any, *, count: Any, active: Any
 ) -> None:
     """Look at one more candidate of so many, which may stay instead of the one before."""
     chance = sampler.next_2d(active)
@@ -161,7 +161,7 @@ class Place:
 
 
 @dataclass(slots=True)
-class _Seen:
+class _FirstMet:
     """What a path met first.
 
     Attributes:
@@ -205,7 +205,7 @@ class _Path:
     before: Any
     density: Any
     eta: Any
-    seen: _Seen
+    seen: _FirstMet
 
 
 class _Scattered(NamedTuple):
@@ -248,7 +248,7 @@ def followed(
     if place.halos is not None:
         chance = mi.Vector3f(*sampler.next_2d(), sampler.next_1d())
     number, colour = mi.Float(0.0), mi.Color3f(0.0)
-    seen = _Seen(
+    seen = _FirstMet(
         hit=mi.Float(number),
         distance=mi.Float(number),
         # Air that nothing is seen through is as pale a guide as things in fog.
@@ -353,7 +353,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     path.active = on & (~late | lucky) & ~dr.all(path.through == 0.0)
 
 
-def _shadow_ray(si: Any, aim: Aim) -> Any:
+def _shadow_ray(si: Any, aim: LightAim) -> Any:
     """Return the ray that tells whether an emitter is hidden.
 
     Rays start some centimetres off their surface, so one to a lamp must be aimed from there: a
@@ -415,7 +415,7 @@ def _guides(surface: Surface, albedo: Any, clear: Any) -> tuple[Any, Any]:
 
 
 def _note(
-    seen: _Seen, first: Any, surface: Surface, emitted: Any, albedo: Any, normal: Any
+    seen: _FirstMet, first: Any, surface: Surface, emitted: Any, albedo: Any, normal: Any
 ) -> None:
     """Keep what a path met first.
 
@@ -431,13 +431,13 @@ def _note(
     seen.normal = dr.select(first, normal, seen.normal)
 
 
-def _number(seen: _Seen, mover: Any, first: Any) -> None:
+def _number(seen: _FirstMet, mover: Any, first: Any) -> None:
     """Keep which moving part a path met first."""
     seen.mover = dr.select(first, mover, seen.mover)
 
 
 def _scattered(
-    surface: Surface, found: Any, ray: Any, d: Any, chance: Any, kinds: Kind
+    surface: Surface, found: Any, ray: Any, d: Any, chance: Any, kinds: MaterialKind
 ) -> _Scattered:
     """Return what a surface does with light.
 
@@ -455,7 +455,7 @@ def _scattered(
     ours = _Scattered(
         *response, si.to_world(bounce.wo), bounce.pdf, bounce.weight, mi.Float(1.0), finish.colour
     )
-    if Kind.FOREIGN not in kinds:
+    if MaterialKind.FOREIGN not in kinds:
         return ours
     theirs = _by_mitsuba(surface.foreign, found, ray, d, chance)
     pairs = zip(theirs, ours, strict=True)

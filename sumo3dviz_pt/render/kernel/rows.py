@@ -36,7 +36,7 @@ _COAT_ROUGHNESS = (0.1, 0.001)  # of a coat of gloss 0, and of gloss 1
 _MIDDLE = 0.5  # a colour or roughness that a dict leaves out
 
 
-class Kind(IntFlag):
+class MaterialKind(IntFlag):
     """What is special about a material."""
 
     OPEN = 1
@@ -56,7 +56,7 @@ class Kind(IntFlag):
     MIRROR = 8192
 
 
-PLAIN = Kind(0)
+PLAIN = MaterialKind(0)
 """Nothing is special."""
 
 
@@ -78,7 +78,7 @@ class Row:
         gain: What a stained colour is multiplied with, by channel.
     """
 
-    kind: Kind = PLAIN
+    kind: MaterialKind = PLAIN
     colour: tuple[float, float, float] = (_MIDDLE, _MIDDLE, _MIDDLE)
     roughness: float = _MIDDLE
     metallic: float = 0.0
@@ -124,13 +124,13 @@ class RowMaker:
         try:
             return Row(**self._said(bsdf, painted=painted))
         except _ForeignError:
-            return Row(Kind.FOREIGN)
+            return Row(MaterialKind.FOREIGN)
 
     def _said(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
         """Return the fields of a row."""
         if bsdf.get("type") == "twosided" and set(bsdf) == {"type", "bsdf"}:
             inner = self._said(bsdf["bsdf"], painted=painted)
-            return inner | {"kind": inner["kind"] | Kind.OPEN}
+            return inner | {"kind": inner["kind"] | MaterialKind.OPEN}
         makers = {
             "principled": self._principled,
             "principledthin": self._thin,
@@ -164,7 +164,7 @@ class RowMaker:
         """Return the fields of a roughness: a number, one by face, or a texture."""
         if isinstance(value, Mapping) and value.get("type") == "untiled" and "roughness" in value:
             number = _numbered(self.untiled, value)
-            return {"kind": said["kind"] | Kind.ROUGH, "rough_texture": number}
+            return {"kind": said["kind"] | MaterialKind.ROUGH, "rough_texture": number}
         return {"roughness": _of_faces(value, _MIDDLE)}
 
     def _thin(self, bsdf: Bsdf) -> dict[str, Any]:
@@ -172,38 +172,43 @@ class RowMaker:
         if not set(bsdf) <= _THIN or bsdf.get("spec_trans", 0.0) != 0.0:
             raise _ForeignError
         return {
-            "kind": Kind.LEAF | Kind.OPEN,
+            "kind": MaterialKind.LEAF | MaterialKind.OPEN,
             "base": bsdf["base_color"],
             "roughness": _number(bsdf.get("roughness", _MIDDLE)),
             "through": _number(bsdf.get("diff_trans", 0.0)) / 2.0,
         }
 
-    def _coloured(self, base: Any, kind: Kind, *, painted: bool) -> dict[str, Any]:
+    def _coloured(self, base: Any, kind: MaterialKind, *, painted: bool) -> dict[str, Any]:
         """Return the fields of a colour: one for all, one by face or mover, or a texture."""
         word = base.get("type")
         if word == "rgb":
             value = np.broadcast_to(np.asarray(base["value"], dtype=np.float64), 3)
             return {"colour": tuple(map(float, value))}
         if word in ("tint", "mesh_attribute"):
-            return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else Kind.TINTED)}
+            return {
+                "kind": kind
+                | (MaterialKind.PAINTED if painted and word == "tint" else MaterialKind.TINTED)
+            }
         if word == "untiled" and "roughness" not in base:
-            return self._laid(base, kind | Kind.UNTILED | _paving(base))
+            return self._laid(base, kind | MaterialKind.UNTILED | _paving(base))
         if word == "bitmap":
-            return {"kind": kind | Kind.BITMAP, "texture": _numbered(self.bitmaps, base)}
+            return {"kind": kind | MaterialKind.BITMAP, "texture": _numbered(self.bitmaps, base)}
         if word == "stained":
-            tinted = Kind.STAINED | (Kind.PAINTED if painted else Kind.TINTED)
+            tinted = MaterialKind.STAINED | (
+                MaterialKind.PAINTED if painted else MaterialKind.TINTED
+            )
             inner = self._coloured(base["texture"], kind | tinted, painted=painted)
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
         raise _ForeignError
 
-    def _laid(self, base: Mapping[str, Any], kind: Kind) -> dict[str, Any]:
+    def _laid(self, base: Mapping[str, Any], kind: MaterialKind) -> dict[str, Any]:
         """Return the fields of a colour that is a bitmap without repetition."""
         plain = {key: value for key, value in base.items() if key != "gain"}
         said = {"kind": kind, "texture": _numbered(self.untiled, plain)}
         if "gain" not in base:
             return said
         gain = tuple(float(channel) for channel in base["gain"])
-        return said | {"kind": kind | Kind.SEASONED, "gain": gain}
+        return said | {"kind": kind | MaterialKind.SEASONED, "gain": gain}
 
 
 def _matt(bsdf: Bsdf) -> dict[str, Any]:
@@ -211,7 +216,7 @@ def _matt(bsdf: Bsdf) -> dict[str, Any]:
     if not set(bsdf) <= {"type", "reflectance"}:
         raise _ForeignError
     grey = {"type": "rgb", "value": _MIDDLE}
-    return {"kind": Kind.MATT, "base": bsdf.get("reflectance", grey)}
+    return {"kind": MaterialKind.MATT, "base": bsdf.get("reflectance", grey)}
 
 
 def _mirror(bsdf: Bsdf) -> dict[str, Any]:
@@ -220,14 +225,14 @@ def _mirror(bsdf: Bsdf) -> dict[str, Any]:
     if not set(bsdf) <= known or bsdf.get("material") != "none":
         raise _ForeignError
     white = {"type": "rgb", "value": 1.0}
-    return {"kind": Kind.MIRROR, "base": bsdf.get("specular_reflectance", white)}
+    return {"kind": MaterialKind.MIRROR, "base": bsdf.get("specular_reflectance", white)}
 
 
-def _paving(base: Mapping[str, Any]) -> Kind:
+def _paving(base: Mapping[str, Any]) -> MaterialKind:
     """Return what is paved with a texture: what can be worn is, and slabs lie in rows."""
     if not base.get("wear"):
         return PLAIN
-    return Kind.SLABS if base.get("regular") else Kind.ROAD
+    return MaterialKind.SLABS if base.get("regular") else MaterialKind.ROAD
 
 
 def _number(value: Any) -> float:
@@ -251,7 +256,7 @@ def _numbered(known: list[Bsdf], value: Bsdf) -> int:
     return known.index(plain)
 
 
-def kinds_of(rows: Iterable[Row]) -> Kind:
+def kinds_of(rows: Iterable[Row]) -> MaterialKind:
     """Return everything that is special about any of some materials."""
     found = PLAIN
     for row in rows:
@@ -270,11 +275,11 @@ def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
     kinds = kinds_of(rows)
     return Lobes(
         coats=any(row.coat > 0.0 for row in rows),
-        leaves=Kind.LEAF in kinds,
-        matts=Kind.MATT in kinds,
-        two_sided=Kind.OPEN in kinds,
+        leaves=MaterialKind.LEAF in kinds,
+        matts=MaterialKind.MATT in kinds,
+        two_sided=MaterialKind.OPEN in kinds,
         metals=metals,
-        mirrors=Kind.MIRROR in kinds,
+        mirrors=MaterialKind.MIRROR in kinds,
     )
 
 
@@ -322,11 +327,11 @@ def _of_materials(data: SceneData, *, lamps: bool) -> dict[str, bool]:
     metals = any(_is_metal(data.materials[name]) for name in own | merged)
     kinds, lobes = kinds_of(rows), lobes_of(rows, metals=metals)
     return {
-        "textures": bool(kinds & (Kind.UNTILED | Kind.BITMAP | Kind.ROUGH)),
+        "textures": bool(kinds & (MaterialKind.UNTILED | MaterialKind.BITMAP | MaterialKind.ROUGH)),
         "coats": lobes.coats,
         "leaves": lobes.leaves,
         "metal": lobes.metals,
-        "foreign materials": Kind.FOREIGN in kinds,
+        "foreign materials": MaterialKind.FOREIGN in kinds,
     }
 
 

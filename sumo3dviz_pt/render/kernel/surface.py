@@ -20,7 +20,7 @@ from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.grounds import Spot as Place
 from sumo3dviz_pt.render.kernel.lights import where
 from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
-from sumo3dviz_pt.render.kernel.rows import Kind, kinds_of, lobes_of
+from sumo3dviz_pt.render.kernel.rows import MaterialKind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.paint import BRIGHTEST, dusty
@@ -31,7 +31,7 @@ _ROW = 16
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spot:
+class TextureSpot:
     """Where a texture is seen; it stands for Mitsuba's surface interaction.
 
     Attributes:
@@ -133,7 +133,7 @@ class Textures:
             name for name in _AMOUNTS for some in amounts if some[name] > 0.0
         ) - (frozenset() if worn else {"wear"})
 
-    def at(self, spot: Spot, numbers: Any, *, untiled: Any, bitmap: Any, rough: Any) -> Any:
+    def at(self, spot: TextureSpot, numbers: Any, *, untiled: Any, bitmap: Any, rough: Any) -> Any:
         """Return colours and roughnesses.
 
         Args:
@@ -164,7 +164,7 @@ class Textures:
                 have the one and which the other.
         """
         number, rough_number, untiled, rough = given[-4:]
-        spot = Spot(*given[:-4])
+        spot = TextureSpot(*given[:-4])
         colour, roughness = mi.Color3f(0.5), mi.Float(0.5)
         if any("roughness" not in value for value in self._tables.textures.untiled):
             colour = self._row(number, untiled).colour(spot, untiled)
@@ -280,7 +280,7 @@ class Surfaces:
     @property
     def foreign(self) -> bool:
         """Whether any material is Mitsuba's own."""
-        return Kind.FOREIGN in self.kinds
+        return MaterialKind.FOREIGN in self.kinds
 
     def mover(self, hit: Any, surface: Surface, active: Any) -> Any:
         """Return the number of the moving part that was hit; 0 for what stands."""
@@ -322,13 +322,13 @@ class Surfaces:
             dr.dot(weights, mi.Vector3f(na.w, nb.w, nc.w)),
         )
         si.wi = dr.select(there, si.to_local(-ray.d), -ray.d)
-        spot = Spot(si.uv, si.t, si.wi, corners, weights)
+        spot = TextureSpot(si.uv, si.t, si.wi, corners, weights)
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
         if self._deposits is not None:
             moves = (instanced | tables.moves(face), instanced, self._parked(hit, there))
             place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
             finish = _weathered(self._deposits, finish, place, si)
-        foreign = there & _has(kind, Kind.FOREIGN) if self.foreign else mi.Bool(False)
+        foreign = there & _has(kind, MaterialKind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face)
 
     def _parked(self, hit: Any, active: Any) -> Any:
@@ -338,7 +338,7 @@ class Surfaces:
         return self._tables.parked(hit, active)
 
     def _finish(
-        self, spot: Spot, *, face: Any, material: Any, paint: Any, there: Any
+        self, spot: TextureSpot, *, face: Any, material: Any, paint: Any, there: Any
     ) -> tuple[Finish, Any]:
         """Return the material at a point, and what is special about it."""
         tables, lobes = self._tables, self.lobes
@@ -346,31 +346,31 @@ class Surfaces:
         kind = mi.UInt32(gloss.x)
         looks = tables.looks(face, there)
         colour, roughness = mi.Color3f(looks.x, looks.y, looks.z), looks.w
-        if Kind.PAINTED in self.kinds:
-            painted = _has(kind, Kind.PAINTED)
+        if MaterialKind.PAINTED in self.kinds:
+            painted = _has(kind, MaterialKind.PAINTED)
             colour = dr.select(painted, dusty(paint, spot.uv), colour)
-        textured = Kind.UNTILED | Kind.BITMAP
-        if self.kinds & (textured | Kind.ROUGH):
+        textured = MaterialKind.UNTILED | MaterialKind.BITMAP
+        if self.kinds & (textured | MaterialKind.ROUGH):
             numbers = (mi.UInt32(more.y), mi.UInt32(more.z))
             texel, rough = self._textures.at(
                 spot,
                 numbers,
-                untiled=there & _has(kind, Kind.UNTILED),
-                bitmap=there & _has(kind, Kind.BITMAP),
-                rough=there & _has(kind, Kind.ROUGH),
+                untiled=there & _has(kind, MaterialKind.UNTILED),
+                bitmap=there & _has(kind, MaterialKind.BITMAP),
+                rough=there & _has(kind, MaterialKind.ROUGH),
             )
-            if Kind.STAINED in self.kinds:
+            if MaterialKind.STAINED in self.kinds:
                 stained = colour * texel * mi.Color3f(gain.x, gain.y, gain.z)
-                stain = _has(kind, Kind.STAINED)
+                stain = _has(kind, MaterialKind.STAINED)
                 texel = dr.select(stain, dr.minimum(stained, BRIGHTEST), texel)
-            if Kind.SEASONED in self.kinds:
+            if MaterialKind.SEASONED in self.kinds:
                 gained = dr.minimum(texel * mi.Color3f(gain.x, gain.y, gain.z), BRIGHTEST)
-                texel = dr.select(_has(kind, Kind.SEASONED), gained, texel)
+                texel = dr.select(_has(kind, MaterialKind.SEASONED), gained, texel)
             colour = dr.select(_has(kind, textured), texel, colour)
-            roughness = dr.select(_has(kind, Kind.ROUGH), rough, roughness)
+            roughness = dr.select(_has(kind, MaterialKind.ROUGH), rough, roughness)
         dull = mi.Bool(False)
         if lobes.leaves or lobes.matts:
-            dull = _has(kind, Kind.MATT | Kind.LEAF)
+            dull = _has(kind, MaterialKind.MATT | MaterialKind.LEAF)
         metallic = tables.metallic(face, there) if lobes.metals else mi.Float(0.0)
         finish = Finish(
             lobes=lobes,
@@ -382,9 +382,9 @@ class Surfaces:
             coat_roughness=gloss.w,
             through=more.x,
             glossy=dr.select(dull, mi.Float(0.0), 1.0),
-            matt=_has(kind, Kind.MATT) if lobes.matts else mi.Bool(False),
-            open=_has(kind, Kind.OPEN),
-            mirror=_has(kind, Kind.MIRROR) if lobes.mirrors else mi.Bool(False),
+            matt=_has(kind, MaterialKind.MATT) if lobes.matts else mi.Bool(False),
+            open=_has(kind, MaterialKind.OPEN),
+            mirror=_has(kind, MaterialKind.MIRROR) if lobes.mirrors else mi.Bool(False),
         )
         return finish, kind
 
@@ -397,7 +397,7 @@ def _weathered(deposits: Deposits, finish: Finish, place: Place, si: Any) -> Fin
     return finish
 
 
-def _has(kind: Any, what: Kind) -> Any:
+def _has(kind: Any, what: MaterialKind) -> Any:
     """Return whether a material is any of some kinds."""
     return (kind & int(what)) != 0
 

@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.geometry import UNWORN, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import MovingPart
 from sumo3dviz_pt.render.compound import METALLIC_ATTRIBUTE, ROUGHNESS_ATTRIBUTE
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
-from sumo3dviz_pt.render.kernel.rows import Kind, Row, RowMaker
+from sumo3dviz_pt.render.kernel.rows import MaterialKind, Row, RowMaker
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.loaded import HeldMesh, LoadedScene
 from sumo3dviz_pt.render.textures import WEAR_ATTRIBUTE
@@ -102,7 +102,9 @@ class Tables:
         rows = [self.textures.row(mesh.bsdf, painted=bool(mesh.body)) for mesh in meshes]
         self.rows = tuple(dict.fromkeys(rows))
         self._places = _laid_out(meshes, parameters)
-        self._mirrors = [m for m, row in zip(meshes, rows, strict=True) if Kind.MIRROR in row.kind]
+        self._mirrors = [
+            m for m, row in zip(meshes, rows, strict=True) if MaterialKind.MIRROR in row.kind
+        ]
         self._fill(rows)
         self._number_shapes()
         self._instances = self._faces = self._first_moving = None
@@ -214,7 +216,7 @@ class Tables:
         """Write which moving part each instance and each face of a merged mesh belongs to."""
         loaded, known = self._loaded, self._loaded.numbers()
         self.movers = known.parts
-        if any(Kind.MIRROR in row.kind for row in self.rows):
+        if any(MaterialKind.MIRROR in row.kind for row in self.rows):
             # What a mirror shows moves unlike the mirror: it counts as what changes its shape.
             self.movers += (MovingPart(MIRRORED, None),)
             self.mirrored = dr.opaque(mi.Float, len(self.movers))
@@ -363,7 +365,7 @@ def _looks(parameters: Any, name: str, row: Row, faces: int) -> Floats:
     """Return colour and roughness of a mesh's faces, (faces, 4)."""
     looks = np.tile([*row.colour, row.roughness], (faces, 1))
     tint = f"{name}.{TINT_ATTRIBUTE}"
-    if tint in parameters and Kind.TINTED in row.kind:
+    if tint in parameters and MaterialKind.TINTED in row.kind:
         looks[:, :3] = _array(parameters, tint, 3)
     own = slice(0, faces)
     looks[:, 3] = _by_face(parameters, f"{name}.{ROUGHNESS_ATTRIBUTE}", row.roughness, own)

@@ -55,7 +55,7 @@ _AFLOAT = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Veil:
+class AirVeil:
     """Light of air that nothing is seen through: `diffuse` + `direct` x phase function.
 
     Attributes:
@@ -98,10 +98,10 @@ class WeatheredSky:
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
         glow = np.asarray(sky.glow, dtype=np.float64)
         self._glow = _CITY * (_PALER * (glow @ LUMINANCE) + (1.0 - _PALER) * glow)
-        self._last: tuple[Weather, SkyMap, Veil] | None = None
+        self._last: tuple[Weather, SkyMap, AirVeil] | None = None
         self._sunny = any(cover(moment) < 1.0 for moment in course.moments)
 
-    def at(self, weather: Weather) -> tuple[SkyMap, Veil]:
+    def at(self, weather: Weather) -> tuple[SkyMap, AirVeil]:
         """Return the sky of a moment and the light of its air.
 
         The sun is None where clouds hide it in all moments of the course; else it may be dark.
@@ -110,11 +110,11 @@ class WeatheredSky:
             self._last = (weather, *self._made(weather))
         return self._last[1:]
 
-    def _made(self, weather: Weather) -> tuple[SkyMap, Veil]:
+    def _made(self, weather: Weather) -> tuple[SkyMap, AirVeil]:
         """Make the sky of a moment."""
         dome, sun = self._light(weather)
         horizon = horizon_of(dome)
-        veil = Veil(np.asarray(horizon.mean(axis=0, dtype=np.float64)), np.zeros(3), _AFLOAT)
+        veil = AirVeil(np.asarray(horizon.mean(axis=0, dtype=np.float64)), np.zeros(3), _AFLOAT)
         fog = weather.fog
         if fog is not None and fog.extinction > 0.0:
             lit = _Fogged.of(dome, sun, fog.overhead, weather).within(self._glow, fog.overhead)
@@ -154,7 +154,7 @@ class _Fogged:
 
     dome: Image
     sun: Sun | None
-    veil: Veil
+    veil: AirVeil
 
     @classmethod
     def of(cls, dome: Image, sun: Sun | None, depth: float, weather: Weather) -> _Fogged:
@@ -179,7 +179,7 @@ class _Fogged:
         veiled = -np.expm1(-depth / np.sin(high)).astype(np.float32)
         fogged = shown + glow * veiled[:, None, None]
         dimmed = None if sun is None else replace(sun, irradiance=beam)
-        return cls(np.asarray(fogged, np.float32), dimmed, Veil(diffuse, beam, towards))
+        return cls(np.asarray(fogged, np.float32), dimmed, AirVeil(diffuse, beam, towards))
 
     def within(self, glow: Floats, depth: float) -> _Fogged:
         """Add the light of a city's lamps that fog scatters more than once, (3,)."""
@@ -202,10 +202,10 @@ def _phases(towards: Floats, high: Floats, around: Floats) -> Image:
     return np.asarray((1 - g * g) / np.float32(4 * np.pi) / (below * np.sqrt(below)))
 
 
-def _mixed(fog: Veil, rest: Veil, share: float) -> Veil:
+def _mixed(fog: AirVeil, rest: AirVeil, share: float) -> AirVeil:
     """Light of air in which fog takes a share of what is taken."""
     diffuse = fog.diffuse * share + rest.diffuse * (1.0 - share)
-    return Veil(diffuse, fog.direct * share, fog.towards)
+    return AirVeil(diffuse, fog.direct * share, fog.towards)
 
 
 def _dome_of(sky: SkyMap) -> Image:

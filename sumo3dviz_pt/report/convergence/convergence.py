@@ -32,7 +32,13 @@ from sumo3dviz_pt.pipeline.production import (
 )
 from sumo3dviz_pt.pipeline.still import check_free
 from sumo3dviz_pt.report.convergence import plan
-from sumo3dviz_pt.report.convergence.ladder import FLICKER, Subject, film_flicker, pictures, rows_of
+from sumo3dviz_pt.report.convergence.ladder import (
+    FLICKER,
+    MeasuredSubject,
+    film_flicker,
+    pictures,
+    rows_of,
+)
 from sumo3dviz_pt.report.convergence.page import (
     PAGE,
     PICTURES,
@@ -155,7 +161,9 @@ def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
     work = _ConvergenceRun(order)
     with opened(production) as session:
         states = tuple(production.frame_at(float(at)) for at in frames)
-        subject = Subject(order.scene, production, states, {**machine(), **renderer_names(session)})
+        subject = MeasuredSubject(
+            order.scene, production, states, {**machine(), **renderer_names(session)}
+        )
         made = _plan(session, subject, work)
         halves = _grown(session, subject, work, made)
         reference = finished(session, subject.state, halves)
@@ -177,7 +185,7 @@ def _own(folder: Path) -> list[Path]:
 # What to measure ----------------------------------------------------------------------------
 
 
-def _plan(session: Session, subject: Subject, work: _ConvergenceRun) -> dict[str, Any]:
+def _plan(session: Session, subject: MeasuredSubject, work: _ConvergenceRun) -> dict[str, Any]:
     """Return the highest rung and the reference's target: stored, so that resuming keeps them."""
     path = work.order.folder / PLAN
     presets = plan.digest(_groups(subject, plan.HIGHEST_RUNG))
@@ -205,7 +213,7 @@ _REFERENCE_SHARE = 4 * BETTER**2
 times the square root of two, and the difference of two halves is that error times it again."""
 
 
-def _groups(subject: Subject, top: int) -> list[plan.SeedGroup]:
+def _groups(subject: MeasuredSubject, top: int) -> list[plan.SeedGroup]:
     """Return everything to measure up to a rung."""
     production = subject.production
     course = production.shot.data.weather
@@ -221,7 +229,7 @@ def _samples(wanted: list[plan.SeedGroup]) -> int:
     return sum(group.samples for group in wanted)
 
 
-def _affordable_top(session: Session, subject: Subject, work: _ConvergenceRun) -> int:
+def _affordable_top(session: Session, subject: MeasuredSubject, work: _ConvergenceRun) -> int:
     """Return the highest rung that the budget allows for, by the pace of a few samples."""
     if work.order.budget is None:
         return work.order.top
@@ -238,7 +246,7 @@ def _affordable_top(session: Session, subject: Subject, work: _ConvergenceRun) -
     return 1
 
 
-def _noise(session: Session, subject: Subject, top: int) -> float:
+def _noise(session: Session, subject: MeasuredSubject, top: int) -> float:
     """Return the capped RMSE of independent samples, from two pictures that share nothing."""
     quality = plan.base_quality(top).model_copy(update={"sampler": "independent"})
     pair = []
@@ -252,7 +260,7 @@ def _noise(session: Session, subject: Subject, top: int) -> float:
 
 
 def _grown(
-    session: Session, subject: Subject, work: _ConvergenceRun, made: dict[str, Any]
+    session: Session, subject: MeasuredSubject, work: _ConvergenceRun, made: dict[str, Any]
 ) -> Halves:
     """Return the reference's halves: what is stored, and what is still missing."""
     path = work.order.folder / HALVES
@@ -280,7 +288,7 @@ def _grown(
 
 def _measured(
     session: Session,
-    subject: Subject,
+    subject: MeasuredSubject,
     work: _ConvergenceRun,
     wanted: list[plan.SeedGroup],
     reference: Reference,
@@ -319,7 +327,7 @@ def _whole_groups(path: Path, wanted: list[plan.SeedGroup]) -> list[TableRow]:
 
 def _rows_of_group(
     session: Session,
-    subject: Subject,
+    subject: MeasuredSubject,
     work: _ConvergenceRun,
     group: plan.SeedGroup,
     reference: Reference,

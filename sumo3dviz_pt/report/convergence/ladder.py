@@ -17,7 +17,7 @@ from sumo3dviz_pt.pipeline.films.traced import helped
 from sumo3dviz_pt.pipeline.production import Production
 from sumo3dviz_pt.report.convergence.plan import PictureLook, Reference, SeedGroup, score
 from sumo3dviz_pt.report.convergence.table import DEPTH, TableRow
-from sumo3dviz_pt.report.films.flicker import Seen, body_bounds, flicker, flow_between
+from sumo3dviz_pt.report.films.flicker import SeenFrame, body_bounds, flicker, flow_between
 from sumo3dviz_pt.report.machine import peak_memory
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ RECORDING = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Subject:
+class MeasuredSubject:
     """What is measured.
 
     Attributes:
@@ -85,7 +85,11 @@ class MeasuredPicture:
 
 
 def pictures(
-    session: Session, subject: Subject, group: SeedGroup, *, on_picture: Callable[[int], None]
+    session: Session,
+    subject: MeasuredSubject,
+    group: SeedGroup,
+    *,
+    on_picture: Callable[[int], None],
 ) -> list[MeasuredPicture]:
     """Render a group's pictures.
 
@@ -105,13 +109,13 @@ def pictures(
         for state in subject.around(group.quality.accumulate):
             started = time.perf_counter()
             samples = session.samples(state)
-            frames.append(_Frame(state, samples, dict(session.clock.seconds), started))
+            frames.append(_TracedFrame(state, samples, dict(session.clock.seconds), started))
             on_picture(group.quality.spp)
         shown += _finished(session, subject, group, frames)
     return _steady(shown, group)
 
 
-class _Frame:
+class _TracedFrame:
     """A frame that was just traced.
 
     Args:
@@ -137,7 +141,7 @@ class _Frame:
         return TracedFrame(found.apart, self.state.view, white, spp, found.movers)
 
 
-def _costs(frames: Sequence[_Frame], group: SeedGroup) -> dict[str, float]:
+def _costs(frames: Sequence[_TracedFrame], group: SeedGroup) -> dict[str, float]:
     """Return what tracing one of the frames cost, by column."""
     count = len(frames)
     cpu = sum(frame.cpu + (0.0 if group.plain else frame.guides) for frame in frames)
@@ -150,7 +154,7 @@ def _costs(frames: Sequence[_Frame], group: SeedGroup) -> dict[str, float]:
 
 
 def _finished(
-    session: Session, subject: Subject, group: SeedGroup, frames: Sequence[_Frame]
+    session: Session, subject: MeasuredSubject, group: SeedGroup, frames: Sequence[_TracedFrame]
 ) -> Iterator[MeasuredPicture]:
     """Yield one picture for each denoiser: the middle frame, helped by the others."""
     costs, middle = _costs(frames, group), frames[len(frames) // 2]
@@ -182,7 +186,7 @@ def _finished(
         )
 
 
-def _helped(session: Session, frames: Sequence[_Frame], number: int) -> Image:
+def _helped(session: Session, frames: Sequence[_TracedFrame], number: int) -> Image:
     """Return a frame's finished radiance, helped by those around it, as a film's is."""
     window = session.settings.quality.accumulate
     around = frames[max(number - window, 0) : number + window + 1]
@@ -208,7 +212,7 @@ def _steady(shown: list[MeasuredPicture], group: SeedGroup) -> list[MeasuredPict
 
 
 def rows_of(
-    shown: list[MeasuredPicture], subject: Subject, group: SeedGroup, reference: Reference
+    shown: list[MeasuredPicture], subject: MeasuredSubject, group: SeedGroup, reference: Reference
 ) -> Iterator[TableRow]:
     """Score pictures against a reference.
 
@@ -252,7 +256,7 @@ def _guides(group: SeedGroup, denoiser: str) -> str:
     return "albedo+normal" if group.quality.guides else "none"
 
 
-def _description(subject: Subject, group: SeedGroup) -> TableRow:
+def _description(subject: MeasuredSubject, group: SeedGroup) -> TableRow:
     """Return what is the same for all pictures of a group."""
     quality, job = group.quality, subject.production.job
     return {
@@ -277,7 +281,7 @@ def halves_flip(reference: Reference, look: PictureLook) -> float:
     return flip(*(look.develop(half) for half in reference.halves))
 
 
-def film_flicker(session: Session, subject: Subject, group: SeedGroup) -> float:
+def film_flicker(session: Session, subject: MeasuredSubject, group: SeedGroup) -> float:
     """Return the mean motion-compensated change between successive frames [8-bit codes].
 
     Args:
@@ -286,17 +290,17 @@ def film_flicker(session: Session, subject: Subject, group: SeedGroup) -> float:
         group: How they are rendered.
     """
     bodies = body_bounds(subject.production.shot.data.prototypes)
-    before: tuple[Image, Seen] | None = None
+    before: tuple[Image, SeenFrame] | None = None
     changes = []
     session.retune(group.quality, seed=1)
     window = group.quality.accumulate
     frames = []
     for state in subject.around(window + FLICKER):
         started = time.perf_counter()
-        frames.append(_Frame(state, session.samples(state), session.clock.seconds, started))
+        frames.append(_TracedFrame(state, session.samples(state), session.clock.seconds, started))
     for number in range(window, len(frames) - window):
         picture = subject.look.develop(_helped(session, frames, number))
-        seen = Seen(frames[number].state, frames[number].samples.distance)
+        seen = SeenFrame(frames[number].state, frames[number].samples.distance)
         if before is not None:
             flow = flow_between(seen, before[1], bodies)
             changes.append(flicker(picture, before[0], flow).codes)

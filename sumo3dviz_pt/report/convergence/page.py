@@ -15,7 +15,7 @@ import numpy as np
 from sumo3dviz_pt.files.atomic import write_whole
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.report.convergence.ladder import Subject, halves_flip
+from sumo3dviz_pt.report.convergence.ladder import MeasuredSubject, halves_flip
 from sumo3dviz_pt.report.convergence.plan import PictureLook, Reference
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
@@ -294,7 +294,7 @@ REFERENCE = "reference"
 
 def write_results(
     folder: Path,
-    subject: Subject,
+    subject: MeasuredSubject,
     reference: Reference,
     rows: Sequence[TableRow],
     *,
@@ -331,7 +331,7 @@ def write_results(
     return write_page(folder, rows, notes)
 
 
-def road_users(subject: Subject) -> int:
+def road_users(subject: MeasuredSubject) -> int:
     """Return how many the measured frame shows."""
     return len(subject.state.users)
 

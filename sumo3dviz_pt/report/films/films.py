@@ -24,7 +24,13 @@ from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.still import check_free
 from sumo3dviz_pt.report.convergence.page import PAGE
 from sumo3dviz_pt.report.convergence.plan import CAP, TRIM, PictureLook
-from sumo3dviz_pt.report.films.page import FilmFacts, Stored, find_frames, matched, write_film_page
+from sumo3dviz_pt.report.films.page import (
+    SharedFacts,
+    Stored,
+    find_frames,
+    matched,
+    write_film_page,
+)
 from sumo3dviz_pt.report.machine import check_extra
 from sumo3dviz_pt.report.plots import pair_plot, time_plot
 
@@ -108,7 +114,7 @@ def report_film(
         rows = _watched(alone_rows(frames), len(frames))
     _write_csv(folder / ROWS, rows)
     _draw(rows, _PAIR_PANELS if pairs else _ALONE_PANELS, folder / PLOT)
-    films = [FilmFacts.of(some) for some in (frames, others) if some]
+    films = [SharedFacts.of(some) for some in (frames, others) if some]
     return write_film_page(folder, films, rows)
 
 

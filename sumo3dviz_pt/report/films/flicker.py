@@ -50,7 +50,7 @@ NEAR = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Seen:
+class SeenFrame:
     """A frame and how far away each of its pixels is.
 
     Attributes:
@@ -101,7 +101,7 @@ def body_bounds(prototypes: Mapping[str, Prototype]) -> dict[str, Bounds]:
     return bounds
 
 
-def flow_between(now: Seen, before: Seen, bodies: Mapping[str, Bounds]) -> Flow:
+def flow_between(now: SeenFrame, before: SeenFrame, bodies: Mapping[str, Bounds]) -> Flow:
     """Follow every pixel of a frame back into the frame before.
 
     Args:
@@ -264,7 +264,7 @@ def _window(
 # Pictures ----------------------------------------------------------------------------------
 
 
-def _agrees(expected: Floats, before: Seen, places: Floats) -> Bools:
+def _agrees(expected: Floats, before: SeenFrame, places: Floats) -> Bools:
     """Return whether the surface that was seen before lies where it is expected, (h, w).
 
     The reciprocal of the depth along the camera's axis is linear on the screen for

@@ -198,7 +198,7 @@ _NO_WORST = frozenset({"frame", "time", "luminance", "other_luminance"})
 
 
 @dataclass(frozen=True, slots=True)
-class FilmFacts:
+class SharedFacts:
     """What all frames of a film share; several values are listed.
 
     Attributes:
@@ -208,7 +208,7 @@ class FilmFacts:
     facts: Mapping[str, str]
 
     @classmethod
-    def of(cls, frames: Sequence[Stored]) -> FilmFacts:
+    def of(cls, frames: Sequence[Stored]) -> SharedFacts:
         """Return what stored frames have in common."""
         versions = sorted({
             f"{name} {number}" for frame in frames for name, number in frame.versions.items()
@@ -233,7 +233,7 @@ def _listed(values: Iterable[str]) -> str:
     return ", ".join(sorted({value for value in values if value})) or "-"
 
 
-def write_film_page(folder: Path, films: Sequence[FilmFacts], rows: Sequence[FrameRow]) -> Path:
+def write_film_page(folder: Path, films: Sequence[SharedFacts], rows: Sequence[FrameRow]) -> Path:
     """Write report.md about the frames of one film, or of two.
 
     Args:
@@ -257,7 +257,7 @@ def write_film_page(folder: Path, films: Sequence[FilmFacts], rows: Sequence[Fra
     return write_text(folder / PAGE, lines)
 
 
-def _about(films: Sequence[FilmFacts]) -> list[str]:
+def _about(films: Sequence[SharedFacts]) -> list[str]:
     """Return what the films are, and what else than noise may tell them apart."""
     titles = ["what", "frames", "against"][: len(films) + 1]
     names = list(films[0].facts)

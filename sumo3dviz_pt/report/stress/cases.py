@@ -100,7 +100,7 @@ class NearbyUser:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Facts:
+class SceneFacts:
     """What a scene has to offer to the cases.
 
     Attributes:
@@ -203,10 +203,10 @@ def _pictures() -> tuple[Case, ...]:
 
 # Where cameras stand ----------------------------------------------------------------------
 
-Spot = Callable[[Facts, Case], EulerianCamera]
+Spot = Callable[[SceneFacts, Case], EulerianCamera]
 
 
-def _stand(facts: Facts, case: Case, position: Floats, forward: Floats) -> EulerianCamera:
+def _stand(facts: SceneFacts, case: Case, position: Floats, forward: Floats) -> EulerianCamera:
     """Return a camera at a place that looks along a direction, (3,) each."""
     heading = np.degrees(np.arctan2(forward[0], forward[1]))
     pitch = np.degrees(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
@@ -224,12 +224,12 @@ def _up(metres: float) -> Floats:
     return np.array([0.0, 0.0, metres])
 
 
-def _eye(facts: Facts, case: Case) -> EulerianCamera:
+def _eye(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a standing camera where the shot begins."""
     return _stand(facts, case, facts.eye, facts.forward)
 
 
-def _at_sun(facts: Facts, case: Case) -> EulerianCamera:
+def _at_sun(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera high above the shot, turned at the sun."""
     assert facts.sun is not None and case.elevation is not None
     elevation, azimuth = np.radians(case.elevation), np.arctan2(facts.sun[0], facts.sun[1])
@@ -237,47 +237,47 @@ def _at_sun(facts: Facts, case: Case) -> EulerianCamera:
     return _stand(facts, case, facts.eye + _up(200.0), level + _up(float(np.sin(elevation))))
 
 
-def _inside_body(facts: Facts, case: Case) -> EulerianCamera:
+def _inside_body(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera in the middle of a road user."""
     assert facts.body is not None
     return _stand(facts, case, facts.body.middle, facts.forward)
 
 
-def _near_paint(facts: Facts, case: Case) -> EulerianCamera:
+def _near_paint(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera five centimetres from a road user's side, looking at it."""
     assert facts.body is not None
     place = facts.body.paint + 0.05 * facts.body.outward
     return _stand(facts, case, place, -facts.body.outward)
 
 
-def _under_road(facts: Facts, case: Case) -> EulerianCamera:
+def _under_road(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera a metre below a lane, looking up at it a little."""
     return _stand(facts, case, facts.road - _up(1.0), facts.along + _up(0.3))
 
 
-def _high(facts: Facts, case: Case) -> EulerianCamera:
+def _high(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera two kilometres above a lane, looking down."""
     return _stand(facts, case, facts.road + _up(_HIGH), -_up(1.0))
 
 
-def _away(facts: Facts, case: Case) -> EulerianCamera:
+def _away(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera outside the network and level, with everything behind it."""
     low, high = facts.box
     place = np.array([high[0] + 200.0, (low[1] + high[1]) / 2, high[2] + 50.0])
     return _stand(facts, case, place, np.array([1.0, 0.0, 0.0]))
 
 
-def _zenith(facts: Facts, case: Case) -> EulerianCamera:
+def _zenith(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera at the shot's eye that looks straight up."""
     return _stand(facts, case, facts.eye, _up(1.0))
 
 
-def _nadir(facts: Facts, case: Case) -> EulerianCamera:
+def _nadir(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera at the shot's eye that looks straight down."""
     return _stand(facts, case, facts.eye, -_up(1.0))
 
 
-def _grazing(facts: Facts, case: Case) -> EulerianCamera:
+def _grazing(facts: SceneFacts, case: Case) -> EulerianCamera:
     """Return a camera that looks along a lane, from 2 km behind, at less than two degrees."""
     back = _HIGH * facts.along - _up(_OVER_TREES)
     return _stand(facts, case, facts.road - back, back / np.linalg.norm(back))
@@ -308,7 +308,7 @@ _NO_MOMENT = MappingProxyType(
 )
 
 
-def why_not(case: Case, facts: Facts) -> str | None:
+def why_not(case: Case, facts: SceneFacts) -> str | None:
     """Return why a scene cannot have a case, or None if it can."""
     if case.elevation is not None and facts.sun is None:
         return "the sky is a picture with a light of its own"
@@ -319,7 +319,7 @@ def why_not(case: Case, facts: Facts) -> str | None:
     return _too_large(case, facts)
 
 
-def _too_large(case: Case, facts: Facts) -> str | None:
+def _too_large(case: Case, facts: SceneFacts) -> str | None:
     """Return why a case needs more memory than the machine has, or None if it does not."""
     from sumo3dviz_pt.pipeline.costs import memory_forecast
 
@@ -342,7 +342,7 @@ _MOST_MOMENTS = 20_000
 
 def facts_of(
     production: Production, scenario: Scenario, trajectories: Sequence[Trajectory], *, time: float
-) -> Facts:
+) -> SceneFacts:
     """Collect what a shot has to offer.
 
     Args:
@@ -360,7 +360,7 @@ def facts_of(
     lanes = [lane.shape for lane in scenario.network.lanes.values()]
     corners = np.concatenate(lanes) if lanes else eye[None]
     users = shot.fleet.movers_at(time)
-    return Facts(
+    return SceneFacts(
         eye=eye,
         forward=forward,
         fov=float(np.degrees(view.lens.opening)),

@@ -144,7 +144,7 @@ def _quantile(luminance: Floats, solid: Floats) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Evidence:
+class CaseEvidence:
     """What came out of a case.
 
     Attributes:
@@ -168,7 +168,7 @@ class Evidence:
     stored: Image | None = None
 
 
-def judge(case: Case, seen: Evidence) -> tuple[str, ...]:
+def judge(case: Case, seen: CaseEvidence) -> tuple[str, ...]:
     """Return what is wrong with a case's picture; empty if nothing is."""
     broken = unsound(seen.radiance, "the picture")
     if broken:
@@ -194,7 +194,7 @@ def unsound(radiance: Image, what: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _too_much(seen: Evidence) -> list[str]:
+def _too_much(seen: CaseEvidence) -> list[str]:
     """Say where the picture is brighter than its lights can make it."""
     found = []
     peak, most = float(seen.radiance.max()), MARGIN * max(seen.light.brightest, seen.limit)
@@ -208,7 +208,7 @@ def _too_much(seen: Evidence) -> list[str]:
     return found
 
 
-def _too_little(case: Case, seen: Evidence) -> list[str]:
+def _too_little(case: Case, seen: CaseEvidence) -> list[str]:
     """Say where light is lost, or where the picture shows nothing."""
     luminance = seen.radiance @ LUMINANCE
     found = []
@@ -228,7 +228,7 @@ def _too_little(case: Case, seen: Evidence) -> list[str]:
     return found
 
 
-def _sky(seen: Evidence) -> list[str]:
+def _sky(seen: CaseEvidence) -> list[str]:
     """Say whether the open sky differs from the baked one."""
     if np.count_nonzero(seen.open_sky) < _MANY:
         return []
@@ -239,7 +239,7 @@ def _sky(seen: Evidence) -> list[str]:
     return [f"the open sky shines at {median:.3g}, not from {low:.3g} to {high:.3g}"]
 
 
-def _development(seen: Evidence) -> list[str]:
+def _development(seen: CaseEvidence) -> list[str]:
     """Say what is wrong with the developed picture, also after storing."""
     from sumo3dviz_pt.image.tonemap import develop_float
 

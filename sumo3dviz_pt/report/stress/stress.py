@@ -40,8 +40,16 @@ from sumo3dviz_pt.pipeline.production import (
     read,
 )
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
-from sumo3dviz_pt.report.stress.cases import SIZE, SPOTS, Case, Facts, all_cases, facts_of, why_not
-from sumo3dviz_pt.report.stress.checks import Evidence, judge, light_of
+from sumo3dviz_pt.report.stress.cases import (
+    SIZE,
+    SPOTS,
+    Case,
+    SceneFacts,
+    all_cases,
+    facts_of,
+    why_not,
+)
+from sumo3dviz_pt.report.stress.checks import CaseEvidence, judge, light_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Session
@@ -70,7 +78,7 @@ MUCH_CAPPED = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CaseOutcome:
     """How a case ended.
 
     Attributes:
@@ -104,7 +112,7 @@ class StressReport:
 
     camera: str
     time: float
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseOutcome, ...]
 
     def count(self, verdict: str) -> int:
         """Return how many cases ended like that."""
@@ -128,7 +136,7 @@ def in_words(report: StressReport) -> str:
     return "\n".join(lines)
 
 
-def _line(outcome: Outcome, width: int) -> str:
+def _line(outcome: CaseOutcome, width: int) -> str:
     """Return one case in a line."""
     words = f"{outcome.name:<{width}}  {outcome.verdict:<8}  {outcome.cpu:6.1f} CPU-s"
     notes = [outcome.why] if outcome.why else []
@@ -180,7 +188,7 @@ def put_under_stress(job: Job, order: StressOrder, *, cases: Sequence[Case]) -> 
     """
     check_tone(job.output.tone)
     scene = _survey(job, order)
-    outcomes = list[Outcome]()
+    outcomes = list[CaseOutcome]()
     announce(Doing.MEASURE, 0, len(cases))
     for outcome in _run(cases, scene):
         outcomes.append(outcome)
@@ -235,7 +243,7 @@ class _UserScene:
     job: Job
     order: StressOrder
     base: Production
-    facts: Facts
+    facts: SceneFacts
 
 
 def _survey(job: Job, order: StressOrder) -> _UserScene:
@@ -275,7 +283,7 @@ def _production(scene: _UserScene, case: Case) -> Production:
     return replace(made, quality=_quality(case))
 
 
-def _under_sun(made: Production, facts: Facts, elevation: float) -> Production:
+def _under_sun(made: Production, facts: SceneFacts, elevation: float) -> Production:
     """Return the same shot with the sun at another height [deg]; it does not turn."""
     assert facts.sun is not None
     azimuth = float(np.degrees(np.arctan2(facts.sun[0], facts.sun[1])))
@@ -300,7 +308,7 @@ def _quality(case: Case) -> Quality:
 # Cases ------------------------------------------------------------------------------------
 
 
-def _run(cases: Sequence[Case], scene: _UserScene) -> Iterator[Outcome]:
+def _run(cases: Sequence[Case], scene: _UserScene) -> Iterator[CaseOutcome]:
     """Yield how each case ended, in order."""
     for _, group in groupby(cases, key=lambda case: case.stage):
         with ExitStack() as stack:
@@ -308,7 +316,7 @@ def _run(cases: Sequence[Case], scene: _UserScene) -> Iterator[Outcome]:
             for case in group:
                 why = why_not(case, scene.facts)
                 if why is not None:
-                    yield Outcome(case.name, "left out", why)
+                    yield CaseOutcome(case.name, "left out", why)
                     continue
                 started = clock.process_time()
                 try:
@@ -317,7 +325,7 @@ def _run(cases: Sequence[Case], scene: _UserScene) -> Iterator[Outcome]:
                 except _FAULTS as error:
                     if interrupted(error):
                         raise KeyboardInterrupt from error
-                    outcome = Outcome(case.name, "failed", f"{type(error).__name__}: {error}")
+                    outcome = CaseOutcome(case.name, "failed", f"{type(error).__name__}: {error}")
                     stack.close()
                     stage = None
                 yield replace(outcome, cpu=round(clock.process_time() - started, 2))
@@ -338,7 +346,7 @@ class _Stage:
         return cls(production, session)
 
 
-def _ended(case: Case, scene: _UserScene, stage: _Stage, stack: ExitStack) -> Outcome:
+def _ended(case: Case, scene: _UserScene, stage: _Stage, stack: ExitStack) -> CaseOutcome:
     """Render a case and judge it."""
     evidence, tally = _seen(case, stage)
     if case.stored:
@@ -348,7 +356,7 @@ def _ended(case: Case, scene: _UserScene, stage: _Stage, stack: ExitStack) -> Ou
         again, _ = _seen(case, _Stage.open(scene, case, stack))
         evidence = replace(evidence, again=again.radiance)
     problems = judge(case, evidence)
-    return Outcome(
+    return CaseOutcome(
         case.name,
         "failed" if problems else "ok",
         "; ".join(problems),
@@ -358,7 +366,7 @@ def _ended(case: Case, scene: _UserScene, stage: _Stage, stack: ExitStack) -> Ou
     )
 
 
-def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
+def _seen(case: Case, stage: _Stage) -> tuple[CaseEvidence, Any]:
     """Return what a case looks like, and what the renderer counted."""
     production, session = stage.production, stage.session
     quality = _quality(case)
@@ -368,7 +376,7 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
     limit = np.inf if quality.cap is None else quality.cap * 2.0**-production.exposure
     # By day lamps add nothing to the air that could be told from the sky's own light.
     misty = session.loaded.misty and production.shot.dark
-    evidence = Evidence(
+    evidence = CaseEvidence(
         radiance=session.finish(samples, frame),
         open_sky=~np.isfinite(samples.distance),
         light=light_of(session.sky, session.data.lamps, frame, session.data, misty=misty),

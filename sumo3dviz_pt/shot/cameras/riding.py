@@ -29,8 +29,7 @@ from sumo3dviz_pt.cast.poses import effort, first_frame, head_rise, links_of, st
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, LagrangianCamera, LensSettings
-from sumo3dviz_pt.library.vehicles.interior.cutaway import Cabin as CutawayCabin
-from sumo3dviz_pt.library.vehicles.interior.cutaway import has_dashboard
+from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin, has_dashboard
 from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.model.falling import Cabin, Pane, Windscreen
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform

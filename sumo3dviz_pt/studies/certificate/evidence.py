@@ -46,7 +46,7 @@ from sumo3dviz_pt.model.weather import FALLING_KINDS
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.layers import beside
 from sumo3dviz_pt.pipeline.films.overlays import plain_twin
-from sumo3dviz_pt.pipeline.films.stored_layers import Camera, read_frame
+from sumo3dviz_pt.pipeline.films.stored_layers import StoredCamera, read_frame
 
 COUNTED: LayerName = "instance"
 """The layer that says which thing each pixel shows."""
@@ -135,7 +135,7 @@ def _is_clear(account: Mapping[str, Any]) -> bool:
     return not any(weather.get(key) for key in ("fog", *FALLING_KINDS, "course", "preset"))
 
 
-def _rays(camera: Camera) -> Floats:
+def _rays(camera: StoredCamera) -> Floats:
     """Return unit vectors from the eye through the pixels' centres, (h, w, 3)."""
     (width, height), (across, down) = camera.size, camera.centre
     columns, rows = np.meshgrid(np.arange(width), np.arange(height))

@@ -41,7 +41,7 @@ _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "u
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TableRow:
     """A row of a table.
 
     Attributes:
@@ -65,7 +65,7 @@ class Table:
 
     file: Path
     header: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
 
 
 def read_table(file: Path, *, separator: str = "auto", sheet: str | None = None) -> Table:
@@ -93,7 +93,7 @@ def read_table(file: Path, *, separator: str = "auto", sheet: str | None = None)
     return _table(file, rows, named)
 
 
-def bounded(rows: Iterable[Row], file: Path) -> Iterator[Row]:
+def bounded(rows: Iterable[TableRow], file: Path) -> Iterator[TableRow]:
     """Yield rows while they are no more than any table has.
 
     Raises:
@@ -138,14 +138,14 @@ def separator_of(text: str) -> str:
     return max(SEPARATORS, key=lambda name: bare.count(SEPARATORS[name]))
 
 
-def _text_rows(text: str, separator: str, file: Path) -> Iterator[Row]:
+def _text_rows(text: str, separator: str, file: Path) -> Iterator[TableRow]:
     """Yield the rows of a text that hold anything."""
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     line = 1
     try:
         for cells in reader:
             if any(cell.strip() for cell in cells):
-                yield Row(line, tuple(cell.strip() for cell in cells))
+                yield TableRow(line, tuple(cell.strip() for cell in cells))
             line = reader.line_num + 1
     except csv.Error as error:
         raise InputError(
@@ -155,7 +155,7 @@ def _text_rows(text: str, separator: str, file: Path) -> Iterator[Row]:
         ) from error
 
 
-def _table(file: Path, rows: Sequence[Row], separator: str) -> Table:
+def _table(file: Path, rows: Sequence[TableRow], separator: str) -> Table:
     """Return a table from its rows, the first of which is the header."""
     header, body = list(rows[0].cells), rows[1:]
     if not body:
@@ -178,7 +178,7 @@ def _table(file: Path, rows: Sequence[Row], separator: str) -> Table:
     return Table(file, tuple(header), tuple(body))
 
 
-def _why(row: Row, wanted: int, separator: str) -> str:
+def _why(row: TableRow, wanted: int, separator: str) -> str:
     """Return what may have gone wrong with a row."""
     if separator == "comma" and len(row.cells) > wanted:
         return "; decimal commas need quotes around them, or semicolons between columns"
@@ -187,7 +187,7 @@ def _why(row: Row, wanted: int, separator: str) -> str:
     return ""
 
 
-def read_sheet(file: Path, sheet: str | None) -> list[Row]:
+def read_sheet(file: Path, sheet: str | None) -> list[TableRow]:
     """Return the rows of a sheet that hold anything, as text.
 
     Args:
@@ -231,7 +231,7 @@ def _packed(file: Path) -> bytes:
     return data
 
 
-def _rows(book: Any, sheet: str | None, file: Path) -> Iterator[Row]:
+def _rows(book: Any, sheet: str | None, file: Path) -> Iterator[TableRow]:
     """Yield the rows of a sheet that hold anything."""
     if sheet is not None and sheet not in book.sheetnames:
         hint = did_you_mean(sheet, book.sheetnames)
@@ -242,13 +242,13 @@ def _rows(book: Any, sheet: str | None, file: Path) -> Iterator[Row]:
     for line, cells in enumerate(found.iter_rows(values_only=True), start=1):
         texts = tuple(map(_text, cells))
         if any(texts):
-            yield Row(line, texts)
+            yield TableRow(line, texts)
 
 
-def _trimmed(rows: list[Row]) -> list[Row]:
+def _trimmed(rows: list[TableRow]) -> list[TableRow]:
     """Return rows without the empty columns at the end that Excel keeps."""
     width = max((n + 1 for row in rows for n, cell in enumerate(row.cells) if cell), default=0)
-    return [Row(row.line, (*row.cells, *[""] * width)[:width]) for row in rows]
+    return [TableRow(row.line, (*row.cells, *[""] * width)[:width]) for row in rows]
 
 
 def _text(value: Any) -> str:
@@ -291,7 +291,7 @@ def column(table: Table, name: str, what: str) -> int:
     return place
 
 
-def cell(table: Table, row: Row, place: int) -> str:
+def cell(table: Table, row: TableRow, place: int) -> str:
     """Return what a cell holds.
 
     Raises:

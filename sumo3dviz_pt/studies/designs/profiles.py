@@ -340,7 +340,7 @@ def choice_tasks(
         ConfigError: If there are too few different tasks, or some effect cannot be told by any.
     """
     profiles = _candidates(levels, exclude, seed)
-    search = _Search(levels, profiles, request)
+    search = _TaskSearch(levels, profiles, request)
     search.check()
     found = [search.found(seed, start) for start in range(_STARTS)]
     best = max(range(_STARTS), key=lambda n: (round(found[n][0], 5), -n))
@@ -366,7 +366,7 @@ def _candidates(levels: Levels, exclude: Exclusions, seed: int) -> list[Profile]
     return [kept[n] for n in drawn]
 
 
-class _Search:
+class _TaskSearch:
     """A search for tasks with the largest determinant of their information."""
 
     def __init__(self, levels: Levels, profiles: Sequence[Profile], request: ChoiceRequest) -> None:

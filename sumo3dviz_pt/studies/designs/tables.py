@@ -25,8 +25,8 @@ from types import MappingProxyType
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.studies.designs.cells import (
-    Row,
     Table,
+    TableRow,
     called,
     cell,
     column,
@@ -124,7 +124,7 @@ class FactorColumns:
     numbered: bool = False
     effects: bool = False
 
-    def level(self, table: Table, row: Row) -> str:
+    def level(self, table: Table, row: TableRow) -> str:
         """Return the level of a row.
 
         Raises:
@@ -134,7 +134,7 @@ class FactorColumns:
             return self._named(table, row)
         return self._coded(table, row)
 
-    def _named(self, table: Table, row: Row) -> str:
+    def _named(self, table: Table, row: TableRow) -> str:
         """Return the level that a single cell names."""
         place = self.places[0]
         text = cell(table, row, place)
@@ -159,7 +159,7 @@ class FactorColumns:
             element=called(table, place),
         )
 
-    def _coded(self, table: Table, row: Row) -> str:
+    def _coded(self, table: Table, row: TableRow) -> str:
         """Return the level that dummy or effects codes give.
 
         In dummy codes (0, 1) the first level has no column and is all zeros; in effects codes
@@ -271,7 +271,7 @@ def _long(table: Table, levels: Levels, request: TableRequest, form: TableForm) 
         yield _Seen(group, named, choice or str(nth), profile, row.line)
 
 
-def _joint(table: Table, row: Row, place: int, pattern: str) -> tuple[str, str]:
+def _joint(table: Table, row: TableRow, place: int, pattern: str) -> tuple[str, str]:
     """Return task and alternative from one cell, such as set1.alt2."""
     found = re.fullmatch(pattern, row.cells[place])
     if found is None:
@@ -287,7 +287,7 @@ def _joint(table: Table, row: Row, place: int, pattern: str) -> tuple[str, str]:
 
 def _is_none(
     table: Table,
-    row: Row,
+    row: TableRow,
     factors: list[FactorColumns],
     request: TableRequest,
     form: TableForm,
@@ -299,7 +299,7 @@ def _is_none(
     return form.numbered and all(same(text, "0") for text in cells)
 
 
-def _says_none(table: Table, row: Row, request: TableRequest, form: TableForm) -> bool:
+def _says_none(table: Table, row: TableRow, request: TableRequest, form: TableForm) -> bool:
     """Return whether some column says that a row offers to choose nothing."""
     for name, value in request.none.items():
         if same(row.cells[column(table, name, "the choice of nothing")], value):

@@ -64,7 +64,7 @@ _CARS = frozenset({"passenger", "private", "taxi", "evehicle", "hov", "custom1",
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Passage:
+class KerbPassage:
     """A vehicle that comes by the kerb.
 
     Attributes:
@@ -115,9 +115,9 @@ class KerbPair:
         braking: Why each of both brakes, in words; empty if it does not.
     """
 
-    first: Passage
-    then: Passage
-    between: tuple[Passage, ...]
+    first: KerbPassage
+    then: KerbPassage
+    between: tuple[KerbPassage, ...]
     turning: tuple[str, ...]
     braking: tuple[str, str]
 
@@ -160,7 +160,7 @@ class KerbPair:
         return [*found, *(f"{name} turns off before" for name in self.turning)]
 
 
-def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[Passage]:
+def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[KerbPassage]:
     """Return the vehicles that come by a kerb, in order.
 
     Args:
@@ -172,7 +172,7 @@ def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[Passage]:
     near = [_near(trace, kerb, scenario) for trace in log.traces]
     which = np.array([bool(len(some)) for some in near], dtype=np.bool_)
     rides = iter(motion.smooth(which))
-    found: list[Passage] = []
+    found: list[KerbPassage] = []
     for trace, some in zip(log.traces, near, strict=True):
         if len(some):
             found += _passing(trace, next(rides), some, scenario, kerb)
@@ -190,7 +190,7 @@ def _near(trace: Trace, kerb: Kerb, scenario: Scenario) -> Floats:
 
 def _passing(
     trace: Trace, ride: Trajectory, near: Floats, scenario: Scenario, kerb: Kerb
-) -> Iterator[Passage]:
+) -> Iterator[KerbPassage]:
     """Yield when a vehicle comes by."""
     times = np.arange(near[0] - 1.0, near[-1] + 1.0 + STEP, STEP)
     motion = ride.sample(times)
@@ -204,7 +204,7 @@ def _passing(
         slows, stands = _braking(times, motion.speeds, time - APPROACH, left + AFTERWARDS)
         speed = float(np.interp(time, times, motion.speeds))
         lanes = _lanes(trace, scenario, near[0], time)
-        yield Passage(
+        yield KerbPassage(
             ride.id, trace.type_id, kind.vclass, time, left, speed,
             "left" if rising else "right", lanes[-1] if lanes else "", frozenset(lanes),
             slows, stands, ride, _appears(ride, scenario, kerb, time),
@@ -250,8 +250,8 @@ def pairs_in(
     scenario: Scenario,
     kerb: Kerb,
     *,
-    found: Sequence[Passage],
-    everybody: Sequence[Passage],
+    found: Sequence[KerbPassage],
+    everybody: Sequence[KerbPassage],
 ) -> list[KerbPair]:
     """Return the pairs that pass a kerb on one lane, the most useful first.
 
@@ -266,7 +266,7 @@ def pairs_in(
     near = np.array([bool(len(_near(trace, kerb, scenario))) for trace in scenario.traffic.traces])
     why = {id(each): _why(motion, scenario, kerb, each) if each.brakes else "" for each in found}
     ids = {each.id for each in everybody}
-    last: dict[tuple[str, str], Passage] = {}
+    last: dict[tuple[str, str], KerbPassage] = {}
     pairs = []
     for each in found:
         before = last.get((each.lane, each.side))
@@ -289,7 +289,7 @@ def _turning(
     motion: LogMotion,
     scenario: Scenario,
     near: Bools,
-    pair: tuple[Passage, Passage],
+    pair: tuple[KerbPassage, KerbPassage],
     passing: set[str],
 ) -> Iterator[str]:
     """Yield ids of vehicles on the second one's lanes in the gap that turn off before the kerb."""
@@ -305,7 +305,7 @@ def _turning(
             yield motion.ids[k]
 
 
-def _why(motion: LogMotion, scenario: Scenario, kerb: Kerb, each: Passage) -> str:
+def _why(motion: LogMotion, scenario: Scenario, kerb: Kerb, each: KerbPassage) -> str:
     """Return that a vehicle brakes near the kerb, when, and which one is ahead, in words."""
     if not math.isfinite(each.slows):
         return "stands there"

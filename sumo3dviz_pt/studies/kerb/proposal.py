@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import Scenario
 from sumo3dviz_pt.pipeline.changed_traffic import in_the_way
-from sumo3dviz_pt.studies.kerb.pairs import KerbPair, Passage
+from sumo3dviz_pt.studies.kerb.pairs import KerbPair, KerbPassage
 from sumo3dviz_pt.studies.kerb.place import Kerb
 
 GAPS: Mapping[str, float] = {"short": 3.0, "medium": 5.0, "long": 7.0}
@@ -44,7 +44,7 @@ _TRIES = 12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Proposal:
+class KerbProposal:
     """A study of one pair.
 
     Attributes:
@@ -65,8 +65,12 @@ class Proposal:
 
 
 def proposal(
-    job: Job, scenario: Scenario, kerb: Kerb, found: Sequence[Passage], pairs: Sequence[KerbPair]
-) -> Proposal | None:
+    job: Job,
+    scenario: Scenario,
+    kerb: Kerb,
+    found: Sequence[KerbPassage],
+    pairs: Sequence[KerbPair],
+) -> KerbProposal | None:
     """Return a study of the first pair that can have several gaps; None if there is none.
 
     Args:
@@ -82,7 +86,7 @@ def proposal(
             clip = _clip(pair, max(gaps.values()))
             position = np.append(kerb.position, kerb.height + _EYE)
             look_at = _look_at(kerb, pair, scenario.network.location)
-            return Proposal(pair, gaps, leave_out, clip, position, look_at)
+            return KerbProposal(pair, gaps, leave_out, clip, position, look_at)
     return None
 
 
@@ -93,7 +97,7 @@ def _clip(pair: KerbPair, longest: float) -> tuple[float, float]:
 
 
 def _possible(
-    job: Job, scenario: Scenario, found: Sequence[Passage], pair: KerbPair
+    job: Job, scenario: Scenario, found: Sequence[KerbPassage], pair: KerbPair
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the gaps that a pair can have, and the vehicles to leave out for them."""
     own = {pair.first.id, pair.then.id}
@@ -157,7 +161,7 @@ def _angle(vector: Floats) -> float:
 # As a study file ----------------------------------------------------------------------------
 
 
-def as_study(made: Proposal, scene: str) -> str:
+def as_study(made: KerbProposal, scene: str) -> str:
     """Return a proposal as a study file.
 
     Args:

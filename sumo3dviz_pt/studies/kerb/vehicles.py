@@ -10,9 +10,9 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.pipeline.reading import read_files
-from sumo3dviz_pt.studies.kerb.pairs import KerbPair, Passage, pairs_in, passages
+from sumo3dviz_pt.studies.kerb.pairs import KerbPair, KerbPassage, pairs_in, passages
 from sumo3dviz_pt.studies.kerb.place import Kerb, kerb_at
-from sumo3dviz_pt.studies.kerb.proposal import Proposal, proposal
+from sumo3dviz_pt.studies.kerb.proposal import KerbProposal, proposal
 
 MOST = 20
 """Most pairs that are listed for people."""
@@ -31,9 +31,9 @@ class KerbReport:
     """
 
     kerb: Kerb
-    passages: tuple[Passage, ...]
+    passages: tuple[KerbPassage, ...]
     pairs: tuple[KerbPair, ...]
-    proposal: Proposal | None
+    proposal: KerbProposal | None
     picked: int = 0
 
 
@@ -142,7 +142,7 @@ def _plain(number: int, pair: KerbPair) -> dict[str, Any]:
     }
 
 
-def _passage(each: Passage) -> dict[str, Any]:
+def _passage(each: KerbPassage) -> dict[str, Any]:
     """Return a passage for JSON."""
     return {
         "id": each.id, "type": each.kind, "class": each.vclass,

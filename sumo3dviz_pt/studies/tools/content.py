@@ -100,7 +100,7 @@ class During:
 
 
 @dataclass(frozen=True, slots=True)
-class Session:
+class StudySession:
     """What surrounds the films on the page of jsPsych.
 
     Attributes:
@@ -190,7 +190,7 @@ class StudyContent:
     told: Sequence[str] = ()
     screen: Screen | None = None
     cards: Mapping[str, str] = field(default_factory=dict)
-    session: Session | None = None
+    session: StudySession | None = None
     ranks: Ranks = ()
 
     @property

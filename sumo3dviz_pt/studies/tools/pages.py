@@ -35,8 +35,8 @@ from sumo3dviz_pt.studies.designs.trials import Trial, dominated
 from sumo3dviz_pt.studies.tools.content import (
     Clip,
     Screen,
-    Session,
     StudyContent,
+    StudySession,
     letter,
     trial_name,
     writes,
@@ -103,9 +103,9 @@ def _source(name: str) -> str:
     return (_PAGE / name).read_text(encoding="utf-8")
 
 
-def _session(content: StudyContent) -> Session:
+def _session(content: StudyContent) -> StudySession:
     """Return what surrounds the films."""
-    return content.session or Session(own_texts()["en"]["page"])
+    return content.session or StudySession(own_texts()["en"]["page"])
 
 
 def _head(content: StudyContent, base: str) -> str:

@@ -35,8 +35,8 @@ from sumo3dviz_pt.studies.designs.trials import Trial
 from sumo3dviz_pt.studies.tools.content import (
     WRITERS,
     Record,
-    Session,
     StudyContent,
+    StudySession,
     letter,
     playlist_rows,
     wide_rows,
@@ -75,7 +75,7 @@ def survey_script(content: StudyContent, playlists: Mapping[str, object] | None)
         content: The study.
         playlists: Films of each trial by playlist; None leaves them to links on the page.
     """
-    texts = (content.session or Session(own_texts()["en"]["page"])).texts
+    texts = (content.session or StudySession(own_texts()["en"]["page"])).texts
     study = {
         "digest": hashlib.sha256(json.dumps(playlists).encode()).hexdigest()[:16],
         "words": {key: texts[key] for key in ("problem", "retry", "skip", "play")},

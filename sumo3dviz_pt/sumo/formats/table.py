@@ -79,7 +79,7 @@ def header_of(columns: Iterable[str]) -> Header:
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class RowBlock:
     """Successive rows of a table, by columns.
 
     Attributes:
@@ -97,7 +97,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class RowRun:
     """Successive rows of one time and one kind.
 
     Attributes:
@@ -125,7 +125,7 @@ class TableFormat(LogFormat):
         """Whether rows near the beginning name a lane; those of mesoscopic runs never do."""
 
     @abstractmethod
-    def blocks(self, file: Path) -> Iterator[Block]:
+    def blocks(self, file: Path) -> Iterator[RowBlock]:
         """Yield the table; errors are those of `elements`."""
 
     def read(self, file: Path, sink: ElementSink) -> None:
@@ -148,7 +148,7 @@ class TableFormat(LogFormat):
                 rows = cast(Rows, run.rows)
                 yield Element(rows.kind, rows.attributes(row), 2, file, rows.line_of(row))
 
-    def _runs(self, file: Path) -> Iterator[Run]:
+    def _runs(self, file: Path) -> Iterator[RowRun]:
         """Yield the rows by step and kind."""
         kind, lanes = self.header(file).kind, self.has_lanes(file)
         last: str | float | None = None
@@ -159,10 +159,10 @@ class TableFormat(LogFormat):
                 begins = times[start] != last
                 last = times[start]
                 rows = _rows(block, start, end, kinds[start])
-                yield Run(str(last), begins, rows, block.line + start)
+                yield RowRun(str(last), begins, rows, block.line + start)
 
 
-def _rows(block: Block, start: int, end: int, kind: str) -> Rows | None:
+def _rows(block: RowBlock, start: int, end: int, kind: str) -> Rows | None:
     """Return some rows of a block, or None if there is nobody in them.
 
     Args:
@@ -191,7 +191,7 @@ def _spans(times: Sequence[str | float], kinds: Sequence[str]) -> Iterator[tuple
         yield start, len(times)
 
 
-def _kinds(block: Block, kind: str, *, lanes: bool) -> list[str]:
+def _kinds(block: RowBlock, kind: str, *, lanes: bool) -> list[str]:
     """Return the kind of every row, empty where a row holds only the time of a step, (n,).
 
     Args:
@@ -277,7 +277,7 @@ class CsvFormat(TableFormat):
         except InputError:
             return False
 
-    def blocks(self, file: Path) -> Iterator[Block]:
+    def blocks(self, file: Path) -> Iterator[RowBlock]:
         """Yield the rows of the table in order."""
         way = _known(file)
         rest, line = b"", 1
@@ -347,7 +347,7 @@ def _parts(data: bytes, end: int) -> Iterator[bytes]:
         start = cut
 
 
-def _blocks(data: bytes, way: _Way, file: Path, line: int) -> Iterator[Block]:
+def _blocks(data: bytes, way: _Way, file: Path, line: int) -> Iterator[RowBlock]:
     """Yield the rows of some whole lines.
 
     Args:
@@ -369,7 +369,7 @@ def _blocks(data: bytes, way: _Way, file: Path, line: int) -> Iterator[Block]:
         cells = _csv_cells(text, way) or _cells_one_by_one(text, way, file, line)
         names = way.header.names
         columns = {name: _filled(name, cells[at :: len(names)]) for at, name in enumerate(names)}
-        yield Block(columns, line)
+        yield RowBlock(columns, line)
 
 
 def _csv_cells(text: str, way: _Way) -> list[str] | None:
@@ -467,7 +467,7 @@ class ParquetFormat(TableFormat):
                 return True
         return False
 
-    def blocks(self, file: Path) -> Iterator[Block]:
+    def blocks(self, file: Path) -> Iterator[RowBlock]:
         """Yield the rows of the table in order."""
         parquet = _opened(file)
         names = self.header(file).names
@@ -492,7 +492,7 @@ class ParquetFormat(TableFormat):
                     name: _parquet_cells(name, column)
                     for name, column in zip(own, batch.columns, strict=True)
                 }
-                yield Block(columns, line)
+                yield RowBlock(columns, line)
                 line += batch.num_rows
         except (OSError, arrow.ArrowException) as error:
             raise InputError(

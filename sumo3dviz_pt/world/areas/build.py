@@ -35,7 +35,7 @@ from sumo3dviz_pt.world.areas.meshes import (
     is_own,
     pattern_parts,
 )
-from sumo3dviz_pt.world.areas.patterns import Drawn, drawn_on
+from sumo3dviz_pt.world.areas.patterns import PatternShapes, drawn_on
 from sumo3dviz_pt.world.areas.planting import TILE, Grown, Houses, Stand, built_up, grow, houses_of
 from sumo3dviz_pt.world.areas.slabs import SlabGround, SlabParts, build_slabs
 from sumo3dviz_pt.world.land.cuts import with_hole
@@ -297,9 +297,9 @@ def _yard(setting: _Setting, tile: Tile) -> tuple[shapely.Geometry, ...]:
     return found.pavement, found.apron, found.lawn
 
 
-def _drawn(setting: _Setting, laid: Sequence[LaidArea]) -> list[Drawn]:
+def _drawn(setting: _Setting, laid: Sequence[LaidArea]) -> list[PatternShapes]:
     """Lines, tracks and paths on areas near a camera."""
-    found: list[Drawn] = []
+    found: list[PatternShapes] = []
     around = setting.around
     eyes = shapely.points(np.unique(np.round(around.viewpoints[:, :2]), axis=0))
     for some in laid:
@@ -317,7 +317,7 @@ def _grown(
     setting: _Setting,
     laid: Sequence[LaidArea],
     pools: Sequence[Pool],
-    drawn: Sequence[Drawn],
+    drawn: Sequence[PatternShapes],
     scenario: Scenario,
 ) -> Grown:
     """Trees and shrubs on areas; none on paths, in houses or in water."""
@@ -342,7 +342,7 @@ def _grass(
     covers: LandCovers,
     laid: Sequence[LaidArea],
     others: Sequence[shapely.Geometry],
-    drawn: Sequence[Drawn],
+    drawn: Sequence[PatternShapes],
 ) -> tuple[tuple[shapely.Geometry, ...], tuple[shapely.Geometry, ...]]:
     """Where no grass grows, and where it is short."""
     blades = {name: cover.blades for name, cover in covers.covers.items()}

@@ -219,7 +219,7 @@ class Areas:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Found:
+class _CoverFound:
     """A polygon that covers ground, before areas are ordered.
 
     Attributes:
@@ -246,7 +246,7 @@ def areas_of(polygons: Sequence[Polygon], covers: LandCovers, *, seed: int) -> A
         covers: What their types mean.
         seed: Chooses among the colours of a cover.
     """
-    found: list[_Found] = []
+    found: list[_CoverFound] = []
     unknown: dict[str, int] = {}
     for item in polygons:
         if item.source == SLABS or kind_of(item.type, item.source) is not None:
@@ -284,7 +284,7 @@ def colour_for(cover: Cover, name: str, seed: int) -> Colour | None:
     return cover.colours[int(share_of(seed, "area", name) * len(cover.colours))]
 
 
-def _found(item: Polygon, row: TypeRow) -> _Found | None:
+def _found(item: Polygon, row: TypeRow) -> _CoverFound | None:
     """The ground that a polygon covers, or None."""
     points, cover = item.shape[:, :2], row.cover
     closed = len(points) > 3 and bool(np.allclose(points[0], points[-1]))
@@ -297,7 +297,7 @@ def _found(item: Polygon, row: TypeRow) -> _Found | None:
         return None
     if cover == AS_IS or shape.area <= _SMALLEST:
         return None
-    return _Found(item, cover, shape, _layer(item))
+    return _CoverFound(item, cover, shape, _layer(item))
 
 
 def _layer(item: Polygon) -> float:
@@ -308,7 +308,7 @@ def _layer(item: Polygon) -> float:
         return 0.0
 
 
-def _ordered(found: Sequence[_Found]) -> list[_Found]:
+def _ordered(found: Sequence[_CoverFound]) -> list[_CoverFound]:
     """Areas by layer, then by how many of their layer they lie in, then as they come."""
     if not found:
         return []

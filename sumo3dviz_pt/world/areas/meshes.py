@@ -22,7 +22,7 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Bsdf, Part
 from sumo3dviz_pt.world.areas.covers import MATERIAL, WATER, Area, LandCovers, water_material
 from sumo3dviz_pt.world.areas.drape import GroundFaces
-from sumo3dviz_pt.world.areas.patterns import Drawn
+from sumo3dviz_pt.world.areas.patterns import PatternShapes
 from sumo3dviz_pt.world.placement.surroundings import HeightAt
 
 LIFT, LINES = 0.012, 0.020
@@ -78,7 +78,7 @@ def cover_parts(
 
 
 def pattern_parts(
-    drawn: Sequence[Drawn],
+    drawn: Sequence[PatternShapes],
     faces: GroundFaces,
     height_at: HeightAt,
     origin: tuple[float, float],
@@ -108,7 +108,7 @@ def pattern_parts(
     return [part for part in parts if len(part.mesh.faces)]
 
 
-def _sides(some: Drawn, height_at: HeightAt) -> list[Mesh]:
+def _sides(some: PatternShapes, height_at: HeightAt) -> list[Mesh]:
     """Walls below the tops of blocks."""
     rings, feet = [], []
     for shape in some.shapes:

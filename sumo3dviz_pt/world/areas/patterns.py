@@ -26,7 +26,7 @@ _MOST_ROWS = 160  # strips of drilled crops on a field, at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
+class PatternShapes:
     """Shapes that lie on an area, of one colour.
 
     Attributes:
@@ -44,7 +44,7 @@ class Drawn:
     trodden: bool = False
 
 
-class _Look(NamedTuple):
+class _PatternLook(NamedTuple):
     """A share of chance in [0, 1), and the area's reflectance."""
 
     chance: float
@@ -52,7 +52,7 @@ class _Look(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Frame:
+class _Rectangle:
     """The smallest upright or turned rectangle around a shape.
 
     Attributes:
@@ -79,7 +79,9 @@ class _Frame:
         return np.asarray(self.corner + u * self.along + v * self.across)
 
 
-def drawn_on(pattern: str, area: Area, shape: shapely.Geometry, *, seed: int) -> list[Drawn]:
+def drawn_on(
+    pattern: str, area: Area, shape: shapely.Geometry, *, seed: int
+) -> list[PatternShapes]:
     """Return what is drawn on an area.
 
     Args:
@@ -88,16 +90,16 @@ def drawn_on(pattern: str, area: Area, shape: shapely.Geometry, *, seed: int) ->
         shape: What is seen of the area [m].
         seed: Of all chance.
     """
-    found: list[Drawn] = []
+    found: list[PatternShapes] = []
     for number, part in enumerate(polygon_parts(shape)):
         frame = _frame(part)
         if frame is not None:
             chance = share_of(seed, "pattern", area.id, str(number))
-            found += _PATTERNS[pattern](part, frame, _Look(chance, area.colour or _SOIL))
+            found += _PATTERNS[pattern](part, frame, _PatternLook(chance, area.colour or _SOIL))
     return [some for some in found if some.shapes]
 
 
-def _frame(part: shapely.Polygon) -> _Frame | None:
+def _frame(part: shapely.Polygon) -> _Rectangle | None:
     """The rectangle around a polygon, or None for one without width."""
     ring = shapely.get_coordinates(shapely.minimum_rotated_rectangle(part))
     if len(ring) < 5:
@@ -108,7 +110,7 @@ def _frame(part: shapely.Polygon) -> _Frame | None:
     length, width = float(np.hypot(*one)), float(np.hypot(*other))
     if width < 1.0:
         return None
-    return _Frame(ring[0], one / length, other / width, length, width)
+    return _Rectangle(ring[0], one / length, other / width, length, width)
 
 
 def _within(part: shapely.Polygon, shapes: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
@@ -126,7 +128,7 @@ def _clipped(
     return tuple(shape for shape in found if not shape.is_empty)
 
 
-def _bays(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _bays(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Rows of bays with lanes between them."""
     lines: list[shapely.Polygon] = []
     rim, v = 0.3, 0.3
@@ -150,11 +152,11 @@ def _bays(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
         # A lane lies between every two rows: bay, lane, bay, bay, lane, bay.
         v += deep + (_AISLE if row % 2 == 0 else 0.0)
         row += 1
-    return [Drawn(_clipped(part, lines), WHITE)]
+    return [PatternShapes(_clipped(part, lines), WHITE)]
 
 
 def _ring(
-    frame: _Frame, u: tuple[float, float], v: tuple[float, float], wide: float
+    frame: _Rectangle, u: tuple[float, float], v: tuple[float, float], wide: float
 ) -> shapely.Geometry:
     """A frame of lines around a rectangle."""
     outer = frame.box(u[0], v[0], u[1], v[1])
@@ -162,7 +164,7 @@ def _ring(
     return shapely.difference(outer, inner)
 
 
-def _pitch(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _pitch(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Lines of a football pitch in stripes of mown grass, or of a small court."""
     if frame.length < 30.0 or frame.width < 18.0:
         return _court(part, frame, look)
@@ -172,7 +174,7 @@ def _pitch(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
         frame.box(u, 0.0, min(u + width, frame.length), frame.width)
         for u in np.arange(0.0, frame.length, 2.0 * width)
     ]
-    found = [Drawn(_clipped(part, stripes), (0.068, 0.124, 0.031), "ground_grass")]
+    found = [PatternShapes(_clipped(part, stripes), (0.068, 0.124, 0.031), "ground_grass")]
     rim = 2.0
     length, wide = frame.length - 2 * rim, frame.width - 2 * rim
     field = frame.box(rim, rim, rim + length, rim + wide)
@@ -189,10 +191,10 @@ def _pitch(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
         across = (middle - broad, middle + broad)
         lines.append(_ring(frame, (rim, rim + deep), across, line))
         lines.append(_ring(frame, (rim + length - deep, rim + length), across, line))
-    return [*found, Drawn(_clipped(part, lines), WHITE)]
+    return [*found, PatternShapes(_clipped(part, lines), WHITE)]
 
 
-def _court(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _court(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Border and middle line of a court."""
     if frame.length < 8.0 or frame.width < 5.0:
         return []
@@ -201,10 +203,10 @@ def _court(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
         _ring(frame, (rim, frame.length - rim), (rim, frame.width - rim), line),
         frame.box(frame.length / 2 - line / 2, rim, frame.length / 2 + line / 2, frame.width - rim),
     ]
-    return [Drawn(_clipped(part, lines), WHITE)]
+    return [PatternShapes(_clipped(part, lines), WHITE)]
 
 
-def _tramlines(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _tramlines(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Pairs of wheel tracks along a field, and the strip at its rim that is ploughed across."""
     inner = part.buffer(-1.2)
     if inner.is_empty:
@@ -221,12 +223,12 @@ def _tramlines(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]
     ]
     red, green, blue = (0.86 * value for value in look.colour)
     return [
-        Drawn(_clipped(part, rows), (red, green, blue), "ground_grass"),
-        Drawn(_clipped(inner, tracks), _TRACK, "ground_gravel"),
+        PatternShapes(_clipped(part, rows), (red, green, blue), "ground_grass"),
+        PatternShapes(_clipped(inner, tracks), _TRACK, "ground_gravel"),
     ]
 
 
-def _vines(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _vines(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Rows of low plants with bare soil below."""
     inner = part.buffer(-1.5)
     if inner.is_empty:
@@ -236,12 +238,12 @@ def _vines(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     soil = [frame.box(0.0, v - 0.55, frame.length, v + 0.55) for v in middles]
     rows = [frame.box(0.0, v - 0.3, frame.length, v + 0.3) for v in middles]
     return [
-        Drawn(_clipped(inner, soil), _SOIL, "ground_gravel"),
-        Drawn(_clipped(inner, rows), _LEAVES, "ground_grass"),
+        PatternShapes(_clipped(inner, soil), _SOIL, "ground_gravel"),
+        PatternShapes(_clipped(inner, rows), _LEAVES, "ground_grass"),
     ]
 
 
-def _paths(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _paths(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Two curved paths of gravel that cross in a park."""
     if frame.width < 25.0:
         return []
@@ -257,10 +259,14 @@ def _paths(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
         for u, s in zip(share, swing, strict=True)
     ]
     paths = [shapely.LineString(line).buffer(wide, cap_style="flat") for line in (long, short)]
-    return [Drawn(_clipped(part, [shapely.union_all(paths)]), _PATH, "ground_gravel", trodden=True)]
+    return [
+        PatternShapes(
+            _clipped(part, [shapely.union_all(paths)]), _PATH, "ground_gravel", trodden=True
+        )
+    ]
 
 
-def _graves(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+def _graves(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
     """Rows of graves between paths."""
     inner = part.buffer(-2.5)
     if inner.is_empty:
@@ -280,10 +286,10 @@ def _graves(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
                 stones[pick % len(_STONES)].append(frame.box(left, v, left + stone.width, v + 0.16))
                 beds.append(frame.box(u - 0.1, v + 0.2, u + 0.85, v + 1.9))
     return [
-        Drawn(_clipped(part, paths), _PATH, "ground_gravel", trodden=True),
-        Drawn(tuple(_within(inner, beds)), (0.085, 0.075, 0.048), "ground_gravel"),
+        PatternShapes(_clipped(part, paths), _PATH, "ground_gravel", trodden=True),
+        PatternShapes(tuple(_within(inner, beds)), (0.085, 0.075, 0.048), "ground_gravel"),
         *(
-            Drawn(tuple(_within(inner, some)), stone.colour, None, height=stone.height)
+            PatternShapes(tuple(_within(inner, some)), stone.colour, None, height=stone.height)
             for stone, some in zip(_STONES, stones, strict=True)
         ),
     ]
@@ -304,7 +310,9 @@ _STONES = (
     _Gravestone(0.60, 0.45, (0.28, 0.275, 0.26)),
 )
 
-_PATTERNS: Mapping[str, Callable[[shapely.Polygon, _Frame, _Look], list[Drawn]]] = {
+_PATTERNS: Mapping[
+    str, Callable[[shapely.Polygon, _Rectangle, _PatternLook], list[PatternShapes]]
+] = {
     "bays": _bays,
     "pitch": _pitch,
     "court": _court,

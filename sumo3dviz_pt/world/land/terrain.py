@@ -40,7 +40,7 @@ HeightAt = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class BorderSamples:
     """Points along the borders of roads.
 
     Attributes:
@@ -80,7 +80,7 @@ def shaping_of(roads: RoadLayout, network: Network) -> Floats:
     return roads.memory.of(("what shapes the ground",), found)
 
 
-def border_samples(levels: Levels) -> Samples:
+def border_samples(levels: Levels) -> BorderSamples:
     """Return points along all borders of a road surface, at most about 3 m apart."""
     total = sum(
         float(np.linalg.norm(np.diff(border.line[:, :2], axis=0), axis=1).sum())
@@ -94,10 +94,10 @@ def border_samples(levels: Levels) -> Samples:
         dense = dense[:-1] if border.closed else dense
         points.append(dense)
         outward.append(-unit(mitres(dense, closed=border.closed)))
-    return Samples(np.concatenate(points), np.concatenate(outward))
+    return BorderSamples(np.concatenate(points), np.concatenate(outward))
 
 
-def _shaping(samples: Samples, network: Network, levels: Levels) -> Floats:
+def _shaping(samples: BorderSamples, network: Network, levels: Levels) -> Floats:
     """Points of roads that shape the ground, (n, 3) [m]: neither bridges nor underpasses.
 
     Near crossings of levels, roads far from the usual height around are left out.
@@ -297,7 +297,7 @@ def _height_at(vertices: Floats, faces: Ints, net: spatial.Delaunay, number: Int
     return height_at
 
 
-def _points(roads: RoadLayout, samples: Samples, land: Land) -> _Points:
+def _points(roads: RoadLayout, samples: BorderSamples, land: Land) -> _Points:
     """All points of the terrain from above, with the heights that are known."""
     at, out, z = samples.points[:, :2], samples.outward, samples.points[:, 2]
     away_from = partial(_away_from, roads.outline, shapely.STRtree(sides(list(roads.outline))))

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.buildings.building import Design, Walls, raised
+from sumo3dviz_pt.library.buildings.building import BuildingDesign, Walls, raised
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
 from sumo3dviz_pt.library.buildings.roofs import upright
 from sumo3dviz_pt.library.buildings.shell import joined
@@ -133,7 +133,7 @@ def house_of_row(
     return tuple(replace(part, mesh=belonging(part.mesh, thing)) for part in parts)
 
 
-def _look(house: House, chance: Chance) -> tuple[BuildingStyle, Design]:
+def _look(house: House, chance: Chance) -> tuple[BuildingStyle, BuildingDesign]:
     """BuildingStyle and design of a house; shops are usual at main streets and corners."""
     known = [row for row in ROWS if row.corners or not house.corner]
     style = known[pick([row.share for row in known], chance.share("style"))].style
@@ -145,7 +145,7 @@ def _look(house: House, chance: Chance) -> tuple[BuildingStyle, Design]:
     return style, fit[int(chance.share("design") * len(fit))]
 
 
-def _height(house: House, design: Design, chance: Chance) -> float:
+def _height(house: House, design: BuildingDesign, chance: Chance) -> float:
     """Height of a house's walls: as its quarter, a storey more or less [m]."""
     middle = settled(house.plan.mean(axis=0))
     cell = [f"{value:.0f}" for value in np.floor(middle / _QUARTER)]

@@ -261,7 +261,7 @@ class HeadDesign:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stand:
+class HeadStand:
     """Where some heads hang side by side.
 
     Attributes:

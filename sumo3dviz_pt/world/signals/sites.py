@@ -39,8 +39,8 @@ from sumo3dviz_pt.world.signals.heads import (
     CourseOf,
     Head,
     HeadDesign,
+    HeadStand,
     SignalGroup,
-    Stand,
     Support,
     direction_at_end,
     freest,
@@ -110,7 +110,7 @@ def far_side_heads(
             break
         places = start + (ahead + aside[:, None] * side).reshape(-1, 3)
         foot = freest(_well_seen(design, lanes, places), row, design.ground)
-        stand = Stand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
+        stand = HeadStand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
         made += stand.row(shown, lamps=design.lamps)
         supports.append(Support(foot, yaw, height, bar=bar))
     return made, supports
@@ -304,7 +304,7 @@ def _approach(
     places = _feet(edge, along, outward, bar)
     row = [offset * -outward for offset in row_offsets(len(groups))]
     foot = freest(places, row, design.ground, wishes=(-2.0 * along, -4.5 * along))
-    stand = Stand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
+    stand = HeadStand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
     heads = stand.row(groups, lamps=lamps)
     # Where the road is wide, an arm carries heads over each lane.
     driven = [k for k in links if kind_of(network, k) in ("vehicle", "tram")]
@@ -341,7 +341,7 @@ def _rail_signal(
         back = np.array([0.0, -4.0, -8.0, -15.0, -25.0])
         places = lane.shape[-1] + (back[:, None, None] * along + aside[:, None] * outward)
         foot = freest(places.reshape(-1, 3), (), design.ground, margin=0.55)
-        stand = Stand(foot, foot + RAIL_BOTTOM * UP, -outward, along, yaw)
+        stand = HeadStand(foot, foot + RAIL_BOTTOM * UP, -outward, along, yaw)
         heads += stand.row(groups, lamps=2)
         bar = (len(groups) - 1) * SPACING
         supports.append(Support(foot, yaw, RAIL_BOTTOM + 0.75, bar=bar, rail=True))
@@ -364,7 +364,7 @@ def _crossing(
             for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
         ]
         foot = freest(np.array(places), (), ground)
-        stand = Stand(foot, foot + WALK_BOTTOM * UP, leftward(along), along, yaw)
+        stand = HeadStand(foot, foot + WALK_BOTTOM * UP, leftward(along), along, yaw)
         heads += stand.row(groups, lamps=2)
         bar = (len(groups) - 1) * SPACING
         supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))

@@ -135,7 +135,7 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
     return tuple(tunnel for tunnel in found if tunnel is not None)
 
 
-def _connected(runs: Sequence[_Run]) -> list[list[_Run]]:
+def _connected(runs: Sequence[_DeepRun]) -> list[list[_DeepRun]]:
     """Runs in groups that touch each other from above and differ by less than a storey there."""
     if not runs:
         return []
@@ -148,7 +148,7 @@ def _connected(runs: Sequence[_Run]) -> list[list[_Run]]:
     return [[run for run, of in zip(runs, label, strict=True) if of == k] for k in range(count)]
 
 
-def _crossed(part: shapely.Geometry, runs: Sequence[_Run], below: Floats) -> bool:
+def _crossed(part: shapely.Geometry, runs: Sequence[_DeepRun], below: Floats) -> bool:
     """Whether a road crosses above a deep area.
 
     Args:
@@ -162,7 +162,7 @@ def _crossed(part: shapely.Geometry, runs: Sequence[_Run], below: Floats) -> boo
     return bool((np.abs(line[np.asarray(near, dtype=np.int64), 2] - inside[:, 2]) < STOREY).any())
 
 
-def _meet(one: _Run, other: _Run) -> bool:
+def _meet(one: _DeepRun, other: _DeepRun) -> bool:
     """Whether two runs differ by less than a storey where they are closest from above."""
     away, near = spatial.cKDTree(other.line[:, :2]).query(one.line[:, :2])
     first = int(np.argmin(away))
@@ -223,7 +223,7 @@ def lid_mesh(tunnel: Tunnel, top: HeightAt, terrain_at: HeightAt) -> Mesh:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Run:
+class _DeepRun:
     """A deep stretch of one edge.
 
     Attributes:
@@ -239,7 +239,7 @@ class _Run:
     ahead: Floats
 
 
-def _runs(layout: RoadLayout, ground: HeightAt) -> Iterator[_Run]:
+def _runs(layout: RoadLayout, ground: HeightAt) -> Iterator[_DeepRun]:
     """Deep stretches of all edges, and deep junctions."""
     for strips in layout.strips.values():
         if all(strip.look.raised for strip in strips):
@@ -266,7 +266,7 @@ def _runs(layout: RoadLayout, ground: HeightAt) -> Iterator[_Run]:
                     :, :2
                 ]
             )
-            yield _Run(area, middle[first : last + 1], line[[0, -1]], ahead)
+            yield _DeepRun(area, middle[first : last + 1], line[[0, -1]], ahead)
     cells = layout.cells
     areas = np.array([k for k in cells.knots if not cells.polygons[k].is_empty], dtype=np.int64)
     if len(areas):
@@ -275,7 +275,7 @@ def _runs(layout: RoadLayout, ground: HeightAt) -> Iterator[_Run]:
         for k in np.flatnonzero(ground(spots) - z >= DEEP):
             spot = np.array([[*spots[k], z[k]]])
             area = cells.polygons[areas[k]]
-            yield _Run(area, spot, np.zeros((0, 2, 3)), np.zeros((0, 2)))
+            yield _DeepRun(area, spot, np.zeros((0, 2, 3)), np.zeros((0, 2)))
 
 
 def _spans(deep: Bools) -> Iterator[tuple[int, int]]:
@@ -295,7 +295,7 @@ def _extent(part: shapely.Geometry) -> tuple[float, float]:
 
 
 def _tunnel(
-    layout: RoadLayout, ground: HeightAt, part: shapely.Geometry, runs: Sequence[_Run]
+    layout: RoadLayout, ground: HeightAt, part: shapely.Geometry, runs: Sequence[_DeepRun]
 ) -> Tunnel | None:
     """The tunnel in a deep area; None where its mouths leave nothing of it."""
     mouths = _mouths(part, runs)
@@ -323,7 +323,7 @@ def _tunnel(
     return Tunnel(area, mouths, height, union(pieces))
 
 
-def _mouths(part: shapely.Geometry, runs: Sequence[_Run]) -> tuple[Mouth, ...]:
+def _mouths(part: shapely.Geometry, runs: Sequence[_DeepRun]) -> tuple[Mouth, ...]:
     """Where the roads of a deep area leave it: one mouth for roads side by side."""
     ends = []
     for run in runs:

@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats, Image, Ints, Mesh
 from sumo3dviz_pt.model.scene import Bsdf, Lobe, Part, SceneData, StaticPart, View
 from sumo3dviz_pt.render.compound import METALLIC_ATTRIBUTE, ROUGHNESS_ATTRIBUTE
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
-from sumo3dviz_pt.render.kernel.rows import Kind, Row, RowMaker
+from sumo3dviz_pt.render.kernel.rows import MaterialKind, Row, RowMaker
 from sumo3dviz_pt.render.loaded import HeldMesh
 from sumo3dviz_pt.render.session import Session
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
@@ -142,7 +142,7 @@ def blender_panorama(sky: Image) -> Image:
 
 def material_of(row: Row) -> dict[str, Any]:
     """Return what a row says of all faces, in the words of Blender's Principled."""
-    leaf, matt = Kind.LEAF in row.kind, Kind.MATT in row.kind
+    leaf, matt = MaterialKind.LEAF in row.kind, MaterialKind.MATT in row.kind
     return {
         "kind": "leaf" if leaf else "matt" if matt else "principled",
         "through": row.through,
@@ -150,7 +150,7 @@ def material_of(row: Row) -> dict[str, Any]:
         # Disney's coat has a quarter of its strength; Blender squares its roughness.
         "coat": 0.25 * row.coat,
         "coat_roughness": float(np.sqrt(row.coat_roughness)),
-        "painted": Kind.PAINTED in row.kind,
+        "painted": MaterialKind.PAINTED in row.kind,
     }
 
 
@@ -179,7 +179,7 @@ def exported(session: Session) -> Export:
             lamps.append(mesh.name)
             continue
         row = maker.row(mesh.bsdf, painted=bool(mesh.body))
-        if Kind.FOREIGN in row.kind:
+        if MaterialKind.FOREIGN in row.kind:
             export.different.append(f"{mesh.name}: {dict(mesh.bsdf)}")
         _add_mesh(export, loaded.parameters, mesh, row)
     export.said["lamps"] = [said for name in lamps for said in _lamp(export, session, name)]
@@ -223,7 +223,7 @@ def _add_mesh(export: Export, parameters: Any, mesh: HeldMesh, row: Row) -> None
         "metallic": (_numbers(parameters, f"{mesh.name}.{METALLIC_ATTRIBUTE}", 1), row.metallic),
     }
     for name, (values, plain) in looks.items():
-        own = len(values) == len(faces) and (name != "colour" or Kind.TINTED in row.kind)
+        own = len(values) == len(faces) and (name != "colour" or MaterialKind.TINTED in row.kind)
         values = values[kept] if own else values
         same = not own or bool((values == values[:1]).all())
         if not same:

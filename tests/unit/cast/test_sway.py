@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.poses import SPRINGS, Sway, lean_at, sway_at
+from sumo3dviz_pt.cast.poses import SPRINGS, BodySway, lean_at, sway_at
 
 CAR, HEAVY = SPRINGS["car"], SPRINGS["heavy"]
 
@@ -57,9 +57,9 @@ def test_riders_lean_as_gravity_asks(side):
 
 
 def test_what_leans_turns_about_the_road():
-    matrix = Sway(roll=0.3).about(0.0, 0.0)
+    matrix = BodySway(roll=0.3).about(0.0, 0.0)
     np.testing.assert_allclose(matrix @ [-1.0, 0.0, 0.0, 1.0], [-1.0, 0.0, 0.0, 1.0], atol=1e-12)
     top = matrix @ [0.0, 0.0, 1.0, 1.0]
     assert top[1] < 0.0, "right side down: the head goes right"
-    dived = Sway(pitch=-0.02).about(-2.0, 0.3) @ [0.0, 0.0, 0.5, 1.0]
+    dived = BodySway(pitch=-0.02).about(-2.0, 0.3) @ [0.0, 0.0, 0.5, 1.0]
     assert dived[2] < 0.5

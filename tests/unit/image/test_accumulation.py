@@ -7,7 +7,7 @@ import pytest
 from stages import LENS, SIZE, Stage
 
 from sumo3dviz_pt.image.average import accumulated, rims_of, seen_by
-from sumo3dviz_pt.image.reprojected import Band
+from sumo3dviz_pt.image.reprojected import RowBand
 from sumo3dviz_pt.image.traced import TracedFrame, motion_between
 from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.lens import Lens
@@ -22,7 +22,7 @@ def known_by(other, frame):
     """Return what another frame knows of a frame, (h, w)."""
     height = frame.layers.size[1]
     motion, rims = motion_between(frame, other), _rims(frame, [other])
-    return seen_by(other, frame, motion, band=Band(0, height, height, 0), rims=rims).known
+    return seen_by(other, frame, motion, band=RowBand(0, height, height, 0), rims=rims).known
 
 
 def sampled(stage, seed=None, *, samples=2, places=16):

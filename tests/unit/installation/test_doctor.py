@@ -141,7 +141,7 @@ def test_what_is_lacking_is_named_for_the_package_manager(
 ) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
     llvm = doctor.dependencies.Library("", "", "there is none")
-    trial = doctor.Trial(problems=("a",), missing=("libatomic.so.1", "libunknown.so.3"))
+    trial = doctor.LoadingTrial(problems=("a",), missing=("libatomic.so.1", "libunknown.so.3"))
     assert list(doctor._lacks(trial, llvm)) == [ATOMIC, LLVM]
 
 

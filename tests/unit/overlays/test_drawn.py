@@ -10,10 +10,10 @@ from unit.overlays.drawing import GREY, KEYS, SIZE, changed, film_of
 from sumo3dviz_pt.job.overlays import ClockOverlay, OverlaySettings
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.overlays.canvas import Canvas, rgba, speed_colour
-from sumo3dviz_pt.overlays.drawing import Shown, drawn, label_text, speed_of, time_text
+from sumo3dviz_pt.overlays.drawing import ShownUsers, drawn, label_text, speed_of, time_text
 from sumo3dviz_pt.overlays.facts import box_corners, facts_of, facts_text, frame_around
 
-NOBODY = Shown(frozenset(), np.zeros((180, 320), dtype=bool))
+NOBODY = ShownUsers(frozenset(), np.zeros((180, 320), dtype=bool))
 ALL = {
     "text": [{"text": "A"}],
     "speed": {},
@@ -64,7 +64,7 @@ def test_what_no_pixel_shows_is_not_marked_but_what_is_unknown_is():
         film = film_of(overlays)
         assert len(changed(drawn(GREY, film, 0), GREY))
         assert not len(changed(drawn(GREY, film, 0, NOBODY), GREY))
-        only = Shown(frozenset(KEYS[1:2]), NOBODY.covered)
+        only = ShownUsers(frozenset(KEYS[1:2]), NOBODY.covered)
         assert len(changed(drawn(GREY, film, 0, only), GREY))
 
 
@@ -104,7 +104,7 @@ def test_trails_lie_on_the_ground_behind_the_body_and_never_on_road_users():
     assert found[:, 0].max() >= 89.5 + focal * 1.5 / 5.2 or found[:, 0].max() == 179
     covered = np.zeros((180, 320), dtype=bool)
     covered[:, :160] = True
-    half = changed(drawn(GREY, film, 0, Shown(frozenset(), covered)), GREY)
+    half = changed(drawn(GREY, film, 0, ShownUsers(frozenset(), covered)), GREY)
     assert len(half) and half[:, 1].min() == 160
     assert half[:, 1].max() == found[:, 1].max()
 

@@ -17,8 +17,8 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario, Trace, TrafficLog
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.proposals.busiest import Busiest, busiest, choose_rides, movement_of
 from sumo3dviz_pt.proposals.eyes import (
-    Poses,
     Subjects,
+    ViewPoses,
     apart,
     meetings_of,
     not_looming,
@@ -270,7 +270,7 @@ def test_no_camera_is_proposed_where_roads_cross_without_a_junction():
     around = outdoors(scenario, found.place, there)
     scouted = Scouting(found, there, around, None, meetings=meetings)
     stands = [overview(scouted), corner(scouted)]
-    poses = [Poses(s.eye[None], s.aim[None], s.fov) for s in stands if s is not None]
+    poses = [ViewPoses(s.eye[None], s.aim[None], s.fov) for s in stands if s is not None]
     assert all(shows_none(pose, meetings).all() for pose in poses)
     assert riding_apart(cars, meetings) == []
 
@@ -280,7 +280,7 @@ def test_no_camera_is_proposed_where_roads_cross_without_a_junction():
 
 def towards_centre(*eyes):
     eyes = np.array(eyes, dtype=float)
-    return Poses(eyes, np.zeros_like(eyes), 60.0)
+    return ViewPoses(eyes, np.zeros_like(eyes), 60.0)
 
 
 def value(pose, around=None, *, sun=None):
@@ -291,7 +291,7 @@ def value(pose, around=None, *, sun=None):
 
 def test_an_eye_that_sees_traffic_beats_one_that_looks_away():
     looks = towards_centre((30, -20, 10))
-    away = Poses(looks.eyes, np.array([[60.0, -40.0, 10.0]]), 60.0)
+    away = ViewPoses(looks.eyes, np.array([[60.0, -40.0, 10.0]]), 60.0)
     assert value(looks)[0] > 1.0 and value(away)[0] == 0.0
 
 
@@ -363,7 +363,7 @@ def test_a_corner_against_the_sun_is_none_rather_than_blind():
 
 def test_vehicles_that_pass_right_before_an_eye_lower_its_value():
     movement = movement_of(crossers()).during(10.0, 20.0)
-    low = Poses(np.array([[20.0, -5.0, 1.7], [30.0, -20.0, 1.7]]), np.zeros((2, 3)), 65.0)
+    low = ViewPoses(np.array([[20.0, -5.0, 1.7], [30.0, -20.0, 1.7]]), np.zeros((2, 3)), 65.0)
     near, far = unblocked(low, movement)
     assert far == 1.0 > near
     walkers = movement_of([trace("w", (19.0, -4.0), (0.3, 0.0), kind="person", type_="")])
@@ -515,7 +515,7 @@ def test_somebody_is_in_view_for_most_of_the_time():
     eyes = np.array([[0.0, 20.0, 9.0], [0.0, -80.0, 9.0]])
     aims = np.array([[0.0, 60.0, 1.0], [0.0, -40.0, 1.0]])
     subjects = subjects_of(movement, CENTRE)
-    north, south = rated(Poses(eyes, aims, 60.0), subjects, bare, sun=None)
+    north, south = rated(ViewPoses(eyes, aims, 60.0), subjects, bare, sun=None)
     assert south > north
 
 
@@ -529,7 +529,7 @@ def test_a_lorry_that_the_lower_edge_cuts_lowers_the_value():
     lorry = VehicleType("lorry", "truck", 12.0, 2.5, 4.0)
     movement = movement_of([trace("l", (20.0, 0.0), (0.1, 0.0), type_="lorry")]).during(10.0, 20.0)
     eyes = np.array([[24.0, 0.0, 8.0], [60.0, 0.0, 8.0]])
-    poses = Poses(eyes, np.zeros((2, 3)), 60.0)
+    poses = ViewPoses(eyes, np.zeros((2, 3)), 60.0)
     near, far = not_looming(poses, movement, {"lorry": lorry})
     assert near < 0.2 and far == 1.0
     assert not_looming(poses, movement, {}).tolist() == [1.0, 1.0], "a car is low"
@@ -641,7 +641,7 @@ def test_times_of_any_log_are_written_to_the_millisecond(tmp_path, capsys, begin
 @pytest.mark.parametrize(("ahead", "good"), [(3.0, False), (13.0, True)])
 def test_no_eye_looks_at_the_back_of_a_signal_from_near_by(ahead, good):
     """At the border of the picture, where no line of sight to the traffic passes."""
-    poses = Poses(np.array([[0.0, 0.0, 2.2]]), np.array([[30.0, 0.0, 1.0]]), 65.0)
+    poses = ViewPoses(np.array([[0.0, 0.0, 2.2]]), np.array([[30.0, 0.0, 1.0]]), 65.0)
     head = np.array([[ahead, -0.5 * ahead, 0.35, 2.4, 3.5]])
     nobody = Subjects(np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
     index = build_lane_index(Network({}, {}, (), Location(), False))

@@ -12,8 +12,8 @@ from sumo3dviz_pt.report.motion import (
     SPEEDS,
     Drive,
     Extreme,
-    Finding,
     MotionCourse,
+    MotionFinding,
     MotionReport,
     PopUps,
     Road,
@@ -24,7 +24,7 @@ from sumo3dviz_pt.report.motion import (
 
 
 def finding(name, kind="acceleration", *, value=4.0, time=3.0, end=3.0):
-    return Finding(name, kind, time, value, "w_0", 12.0, -4.8, 0.0, end)
+    return MotionFinding(name, kind, time, value, "w_0", 12.0, -4.8, 0.0, end)
 
 
 def report(**changes):

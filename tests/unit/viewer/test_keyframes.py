@@ -17,7 +17,7 @@ from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.shot.cameras.free import build_flight
 from sumo3dviz_pt.viewer.keyframes import (
-    Eye,
+    ViewerEye,
     camera_yaml,
     flight,
     free_name,
@@ -28,11 +28,11 @@ from sumo3dviz_pt.viewer.keyframes import (
     with_frame,
 )
 
-EYE = Eye(np.array([328.004, 279.996, 7.126]), 305.4321, -9.996, 0.0, 65.02)
+EYE = ViewerEye(np.array([328.004, 279.996, 7.126]), 305.4321, -9.996, 0.0, 65.02)
 ENTRY = camera_yaml(EYE, "new")
 
 EYES = st.builds(
-    lambda x, y, z, *angles: Eye(np.array([x, y, z]), *angles),
+    lambda x, y, z, *angles: ViewerEye(np.array([x, y, z]), *angles),
     st.floats(-1e5, 1e5),
     st.floats(-1e5, 1e5),
     st.floats(0, 1e4),
@@ -133,13 +133,16 @@ def test_a_camera_reads_as_people_write():
 
 
 def test_a_path_reads_as_people_write():
-    frames = [key_frame(EYE, 444), key_frame(Eye(np.zeros(3), 359.999, roll=-2.5, fov=65), 452.04)]
+    frames = [
+        key_frame(EYE, 444),
+        key_frame(ViewerEye(np.zeros(3), 359.999, roll=-2.5, fov=65), 452.04),
+    ]
     assert path_yaml("path", frames) == (
         "  path:\n    mode: cinematic\n    lens: {fov: 65}\n    clear_view: false\n    keyframes:\n"
         "      - {time: 444, position: [328, 280, 7.13], heading: 305.43, pitch: -10}\n"
         "      - {time: 452.04, position: [0, 0, 0], heading: 0, roll: -2.5}\n"
     )
-    wider = key_frame(Eye(np.zeros(3), 10, fov=80), 460)
+    wider = key_frame(ViewerEye(np.zeros(3), 10, fov=80), 460)
     assert "fov: 80}\n" in path_yaml("path", [*frames, wider])
     with pytest.raises(ConfigError, match="no key frames"):
         path_yaml("path", [])
@@ -184,7 +187,7 @@ def test_points_that_are_looked_at_survive():
 def test_frames_are_ordered_and_of_one_time_the_last_stays():
     frames: tuple[KeyFrame, ...] = ()
     for time, heading in ((5, 1), (3, 2), (9, 3), (5.0001, 4)):
-        frames = with_frame(frames, key_frame(Eye(np.zeros(3), heading), time))
+        frames = with_frame(frames, key_frame(ViewerEye(np.zeros(3), heading), time))
     assert [(frame.time, frame.heading) for frame in frames] == [(3, 2), (5, 4), (9, 3)]
 
 
@@ -216,7 +219,10 @@ def test_everything_else_stays(kind, tmp_path):
 def test_examples_take_one_more_path(name, tmp_path):
     before = example(name).read_bytes().decode("utf-8")
     file = write(tmp_path, before)
-    frames = [key_frame(EYE, 450), key_frame(Eye(np.array([310, 290, 3]), 280, -3, 0, 65), 458)]
+    frames = [
+        key_frame(EYE, 450),
+        key_frame(ViewerEye(np.array([310, 290, 3]), 280, -3, 0, 65), 458),
+    ]
     save_camera(file, "path", path_yaml("path", frames))
     after = file.read_bytes().decode("utf-8")
     assert split(before, after).strip() == path_yaml("path", frames).strip()

@@ -10,11 +10,11 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.viewer.keyframes import Eye
+from sumo3dviz_pt.viewer.keyframes import ViewerEye
 from sumo3dviz_pt.viewer.messages import KeyFrameOrder, StandAt
 from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, obeyed, said_of
 
-HERE = ViewerState(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
+HERE = ViewerState(ViewerEye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
 
 
 AT_ZERO, FAR = (SimpleNamespace(location=Location(origin=at)) for at in ((0, 0), (5e6, -1e7)))
@@ -37,7 +37,7 @@ def test_pages_say_and_hear_the_coordinates_of_sumo():
 @pytest.mark.parametrize("time", [455.0, 455.1234567, 1 / 3])
 def test_key_frames_dropped_at_one_moment_follow_each_other(time):
     state = ordered(replace(HERE, time=time), act="add")
-    there = replace(state, eye=Eye(np.array([61.0, 2.0, 3.0]), 90.0))
+    there = replace(state, eye=ViewerEye(np.array([61.0, 2.0, 3.0]), 90.0))
     further = replace(ordered(there, act="add"), eye=HERE.eye)
     first, second, third = ordered(further, act="add").frames
     assert first.time == pytest.approx(time, abs=0.001)

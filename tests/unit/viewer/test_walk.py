@@ -13,16 +13,16 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.shot.cameras.aiming import build_camera
-from sumo3dviz_pt.viewer.keyframes import AXES, FASTER, STEEPEST, Eye, moved, turned, wrapped
+from sumo3dviz_pt.viewer.keyframes import AXES, FASTER, STEEPEST, ViewerEye, moved, turned, wrapped
 
-EAST = Eye(np.array([10.0, 20.0, 5.0]), heading=90.0, pitch=-10.0, roll=3.0, fov=60.0)
+EAST = ViewerEye(np.array([10.0, 20.0, 5.0]), heading=90.0, pitch=-10.0, roll=3.0, fov=60.0)
 WIDTH = 960.0
 
 METRES = st.floats(-1e4, 1e4)
 CODES = FASTER | {code for _, more, less in AXES for code in (*more, *less)}
 KEYS = st.frozensets(st.sampled_from(sorted(CODES)))
 EYES = st.builds(
-    lambda x, y, z, *angles: Eye(np.array([x, y, z]), *angles),
+    lambda x, y, z, *angles: ViewerEye(np.array([x, y, z]), *angles),
     METRES,
     METRES,
     METRES,
@@ -105,7 +105,7 @@ def test_nothing_moves_without_a_key_that_says_where(keys):
 
 
 def test_the_way_ahead_is_level_and_by_the_heading():
-    steep = Eye(np.zeros(3), heading=30.0, pitch=-80.0)
+    steep = ViewerEye(np.zeros(3), heading=30.0, pitch=-80.0)
     way = moved(steep, frozenset({"KeyW"}), 1.0).position
     np.testing.assert_allclose(way, [10 * np.sin(np.pi / 6), 10 * np.cos(np.pi / 6), 0], atol=1e-9)
 
@@ -141,7 +141,7 @@ def test_eyes_stay_above_the_ground_and_level_enough(eye, keys, seconds, ground)
 @given(EYES)
 def test_an_eye_is_what_its_view_says(eye):
     view = eye.view()
-    again = Eye.of(view)
+    again = ViewerEye.of(view)
     assert_same(again, eye)
     np.testing.assert_allclose(
         again.view().world_from_camera.matrix, view.world_from_camera.matrix, atol=1e-12
@@ -155,7 +155,7 @@ def test_any_rotation_can_be_said_by_angles(pitch, roll):
     placed = Transform.from_pose([1.0, 2.0, 3.0], yaw=0.7, pitch=pitch, roll=roll)
     if abs(pitch) == np.pi / 2 and roll:
         placed = Transform.from_pose([1.0, 2.0, 3.0], yaw=0.7 + roll, pitch=pitch)
-    found = Eye.of(View(placed, Lens(1.0)))
+    found = ViewerEye.of(View(placed, Lens(1.0)))
     np.testing.assert_allclose(found.view().world_from_camera.matrix, placed.matrix, atol=1e-9)
     assert abs(found.pitch) <= 90.0
 
@@ -166,7 +166,11 @@ def test_angles_are_those_of_a_scene_file():
         mode="eulerian", position=(1, 2, 3), heading=200, pitch=-20, roll=5, lens={"fov": 70}
     )
     view = build_camera(settings, fleet=nobody).view_at(0.0)
-    assert_same(Eye.of(view), Eye(np.array([1.0, 2.0, 3.0]), 200.0, -20.0, 5.0, 70.0), atol=1e-12)
+    assert_same(
+        ViewerEye.of(view),
+        ViewerEye(np.array([1.0, 2.0, 3.0]), 200.0, -20.0, 5.0, 70.0),
+        atol=1e-12,
+    )
 
 
 @settings(deadline=None)
@@ -189,7 +193,7 @@ def test_what_was_in_the_middle_follows_the_pointer(eye, dx, dy):
 
 @pytest.mark.parametrize("at", [(-300, 0), (200, 100), (0, -150), (-250, 150)])
 def test_what_is_under_the_pointer_follows_it_nearly(at):
-    eye = Eye(np.zeros(3), 40.0, -12.0, 0.0, 60.0)
+    eye = ViewerEye(np.zeros(3), 40.0, -12.0, 0.0, 60.0)
     focal = WIDTH / 2 / np.tan(np.radians(30))
     local = np.array([1.0, -at[0] / focal, -at[1] / focal])
     direction = eye.view().world_from_camera.directions(local[None])[0]
@@ -201,7 +205,7 @@ def test_what_is_under_the_pointer_follows_it_nearly(at):
 @settings(deadline=None)
 @given(EYES, st.floats(-2000, 2000), st.floats(-2000, 2000), st.sampled_from([-90, -89, 89, 90]))
 def test_drags_near_the_poles_stay_sound(eye, dx, dy, pitch):
-    steep = Eye(eye.position, eye.heading, pitch, eye.roll, eye.fov)
+    steep = ViewerEye(eye.position, eye.heading, pitch, eye.roll, eye.fov)
     for before in (eye, steep):
         after = turned(before, dx, dy, WIDTH)
         assert np.isfinite(values_of(after)).all()
@@ -210,7 +214,7 @@ def test_drags_near_the_poles_stay_sound(eye, dx, dy, pitch):
 
 
 def test_a_small_drag_looking_down_turns_a_little():
-    down = Eye(np.zeros(3), heading=90.0, pitch=-90.0, fov=60.0)
+    down = ViewerEye(np.zeros(3), heading=90.0, pitch=-90.0, fov=60.0)
     after = turned(down, 8.0, 0.0, WIDTH)
     assert 0.0 < 90.0 - after.heading < 3.0
     assert after.pitch == -STEEPEST

@@ -45,7 +45,7 @@ _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
 
-class Cabin(Enum):
+class CutawayCabin(Enum):
     """What stands before who steers: a dashboard with wheel and mirrors, a desk, or only the body.
 
     That has a handlebar and a windscreen, or nothing, or is a closed box.
@@ -60,7 +60,7 @@ class Cabin(Enum):
     @property
     def is_built(self) -> bool:
         """Whether anything is built anew in it."""
-        return self in (Cabin.ROAD, Cabin.RAIL)
+        return self in (CutawayCabin.ROAD, CutawayCabin.RAIL)
 
 
 def cutaway(
@@ -70,7 +70,7 @@ def cutaway(
     belt: float,
     eye: Floats,
     wipers: bool = True,
-    cabin: Cabin = Cabin.ROAD,
+    cabin: CutawayCabin = CutawayCabin.ROAD,
 ) -> Prototype:
     """Keep what a driver sees of his own vehicle.
 
@@ -89,7 +89,9 @@ def cutaway(
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
     high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * float(np.ptp(bounds[:, :, 1])))
     # No dashboard hides the cut: it lies higher, and no wall is seen from inside.
-    cut = low if cabin.is_built or cabin is Cabin.BOX else max(low, float(eye[2]) - _UNDER_EYE)
+    cut = (
+        low if cabin.is_built or cabin is CutawayCabin.BOX else max(low, float(eye[2]) - _UNDER_EYE)
+    )
     parts = tuple(_opened(prototype.parts, cowl=cowl, low=cut, high=high))
     if not cabin.is_built:
         parts = tuple(_without_backs(parts, eye, above=low))
@@ -102,7 +104,7 @@ def cutaway(
         # The dashboard ends at the doors' own panels.
         across = 2.0 * flank + _DOORS
         made = desk(across, front=front, belt=belt, edge=edge, eye=eye)
-        if cabin is Cabin.ROAD:
+        if cabin is CutawayCabin.ROAD:
             made = cockpit(across, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
             made = chain(made, outer_mirrors(flank, front=front, belt=belt, eye=eye))
             lamps = cockpit_lamps(belt=belt, eye=eye)
@@ -111,7 +113,7 @@ def cutaway(
     return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))
 
 
-def has_dashboard(width: float, cabin: Cabin) -> bool:
+def has_dashboard(width: float, cabin: CutawayCabin) -> bool:
     """Return whether a body so wide [m] has a dashboard; two-wheelers and ships have none."""
     return width > _NARROWEST_DASHBOARD and cabin.is_built
 

@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.scene import (
 )
 from sumo3dviz_pt.render.kernel.integrator import RAYS
 from sumo3dviz_pt.render.loaded import LoadedScene
-from sumo3dviz_pt.render.session import Facts, carried, points_of
+from sumo3dviz_pt.render.session import PixelFacts, carried, points_of
 
 pytestmark = pytest.mark.usefixtures("compiled")
 
@@ -123,7 +123,7 @@ def frame(moved: float = 0.0) -> FrameState:
     return replace(state, deforming=(one("person:c", "walker", (5, 0), phase=phase, effort=1.0),))
 
 
-def shown(*states: FrameState) -> tuple[LoadedScene, Facts]:
+def shown(*states: FrameState) -> tuple[LoadedScene, PixelFacts]:
     """The scene as it was loaded, and what the last frame shows."""
     quality = RAW.model_copy(update={"spp": 1, "pass_spp": 1, "max_depth": 2})
     with session_of(scene(), size=SIZE, quality=quality) as session:
@@ -132,7 +132,7 @@ def shown(*states: FrameState) -> tuple[LoadedScene, Facts]:
         return session.loaded, session.facts(set(RAYS))
 
 
-def pixels(facts: Facts, name: str) -> np.ndarray:
+def pixels(facts: PixelFacts, name: str) -> np.ndarray:
     assert facts.owner is not None
     return facts.owner == facts.names.index(name)
 

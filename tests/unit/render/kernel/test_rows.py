@@ -12,7 +12,7 @@ from sumo3dviz_pt.library.materials import (
     two_sided,
 )
 from sumo3dviz_pt.render.compound import COMPOUND
-from sumo3dviz_pt.render.kernel.rows import PLAIN, Kind, Row, RowMaker, kinds_of, lobes_of
+from sumo3dviz_pt.render.kernel.rows import PLAIN, MaterialKind, Row, RowMaker, kinds_of, lobes_of
 
 COLOUR = (0.5, 0.25, 0.125)
 
@@ -23,7 +23,7 @@ def row_of(bsdf, **how):
 
 @pytest.mark.parametrize("name", MATERIALS)
 def test_every_named_material_is_understood(name):
-    assert Kind.FOREIGN not in row_of(MATERIALS[name]).kind
+    assert MaterialKind.FOREIGN not in row_of(MATERIALS[name]).kind
 
 
 @pytest.mark.parametrize("name", catalog.names("surfaces"))
@@ -31,7 +31,7 @@ def test_every_surface_is_understood(name):
     bsdf = surface_bsdf(catalog.find("surfaces", name))
     stained = {"type": "stained", "texture": bsdf["base_color"], "tint": TINT, "mean": [0.5] * 3}
     for each in (bsdf, {**bsdf, "base_color": stained}):
-        assert Kind.FOREIGN not in row_of(each).kind
+        assert MaterialKind.FOREIGN not in row_of(each).kind
 
 
 def test_numbers_of_a_plain_material_are_kept():
@@ -41,17 +41,20 @@ def test_numbers_of_a_plain_material_are_kept():
 
 
 def test_kinds_of_materials():
-    assert row_of(matt(COLOUR)).kind == Kind.MATT
-    assert row_of(two_sided(matt(COLOUR))).kind == Kind.MATT | Kind.OPEN
-    assert row_of(MATERIALS["leaf"]).kind == Kind.LEAF | Kind.OPEN | Kind.TINTED
+    assert row_of(matt(COLOUR)).kind == MaterialKind.MATT
+    assert row_of(two_sided(matt(COLOUR))).kind == MaterialKind.MATT | MaterialKind.OPEN
+    assert (
+        row_of(MATERIALS["leaf"]).kind
+        == MaterialKind.LEAF | MaterialKind.OPEN | MaterialKind.TINTED
+    )
     assert row_of(MATERIALS["leaf"]).through == 0.5
-    assert row_of(COMPOUND).kind == Kind.TINTED
+    assert row_of(COMPOUND).kind == MaterialKind.TINTED
 
 
 def test_only_instances_are_painted():
-    assert row_of(MATERIALS["paint"]).kind == Kind.TINTED
-    assert row_of(MATERIALS["paint"], painted=True).kind == Kind.PAINTED
-    assert row_of(COMPOUND, painted=True).kind == Kind.TINTED
+    assert row_of(MATERIALS["paint"]).kind == MaterialKind.TINTED
+    assert row_of(MATERIALS["paint"], painted=True).kind == MaterialKind.PAINTED
+    assert row_of(COMPOUND, painted=True).kind == MaterialKind.TINTED
 
 
 @pytest.mark.parametrize(
@@ -67,7 +70,7 @@ def test_only_instances_are_painted():
     ],
 )
 def test_what_is_not_understood_is_foreign(bsdf):
-    assert row_of(bsdf) == Row(Kind.FOREIGN)
+    assert row_of(bsdf) == Row(MaterialKind.FOREIGN)
 
 
 def test_equal_textures_have_one_number():

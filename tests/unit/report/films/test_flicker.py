@@ -22,7 +22,14 @@ from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.library.materials import matt
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Slots
-from sumo3dviz_pt.report.films.flicker import Flow, Seen, body_bounds, flicker, flow_between, warped
+from sumo3dviz_pt.report.films.flicker import (
+    Flow,
+    SeenFrame,
+    body_bounds,
+    flicker,
+    flow_between,
+    warped,
+)
 
 SIZE = (64, 36)
 BODIES = body_bounds({"cube": cube()})
@@ -56,7 +63,7 @@ def cast(view, movers=(), *, ground=True, size=SIZE):
 def seen(view, movers=(), *, ground=True, size=SIZE, far=()):
     """A frame with its exact depth."""
     depth = cast(view, (*movers, *far), ground=ground, size=size)[0]
-    return Seen(frame_of(view, movers=movers, far=far), depth)
+    return SeenFrame(frame_of(view, movers=movers, far=far), depth)
 
 
 def place_of(view, points, size=SIZE):
@@ -170,7 +177,7 @@ def test_who_was_not_there_before_is_left_out():
     assert not flow.valid[hit == 0].any()
     assert flow.valid[hit != 0].all()
     # Not even where the depth happens to agree.
-    same = Seen(before.frame, now.depth)
+    same = SeenFrame(before.frame, now.depth)
     assert not flow_between(now, same, BODIES).valid[hit == 0].any()
 
 
@@ -191,7 +198,7 @@ def test_the_road_below_a_body_stays():
     view = view_at([0, 0, 2], heading=90, pitch=-10)
     depth = cast(view)[0]
     here, there = (frame_of(view, movers=[mover("a", [x, 0, 0], GREY)]) for x in (9.0, 8.0))
-    flow = flow_between(Seen(here, depth), Seen(there, depth), BODIES)
+    flow = flow_between(SeenFrame(here, depth), SeenFrame(there, depth), BODIES)
     assert flow.valid.all()
     np.testing.assert_allclose(flow.places, identity(), atol=1e-6)
 
@@ -205,7 +212,7 @@ def test_a_camera_inside_its_own_body():
     for depth in depths:
         depth[:, :20] = 2.0
     now, before = (
-        Seen(frame_of(v, movers=[e]), d) for v, e, d in zip(views, ego, depths, strict=True)
+        SeenFrame(frame_of(v, movers=[e]), d) for v, e, d in zip(views, ego, depths, strict=True)
     )
     flow = flow_between(now, before, BODIES)
     inside, road = np.s_[5:-5, 2:18], np.s_[12:, 30:]
@@ -335,7 +342,7 @@ def test_a_rendered_film_is_followed():
     with session_of(scene, size=size, quality=quality) as session:
         shots = [session.samples(frame) for frame in frames]
     before, present = (
-        Seen(frame, shot.distance) for frame, shot in zip(frames, shots, strict=True)
+        SeenFrame(frame, shot.distance) for frame, shot in zip(frames, shots, strict=True)
     )
     then, now = (develop_float(shot.layers["radiance"]) for shot in shots)
     flow = flow_between(present, before, body_bounds(scene.prototypes))

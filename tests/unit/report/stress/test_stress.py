@@ -22,8 +22,15 @@ from sumo3dviz_pt.report.stress.cases import (
     nearest_body,
     why_not,
 )
-from sumo3dviz_pt.report.stress.checks import DARKEST, MARGIN, CaseLight, Evidence, judge, light_of
-from sumo3dviz_pt.report.stress.stress import Outcome, StressReport, chosen, in_words
+from sumo3dviz_pt.report.stress.checks import (
+    DARKEST,
+    MARGIN,
+    CaseEvidence,
+    CaseLight,
+    judge,
+    light_of,
+)
+from sumo3dviz_pt.report.stress.stress import CaseOutcome, StressReport, chosen, in_words
 
 TIME = 4.5
 
@@ -168,7 +175,7 @@ def evidence(radiance=0.1, *, sky=0.0, light=LIGHT, **changes):
     picture[::2] *= 1.01
     open_sky = np.zeros((36, 64), bool)
     open_sky[: round(36 * sky)] = True
-    return replace(Evidence(picture, open_sky, light, 30.0, 0.5, "neutral"), **changes)
+    return replace(CaseEvidence(picture, open_sky, light, 30.0, 0.5, "neutral"), **changes)
 
 
 def spoilt(value, *, pixels=1):
@@ -322,9 +329,11 @@ def test_an_interrupt_behind_an_error_is_still_one():
 
 def test_the_report_names_every_case():
     outcomes = (
-        Outcome("a", "ok", cpu=1.0),
-        Outcome("b", "failed", "the picture is black", 2.0, nonfinite=3, negative=2, capped=0.3),
-        Outcome("c", "left out", "nobody"),
+        CaseOutcome("a", "ok", cpu=1.0),
+        CaseOutcome(
+            "b", "failed", "the picture is black", 2.0, nonfinite=3, negative=2, capped=0.3
+        ),
+        CaseOutcome("c", "left out", "nobody"),
     )
     report = StressReport("post", 4.5, outcomes)
     words = in_words(report)

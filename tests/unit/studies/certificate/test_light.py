@@ -7,7 +7,7 @@ import pytest
 
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.pipeline.films.stored_layers import Camera
+from sumo3dviz_pt.pipeline.films.stored_layers import StoredCamera
 from sumo3dviz_pt.studies.certificate.acts import Acts
 from sumo3dviz_pt.studies.certificate.comparison import compare, pixel_verdict
 from sumo3dviz_pt.studies.certificate.evidence import SKY, Evidence, _radiance, _rays
@@ -169,7 +169,7 @@ def test_all_of_the_light_is_read_that_a_frame_stores(tmp_path):
 
 
 def test_rays_go_through_the_centres_of_pixels():
-    camera = Camera((3, 3), 2.0, (1.0, 1.0), Transform(np.eye(4)))
+    camera = StoredCamera((3, 3), 2.0, (1.0, 1.0), Transform(np.eye(4)))
     rays = _rays(camera)
     assert np.allclose(rays[1, 1], (1, 0, 0)) and rays[0, 1, 2] > 0 and rays[1, 0, 1] > 0
     assert np.allclose(np.linalg.norm(rays, axis=-1), 1.0)

@@ -19,7 +19,7 @@ import yaml
 
 from sumo3dviz_pt.job.study import TOOLS
 from sumo3dviz_pt.studies.tools import pages
-from sumo3dviz_pt.studies.tools.content import Session
+from sumo3dviz_pt.studies.tools.content import StudySession
 from sumo3dviz_pt.studies.tools.datasets import (
     citation,
     write_checksums,
@@ -219,7 +219,7 @@ def test_a_page_that_needs_no_network_has_jspsych_beside_it(tmp_path, ratings):
     for name in (SCRIPT, STYLE):
         (there / name).parent.mkdir(parents=True, exist_ok=True)
         (there / name).write_text(f"/* {name} */", "utf-8")
-    session = Session(own_texts()["en"]["page"], offline=there)
+    session = StudySession(own_texts()["en"]["page"], offline=there)
     files = pages.write_jspsych(tmp_path, replace(ratings, session=session))
     sources = Reader(files[0].read_text("utf-8")).sources
     assert sources == [f"scripts/{SCRIPT}", f"scripts/{STYLE}"]

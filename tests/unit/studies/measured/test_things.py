@@ -8,7 +8,7 @@ import pytest
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.layers import Layers, Thing, number_of
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.pipeline.films.stored_layers import Camera, FrameLayers
+from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers, StoredCamera
 from sumo3dviz_pt.studies.measured.pictures import _seen, box_entries, shining_lenses
 from sumo3dviz_pt.studies.measured.traffic import Traffic
 from sumo3dviz_pt.world.signals.signals import GLASS
@@ -41,7 +41,7 @@ def frame(x, y=0.0, *walls):
     pose = np.eye(4)
     pose[:3, 3] = eye
     things = {number_of(CAR): Thing(CAR, "car"), number_of(WALL): Thing(WALL, "building")}
-    camera = Camera(SIZE, 138.6, (79.5, 44.5), Transform(pose))
+    camera = StoredCamera(SIZE, 138.6, (79.5, 44.5), Transform(pose))
     layers = Layers({"depth": depth, "instance": owner})
     return FrameLayers(0, 0.0, layers, things, (), (), frozenset(), camera)
 
