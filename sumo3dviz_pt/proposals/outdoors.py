@@ -176,7 +176,7 @@ class Outdoors:
         """
         free = np.ones(len(eyes))
         free[self._behind_walls(eyes, targets) | self._behind_posts(eyes, targets)] = 0.0
-        return free * self._over_land(eyes, targets)
+        return free * self.over_land(eyes, targets)
 
     def room(self, eyes: Floats, ends: Floats) -> Floats:
         """Return the distance between axes of cameras and what stands beside them, (n,) [m].
@@ -199,6 +199,24 @@ class Outdoors:
             aside = np.maximum(np.hypot(points[..., 0] - x, points[..., 1] - y) - radius, 0.0)
             found = np.minimum(found, np.hypot(level, aside).min(axis=1))
         return found
+
+    def over_land(self, eyes: Floats, targets: Floats) -> Floats:
+        """Return how free the lines from eyes to targets are of hills, (n,) in [0, 1].
+
+        Args:
+            eyes: (n, 3) [m].
+            targets: (n, 3) [m].
+        """
+        free = np.ones(len(eyes))
+        hilly = self.index.tree is not None and float(np.ptp(self.index.points[:, 2])) > 1.0
+        if not len(eyes) or not hilly:
+            return free
+        points = eyes[:, None] + _STEPS[None, :, None] * (targets - eyes)[:, None]
+        flat = points.reshape(-1, 3)
+        heights = self.index.heights(flat[:, :2]) if self.land is None else self.land(flat)
+        above = (flat[:, 2] - heights).reshape(points.shape[:2])
+        free[(above < 0.2).any(axis=1)] = 0.0
+        return free
 
     def _behind_walls(self, eyes: Floats, targets: Floats) -> Bools:
         """Which lines a building crosses below its roof."""
@@ -234,19 +252,6 @@ class Outdoors:
             between = (share > 0.0) & (share < 0.97)
             hidden |= between & (aside < radius) & (height > bottom) & (height < top)
         return hidden
-
-    def _over_land(self, eyes: Floats, targets: Floats) -> Floats:
-        """How free lines are of hills, (n,)."""
-        free = np.ones(len(eyes))
-        hilly = self.index.tree is not None and float(np.ptp(self.index.points[:, 2])) > 1.0
-        if not len(eyes) or not hilly:
-            return free
-        points = eyes[:, None] + _STEPS[None, :, None] * (targets - eyes)[:, None]
-        flat = points.reshape(-1, 3)
-        heights = self.index.heights(flat[:, :2]) if self.land is None else self.land(flat)
-        above = (flat[:, 2] - heights).reshape(points.shape[:2])
-        free[(above < 0.2).any(axis=1)] = 0.0
-        return free
 
 
 def outdoors(

@@ -163,6 +163,9 @@ def corner(scouting: Scouting) -> StandingEye | None:
     values = scouting.rated(poses, margin=1.2) * factors
     values *= unblocked(poses, scouting.movement) * ~against(poses, scouting.sun)
     values *= ~(crowded(eyes, scouting.movement) & (factors == 1.0))
+    # Whatever else drives before a crest, the place itself is what the picture is of.
+    roofs = place + np.array([0.0, 0.0, 1.0])
+    values *= scouting.around.over_land(eyes, np.tile(roofs, (len(eyes), 1)))
     chosen = best_of(values)
     return None if chosen is None else StandingEye(eyes[chosen], aims[chosen], _CORNER_FOV)
 

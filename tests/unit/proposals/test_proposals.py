@@ -378,6 +378,24 @@ def test_hills_hide():
     assert around.clear(np.array([[-40.0, -40.0, 5.0]]), np.array([[0.0, 0.0, 1.0]]))[0] == 1.0
 
 
+def test_no_corner_looks_at_a_crest_that_hides_the_place():
+    """Nearly all drive in the east, and a ridge lies between them and the place."""
+
+    def ridge(places):
+        return 3.0 * np.exp(-(((places[:, 0] - 5.0) / 2.0) ** 2))
+
+    busy = [trace(f"e{k}", (10.0 + 1.5 * k, -1.6), (1.0, 0.0), at=15.0) for k in range(8)]
+    level = scouting(scenario_of([*busy, trace("w", (-20.0, -1.6), (2.0, 0.0), at=15.0)]))
+    heights = np.zeros((len(level.around.index.points), 3))
+    heights[0, 2] = 2.0  # somewhere else, but a network with hills
+    index = replace(level.around.index, points=level.around.index.points + heights)
+    stands = corner(replace(level, around=replace(level.around, index=index, land=ridge)))
+    assert stands is not None
+    way = np.array([0.0, 0.0, 1.0]) - stands.eye
+    sight = stands.eye + np.linspace(0.0, 0.9, 40)[:, None] * way
+    assert (sight[:, 2] > ridge(sight)).all(), "a crest hides the place"
+
+
 # Cameras ------------------------------------------------------------------------------------
 
 
