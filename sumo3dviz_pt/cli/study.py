@@ -17,7 +17,7 @@ from sumo3dviz_pt.cli.options import (
     overrides_of,
     progress,
 )
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError, RenderError
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.studies.certificate.certificate import Certificate
@@ -80,7 +80,12 @@ def add_verify(study: Any) -> None:
 
 
 def verify(options: argparse.Namespace) -> int:
-    """Say what is wrong with a study's folder; 1 if anything is."""
+    """Say what is wrong with a study's folder; 1 if anything is.
+
+    Raises:
+        InputError: If the folder is no study's, or what a replay needs is missing or cannot be
+            loaded.
+    """
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.studies.certificate.verify import VerifyOrder, verify_study
@@ -90,7 +95,12 @@ def verify(options: argparse.Namespace) -> int:
     names = ("folder", "replay", "seed", "published", "quick")
     order = VerifyOrder(**{name: getattr(options, name) for name in names})
     with progress(f"verify {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
-        found = verify_study(order)
+        try:
+            found = verify_study(order)
+        except (InstallationError, RenderError) as error:
+            # Exit code 1 would say that something is wrong with the folder.
+            why = f"nothing was verified: {error}; --quick without --replay needs no renderer"
+            raise InputError(why, file=options.folder) from error
     if options.json:
         print(json.dumps(found.as_plain(), indent=1))
         return 1 if found.faults else 0

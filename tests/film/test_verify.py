@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -334,6 +336,26 @@ def test_a_replay_without_inputs_is_refused_in_one_sentence(made, tmp_path, caps
     assert main(["study", "verify", str(folder), "--replay", "1", "-q"]) == 2
     said = capsys.readouterr().err
     assert "a replay needs the study's inputs" in said and said.count("\n") == 1
+
+
+def test_a_machine_that_cannot_render_says_nothing_against_the_folder(made, tmp_path):
+    """A machine without libatomic ended with 1, which means that something is wrong."""
+    said = "libatomic.so.1: cannot open shared object file: No such file or directory"
+    (tmp_path / "drjit.py").write_text(f"raise ImportError({said!r})\n", encoding="utf-8")
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    words = [sys.executable, "-m", "sumo3dviz_pt.cli", "study", "verify", str(made), "-q"]
+    env = {**os.environ, "PYTHONPATH": path}
+
+    def verified(*more):
+        done = subprocess.run([*words, *more], env=env, check=False, capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+
+    code, out, _ = verified("--quick")
+    assert code == 0 and "proven: 2 films" in out
+    for more in ((), ("--quick", "--replay", "1")):  # developing frames needs the renderer, too
+        code, out, said = verified(*more)
+        assert code == 2 and not out and "nothing was verified: drjit cannot be loaded" in said
+        assert "--quick without --replay needs no renderer" in said
 
 
 def test_damaged_files_are_faults_and_no_accidents(made, tmp_path, capsys):

@@ -89,7 +89,10 @@ class Verified:
         films = len(self.study.accounts)
         own = "certificate" if self.study.certificate else "no certificate; study.json"
         if self.faults:
-            return f"not proven: {len(self.faults)} things are wrong; see above"
+            count = len(self.faults)
+            return (
+                f"not proven: {count} {'thing is' if count == 1 else 'things are'} wrong; see above"
+            )
         return (
             f"proven: {films} films with {tested.pictures} pictures, {there} of {known} frames and"
             f" layers, {tested.developed} pictures developed again; {own} {self.digest}"
