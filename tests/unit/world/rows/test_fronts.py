@@ -302,6 +302,7 @@ QUARTER = network(
 """Blocks of 220 m and, where a street is missing, of 460 m; no street runs along a tile."""
 
 
+@pytest.mark.slow
 def test_two_cameras_far_apart_see_the_same_houses_and_none_overlaps():
     nothing = Clearance()
     west, _, _ = grown(QUARTER, eyes=np.array([[-300.0, 0.0, 1.5]]), clearance=nothing)
@@ -336,7 +337,13 @@ BAYS = tuple(Bay((-70.0 + 6.0 * k, -8.2), 0.0, 6.0, 2.4) for k in range(8))
 """Behind the pavement of a street, where forecourts lie."""
 
 
-@pytest.fixture(scope="module", params=[0.0, 0.31], ids=["flat", "steep"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(0.0, id="flat", marks=pytest.mark.slow),
+        pytest.param(0.31, id="steep"),
+    ],
+)
 def shops(request):
     """A place with two streets, one as steep as a stair and one less so, with bays and a yard."""
     rise = request.param
