@@ -28,7 +28,7 @@ from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.model.trajectory import TyreTracks
 from sumo3dviz_pt.model.weather import Rain, Sky, Snow, Weather, WeatherCourse
 
-pytestmark = pytest.mark.usefixtures("compiled")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled")]
 
 SIZE = (48, 32)
 WET = Weather(wetness=1.0)
