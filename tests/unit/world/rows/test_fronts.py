@@ -375,9 +375,10 @@ def roads_of(static):
     return [part for part in static if part.id in ("road/asphalt", "road/paving")]
 
 
+@pytest.mark.slow
 def test_forecourts_follow_the_footways_that_they_join(shops):
     tops = faces_up(paved_beside(shops)["forecourts"])
-    places = points_on(tops, 0.23)
+    places = points_on(tops, 0.11)
     gap = highest(tops, places) - highest(faces_up(roads_of(shops)), places)
     gap = gap[np.isfinite(gap)]
     assert len(gap) > 100 and gap.min() > -0.02 and gap.max() < 0.03
