@@ -70,12 +70,6 @@ ROUTES = """<routes>
 <flow id="c" type="bike" from="EP" to="TTN" begin="3" end="120" period="20"/>
 </routes>"""
 
-SCENE = """scenario:
-  network: town.net.xml
-  trajectories: fcd.xml
-  signals: signals.xml
-"""
-
 
 def missing() -> bool:
     """Whether SUMO's programs are not installed."""
@@ -92,21 +86,3 @@ def build_network(folder: Path, *, left_hand: bool = False) -> Path:
     words += ["--lefthand"] * left_hand
     call("netconvert", words, folder=folder)
     return made
-
-
-def build_town(folder: Path) -> Path:
-    """Make network, logs and a scene file in a folder and return the scene file."""
-    build_network(folder)
-    (folder / "town.rou.xml").write_text(ROUTES)
-    savers = "".join(
-        f'<timedEvent type="SaveTLSStates" source="{tls}" dest="signals.xml"/>'
-        for tls in ("T", "X", "R1", "R2")
-    )
-    (folder / "town.add.xml").write_text(f"<additional>{savers}</additional>")
-    words = ["-n", "town.net.xml", "-r", "town.rou.xml", "-a", "town.add.xml"]
-    words += ["--fcd-output", "fcd.xml", "--fcd-output.signals", "-e", "120"]
-    words += ["--step-length", "0.5", "--no-step-log"]
-    call("sumo", words, folder=folder)
-    scene = folder / "scene.yaml"
-    scene.write_text(SCENE)
-    return scene

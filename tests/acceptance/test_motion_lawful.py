@@ -35,7 +35,11 @@ EVERY = {  # every n-th road user
 }
 BUNDLED = ("crossing", "ronda")
 absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
-NAMES = [*BUNDLED, *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in EVERY)]
+NAMES = [
+    "crossing",
+    pytest.param("ronda", marks=pytest.mark.slow),
+    *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in EVERY),
+]
 KEEPING = tuple(name for name in smoother_names() if not SMOOTHERS[name].raw)
 
 

@@ -33,7 +33,6 @@ from sumo3dviz_pt.proposals.sumo3dviz import translate
 from sumo3dviz_pt.studies.run import StudyOrder
 
 HOWTO = sorted((DOCS / "howto").glob("*.md"))
-SHOT_KEYS = ("camera", "from", "to")
 OUR_NAMES = {
     "scene": sumo3dviz_pt.Scene,
     "dusk": sumo3dviz_pt.Scene,

@@ -37,7 +37,7 @@ DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"
 absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
 SHARED = ["barcelona", "doerpfeldstr", "bologna_acosta", "badhersfeld", "monaco_west_hills"]
 NAMES = [
-    *("crossing", "ronda"),
+    *("crossing", pytest.param("ronda", marks=pytest.mark.slow)),
     *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in SHARED),
 ]
 LAWS = {

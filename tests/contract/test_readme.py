@@ -15,7 +15,7 @@ from builders import write_scenario
 from manual import DOCS, ROOT, blocks, text_of
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 
 README = text_of(ROOT / "README.md")
 SMALLER = {"(960, 540)": "(64, 36)", "(640, 360)": "(64, 36)", "end=462": "end=460.08"}
@@ -27,7 +27,7 @@ STREET = {
     "start=460": "start=4",
     "end=460.08": "end=4.2",
 }
-"""The same of a street with a few cars, for a tenth of the time; CI renders the real ones too."""
+"""The same of a street with a few cars, for a tenth of the time; the notebook films ronda."""
 
 
 def test_two_commands_set_a_fresh_machine_up() -> None:
@@ -84,6 +84,8 @@ def replaced(code: str, changes: dict[str, str]) -> str:
 
 def run(code: str, scene: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """Run an example beside a street, or a copy of the bundled scenario, with few pixels."""
+    job = load_job(ROOT / "examples" / "ronda" / "scene.yaml")
+    assert set(re.findall(r'camera="(\w+)"', code)) <= set(job.cameras)
     code = replaced(code, SMALLER)
     if scene == "street":
         write_scenario(folder, vehicles=4)
@@ -96,14 +98,13 @@ def run(code: str, scene: str, folder: Path, monkeypatch: pytest.MonkeyPatch) ->
     return runpy.run_path("example.py")
 
 
-@pytest.mark.parametrize("scene", ["street", pytest.param("ronda", marks=pytest.mark.slow)])
 def test_python_example_has_about_ten_lines_and_runs(
-    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (code,) = blocks("python", README)
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     assert all(long in code for long in SMALLER)
-    names = run(code, scene, tmp_path, monkeypatch)
+    names = run(code, "street", tmp_path, monkeypatch)
     assert names["image"].radiance.shape == (36, 64, 3)
     assert (tmp_path / "driver.exr").stat().st_size > 0
     assert (tmp_path / "driver.png").read_bytes().startswith(b"\x89PNG")

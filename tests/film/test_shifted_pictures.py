@@ -13,7 +13,7 @@ from shifting import differences, first_steps, shift
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.accounts import film_account
-from sumo3dviz_pt.pipeline.production import Request, prepare
+from sumo3dviz_pt.pipeline.production import Request, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.proposals.proposal import propose
 
@@ -45,9 +45,8 @@ def test_the_scene_and_the_picture_are_the_same(crossing, tmp_path):
         flight = prepare(job, Request("flight", "draft", SIZE), np.array([TIME]))
         made.append((flight.shot.data, flight.shot.frame_at(TIME)))
         said.append(film_account(flight, "a", shared={}, pace={})["frames"][0])
-        scene = sv.load(folder / "scene.yaml")
-        still = scene.still(time=TIME, camera="corner", quality="draft", size=SIZE)
-        pictures.append(still.radiance)
+        with opened(flight) as session:
+            pictures.append(session.render(made[-1][1]).radiance)
     assert made[0][1].movers
     # Only what is said of the scene tells its place, in SUMO's coordinates.
     for unlike in differences(*made):

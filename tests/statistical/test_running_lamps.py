@@ -26,6 +26,8 @@ from sumo3dviz_pt.library.vehicles.lamps import low_beam
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Part, Prototype, Slots, VehicleLamp
 
+pytestmark = pytest.mark.slow
+
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ALBEDO = 0.5
 HEAD, TAIL = 1.5, 0.8

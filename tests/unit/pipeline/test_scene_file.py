@@ -124,8 +124,6 @@ def test_overrides_need_a_place(tmp_path, key, words):
 
 # What can be wrong -------------------------------------------------------------------------
 
-OUTPUT = "output: {{{}}}\n"
-
 
 @pytest.mark.parametrize(
     ("more", "key", "words"),

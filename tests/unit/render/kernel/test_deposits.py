@@ -28,7 +28,7 @@ from sumo3dviz_pt.model.scene import Sky, Slots
 from sumo3dviz_pt.model.trajectory import TyreTracks
 from sumo3dviz_pt.model.weather import Rain, Snow, Weather, WeatherCourse
 
-pytestmark = pytest.mark.usefixtures("compiled")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled")]
 
 SIZE = (48, 32)
 WET = Weather(wetness=1.0)

@@ -114,7 +114,7 @@ def lane_points(net: Network) -> np.ndarray:
     return np.concatenate(found)
 
 
-@pytest.mark.parametrize("name", ["ronda", "crossing"])
+@pytest.mark.parametrize("name", [pytest.param("ronda", marks=pytest.mark.slow), "crossing"])
 def test_surface_has_neither_overlaps_nor_gaps(name):
     net = example(name)
     cells = built(name).layout.cells

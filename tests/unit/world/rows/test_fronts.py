@@ -302,6 +302,7 @@ QUARTER = network(
 """Blocks of 220 m and, where a street is missing, of 460 m; no street runs along a tile."""
 
 
+@pytest.mark.slow
 def test_two_cameras_far_apart_see_the_same_houses_and_none_overlaps():
     nothing = Clearance()
     west, _, _ = grown(QUARTER, eyes=np.array([[-300.0, 0.0, 1.5]]), clearance=nothing)
@@ -336,7 +337,13 @@ BAYS = tuple(Bay((-70.0 + 6.0 * k, -8.2), 0.0, 6.0, 2.4) for k in range(8))
 """Behind the pavement of a street, where forecourts lie."""
 
 
-@pytest.fixture(scope="module", params=[0.0, 0.31], ids=["flat", "steep"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(0.0, id="flat", marks=pytest.mark.slow),
+        pytest.param(0.31, id="steep"),
+    ],
+)
 def shops(request):
     """A place with two streets, one as steep as a stair and one less so, with bays and a yard."""
     rise = request.param
@@ -368,9 +375,10 @@ def roads_of(static):
     return [part for part in static if part.id in ("road/asphalt", "road/paving")]
 
 
+@pytest.mark.slow
 def test_forecourts_follow_the_footways_that_they_join(shops):
     tops = faces_up(paved_beside(shops)["forecourts"])
-    places = points_on(tops, 0.23)
+    places = points_on(tops, 0.11)
     gap = highest(tops, places) - highest(faces_up(roads_of(shops)), places)
     gap = gap[np.isfinite(gap)]
     assert len(gap) > 100 and gap.min() > -0.02 and gap.max() < 0.03

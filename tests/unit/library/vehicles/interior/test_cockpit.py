@@ -16,10 +16,6 @@ def made(width=1.8, *, eye=EYE, **given):
     return list(cockpit(width, **{**CAR, **given}, eye=eye))
 
 
-def corners(mesh):
-    return mesh.vertices[mesh.faces]
-
-
 def shelf_of(pieces):
     return next(mesh for material, mesh in pieces if material == "dash_pad")
 

@@ -21,6 +21,7 @@ from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE, wear_across
 
 EXAMPLES = Path(__file__).resolve().parents[5] / "examples"
 FOCI = {"crossing": (320.0, 290.0, 330.0, 300.0), "ronda": (450.0, 700.0, 720.0, 715.0)}
+NAMES = ["crossing", pytest.param("ronda", marks=pytest.mark.slow)]
 QUAD = np.array([[[0.0, 0.0, 1.0], [50.0, 0.0, 1.0], [50.0, 3.0, 1.0], [0.0, 3.0, 1.0]]])
 SHARES = np.array([[0.0, 0.02, 0.5, 1.0]])
 WEAR = np.tile([1.0, 0.0, 0.0], (1, 2, 4, 1))
@@ -43,14 +44,14 @@ def corners_of(mesh):
     return mesh.vertices[mesh.faces]
 
 
-@pytest.mark.parametrize("name", FOCI)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_layer_is_there(name):
     ids = {key for key, _ in layers(name)}
     assert {"road/wear/asphalt", "road/details/asphalt", "markings/asphalt"} <= ids
     assert "road/tracks/asphalt" in ids or name == "ronda"
 
 
-@pytest.mark.parametrize("name", FOCI)
+@pytest.mark.parametrize("name", NAMES)
 def test_no_triangle_of_a_layer_is_a_sliver_or_faces_down(name):
     for key, mesh in layers(name):
         corners = corners_of(mesh)
@@ -61,7 +62,7 @@ def test_no_triangle_of_a_layer_is_a_sliver_or_faces_down(name):
         assert normal[:, 2].min() > 0, key
 
 
-@pytest.mark.parametrize("name", FOCI)
+@pytest.mark.parametrize("name", NAMES)
 def test_wear_is_within_its_range(name):
     for key, mesh in layers(name):
         factor, paint, yellow = mesh.wear.T
@@ -72,7 +73,7 @@ def test_wear_is_within_its_range(name):
         assert set(np.unique(yellow)) <= {0.0, 1.0}, key
 
 
-@pytest.mark.parametrize("name", FOCI)
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.slow
 def test_layers_lie_on_the_carriageway(name):
     cells = built(name).layout.cells
@@ -84,7 +85,7 @@ def test_layers_lie_on_the_carriageway(name):
         assert outside.mean() < 0.002, key
 
 
-@pytest.mark.parametrize("name", FOCI)
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.slow
 def test_layers_of_wear_do_not_cover_each_other(name):
     for key, mesh in layers(name):
