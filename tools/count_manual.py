@@ -1,4 +1,6 @@
-"""Counts the manual's words: python tools/count_manual.py [--pages]
+"""Counts the words of the manual.
+
+    python tools/count_manual.py [--pages]
 
 The users' part is all that the sidebar of docs/index.md holds but the entry under "For builders";
 that entry and all below it are the builders' book. A word is what stands between spaces and holds
@@ -70,6 +72,7 @@ def included(file: Path, options: str) -> str:
 
 
 def text_of(page: Path) -> str:
+    """What a page says."""
     return page.read_text(encoding="utf-8")
 
 

@@ -131,7 +131,10 @@ def command(name: str) -> list[str]:
 def page() -> str:
     """The gallery: every picture above the command that made it."""
     lines = [MADE, "", "# Gallery", "", *entries(PICTURES), "## Tell-tales", ""]
-    lines += ["What once gave such pictures away, near by; [looks](internals/looks.md) say more.", ""]
+    lines += [
+        "What once gave such pictures away, near by; [looks](internals/looks.md) say more.",
+        "",
+    ]
     return "\n".join([*lines, *entries(TELL_TALES)])
 
 
@@ -164,7 +167,7 @@ def entries(names: Iterable[str]) -> list[str]:
     """Lines of some pictures."""
     lines = []
     for name in names:
-        lines += shown(name, alt=name.replace("_", ", "))
+        lines += shown(name, alt=name.replace("_", " "))
     return lines
 
 

@@ -1,4 +1,6 @@
-"""Makes the small pictures of the how-tos: python tools/make_howto_pictures.py [-o FOLDER] [NAME ...]
+"""Makes the small pictures of the manual.
+
+    python tools/make_howto_pictures.py [-o FOLDER] [NAME ...]
 
 Every picture is made of stills of the examples, side by side; its page says what differs between
 them. `heights` and `land_cover` are made from networks of a few lines and need SUMO's netconvert
@@ -14,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +33,7 @@ MOST_BYTES = 60_000
 WIDTH = 640
 """Of a picture [pixels]."""
 
-QUALITY = "standard"
+QUALITY = "preview"
 HALF = (320, 180)
 WHOLE = (640, 360)
 
@@ -102,10 +105,7 @@ def first_film() -> Image:
         with sv.load(scene) as loaded:
             starts = {shot.camera: shot.start for shot in loaded.job.shots}
         names = ("overview", "corner", "driver", "flight")
-        seen = [
-            (name, still(scene, time=starts[name] + 2.0, camera=name))
-            for name in names
-        ]
+        seen = [(name, still(scene, time=starts[name] + 2.0, camera=name)) for name in names]
     return sheet(seen, columns=2)
 
 
@@ -257,7 +257,7 @@ def quality() -> Image:
     from PIL import Image
 
     seen = []
-    for preset in ("draft", "preview", "standard", "study", "reference"):
+    for preset in ("draft", "preview", "standard", "study"):
         picture = still(
             "crossing",
             {"template": "city_dusk"},
@@ -266,9 +266,9 @@ def quality() -> Image:
             size=(384, 216),
             quality=preset,
         )
-        part = crop(picture, at=(150, 78), size=(64, 80))
-        seen.append((preset, part.resize((128, 160), Image.Resampling.NEAREST)))
-    return sheet(seen, columns=5)
+        part = crop(picture, at=(150, 78), size=(80, 80))
+        seen.append((preset, part.resize((160, 160), Image.Resampling.NEAREST)))
+    return sheet(seen, columns=4)
 
 
 # Pictures of networks of our own ---------------------------------------------------------
@@ -290,7 +290,16 @@ def simulated(
         ("a.add.xml", "additional", additional),
     ):
         (folder / name).write_text(f"<{root}>{text}</{root}>\n", encoding="utf-8")
-    net = ("netconvert", "-n", "a.nod.xml", "-e", "a.edg.xml", "-o", "a.net.xml", "--no-turnarounds")
+    net = (
+        "netconvert",
+        "-n",
+        "a.nod.xml",
+        "-e",
+        "a.edg.xml",
+        "-o",
+        "a.net.xml",
+        "--no-turnarounds",
+    )
     run = ("sumo", "-n", "a.net.xml", "-r", "a.rou.xml", "--end", "60", "--fcd-output", "fcd.xml")
     for words in ((*net, "--offset.disable-normalization"), (*run, "--no-step-log")):
         subprocess.run(words, cwd=folder, check=True, capture_output=True)
@@ -333,7 +342,7 @@ def of_network(text: Mapping[str, str], camera: Mapping[str, Any], *, time: floa
 def road(name: str, *nodes: str, lanes: int = 2, speed: float = 14.0) -> str:
     """Edges in both directions from node to node."""
     text = ""
-    for one, other in zip(nodes, nodes[1:], strict=False):
+    for one, other in pairwise(nodes):
         for a, b in ((one, other), (other, one)):
             text += (
                 f'<edge id="{name}_{a}_{b}" from="{a}" to="{b}" numLanes="{lanes}"'
@@ -352,7 +361,7 @@ def heights() -> Image:
     )
     over = ("s", "s1", "b0", "b1", "n1", "n")
     edges = road("low", "w", "e") + road("high", *over, lanes=1)
-    up = " ".join(f"high_{a}_{b}" for a, b in zip(over, over[1:], strict=False))
+    up = " ".join(f"high_{a}_{b}" for a, b in pairwise(over))
     routes = flows(("a", "low_w_e", 4), ("b", "low_e_w", 5), ("c", up, 7))
     camera = {
         "mode": "eulerian",

@@ -32,7 +32,7 @@ MADE = "<!-- Made by tools/make_reference.py; change the code, not this page. --
 
 SIMPLE = {
     bool: "true, false",
-    int: "whole number",
+    int: "integer",
     float: "number",
     str: "text",
     Path: "file",
@@ -135,7 +135,7 @@ def _list_type(parts: tuple[Any, ...]) -> str:
 
 def _any_of(parts: tuple[Any, ...]) -> str:
     """A union's type in words; null shows as the default."""
-    return " or ".join(_type(part) for part in parts if part is not type(None))
+    return ", ".join(_type(part) for part in parts if part is not type(None))
 
 
 COMPOUND: dict[Any, Callable[[tuple[Any, ...]], str]] = {

@@ -23,7 +23,7 @@ WORK = Path("build/curves")
 PRESETS = ("draft", "preview", "standard", "study")
 MEASURED = ("convergence.csv",)
 SHOWN = ("report.md", "error.png", "crops.png", "flip.jpg", "depth.png")
-"""What the manual keeps of every scene, and of those with a page; pictures weigh a megabyte each."""
+"""What the manual keeps of every scene, and of those with a page: its pictures weigh a megabyte."""
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,9 @@ def test_the_users_part_is_short() -> None:
 
 
 def test_every_page_is_in_one_of_the_two_books() -> None:
-    parts = {name: {page.resolve() for page in pages} for name, pages in manual_words.parts().items()}
+    parts = {
+        name: {page.resolve() for page in pages} for name, pages in manual_words.parts().items()
+    }
     assert not parts["users"] & parts["builders"]
     pages = {page for page in DOCS.rglob("*.md") if "_bench" not in page.parts}
     pages -= {page for page in pages if "_build" in page.parts}
@@ -146,7 +148,9 @@ def test_every_folder_that_the_builders_book_names_exists() -> None:
         for name in re.findall(r"`([a-z_]+/[a-z_/]+)`", text_of(page)):
             if name.split("/")[0] in rooms:
                 place = PACKAGE / name
-                there = place.exists() or place.with_suffix(".py").exists() or (ROOT / name).exists()
+                there = (
+                    place.exists() or place.with_suffix(".py").exists() or (ROOT / name).exists()
+                )
                 gone += [] if there else [(name, page.name)]
     assert not gone
 
