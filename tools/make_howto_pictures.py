@@ -176,7 +176,7 @@ def rain_fog_snow() -> Image:
         (words, still("crossing", {"weather": weather}, time=458.0, camera="corner"))
         for words, weather in (
             ("rain: {rate: 10 mm/h}", {"rain": {"rate": "10 mm/h"}}),
-            ("fog: {visibility: 100 m}", {"fog": {"visibility": "100 m"}}),
+            ("fog: {visibility: 200 m}", {"fog": {"visibility": "200 m"}}),
             ("snow: {depth: 3 cm}", {"snow": {"depth": "3 cm"}}),
             ("season: autumn", {"season": "autumn"}),
         )
@@ -203,11 +203,11 @@ def weather_falling() -> Image:
 
 def blur() -> Image:
     """A street without a shutter and with one; a night at two exposures."""
-    camera = RONDA["cameras"]["near"]
-    shutter = {"cameras": {"near": {**camera, "shutter": {"angle": 180, "moments": 16}}}}
+    slow = {"output": {"fps": 12.5}}  # frames as long as a GIF's
+    shutter = {**slow, "cameras.driver.shutter": {"angle": 180, "moments": 16}}
     seen = [
-        ("no shutter", still("ronda", RONDA, time=488.0, camera="near")),
-        ("shutter: {angle: 180}", still("ronda", shutter, time=488.0, camera="near")),
+        ("no shutter", still("ronda", slow, time=466.0, camera="driver")),
+        ("shutter: {angle: 180}", still("ronda", shutter, time=466.0, camera="driver")),
     ]
     for exposure in (0, 2):
         dusk = {"template": "city_dusk", "output": {"exposure": exposure}}
