@@ -206,8 +206,8 @@ def blur() -> Image:
     slow = {"output": {"fps": 12.5}}  # frames as long as a GIF's
     shutter = {**slow, "cameras.driver.shutter": {"angle": 180, "moments": 16}}
     seen = [
-        ("no shutter", still("ronda", slow, time=466.0, camera="driver")),
-        ("shutter: {angle: 180}", still("ronda", shutter, time=466.0, camera="driver")),
+        ("no shutter", still("ronda", slow, time=466.2, camera="driver")),
+        ("shutter: {angle: 180}", still("ronda", shutter, time=466.2, camera="driver")),
     ]
     for exposure in (0, 2):
         dusk = {"template": "city_dusk", "output": {"exposure": exposure}}
