@@ -202,12 +202,15 @@ def weather_falling() -> Image:
 
 
 def blur() -> Image:
-    """A street without a shutter and with one; a night at two exposures."""
-    slow = {"output": {"fps": 12.5}}  # frames as long as a GIF's
-    shutter = {**slow, "cameras.driver.shutter": {"angle": 180, "moments": 16}}
+    """The roadside from a car without a shutter and with one; dusk at two exposures."""
+    aside = {"mode": "lagrangian", "vehicle": "e_joining.46", "view": "hood", "heading": 50}
+    shutter = {"angle": 180, "moments": 16}
+    # Frames as long as a GIF's.
+    both = {"sharp": aside, "blurred": {**aside, "shutter": shutter}}
+    ride = {"output": {"fps": 12.5}, "cameras": both}
     seen = [
-        ("no shutter", still("ronda", slow, time=466.2, camera="driver")),
-        ("shutter: {angle: 180}", still("ronda", shutter, time=466.2, camera="driver")),
+        ("no shutter", still("ronda", ride, time=466.2, camera="sharp")),
+        ("shutter: {angle: 180}", still("ronda", ride, time=466.2, camera="blurred")),
     ]
     for exposure in (0, 2):
         dusk = {"template": "city_dusk", "output": {"exposure": exposure}}
