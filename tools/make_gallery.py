@@ -104,10 +104,9 @@ SKIES = """\
 ## Skies
 
 Each over the same road, house, car and tree, beside the sun or moon; nights are exposed for what
-their sky alone lights, streets with lamps are not. What still gives them away is said in the
-[library](library.md#skies). The sun of each can be moved, [by date and clock](howto/sun_by_date.md)
-or by angles; its clouds turn with it. A [radiance map of your own](howto/own_car_and_sky.md) may
-stand instead.
+their sky alone lights, streets with lamps are not. The sun of each can be moved,
+[by date and clock](howto/sun_by_date.md) or by angles; its clouds turn with it. A
+[radiance map of your own](howto/own_models.md) may stand instead.
 
 ![Twelve skies](images/sheet_skies.jpg)
 
@@ -132,7 +131,10 @@ def command(name: str) -> list[str]:
 def page() -> str:
     """The gallery: every picture above the command that made it."""
     lines = [MADE, "", "# Gallery", "", *entries(PICTURES), "## Tell-tales", ""]
-    lines += ["What once gave such pictures away, near by; [library](library.md) says more.", ""]
+    lines += [
+        "What once gave such pictures away, near by; [looks](internals/looks.md) say more.",
+        "",
+    ]
     return "\n".join([*lines, *entries(TELL_TALES)])
 
 
@@ -165,7 +167,7 @@ def entries(names: Iterable[str]) -> list[str]:
     """Lines of some pictures."""
     lines = []
     for name in names:
-        lines += shown(name, alt=name.replace("_", ", "))
+        lines += shown(name, alt=name.replace("_", " "))
     return lines
 
 

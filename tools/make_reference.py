@@ -11,7 +11,8 @@ import datetime as dt
 import re
 import sys
 import types
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -30,8 +31,8 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 MADE = "<!-- Made by tools/make_reference.py; change the code, not this page. -->\n"
 
 SIMPLE = {
-    bool: "true or false",
-    int: "whole number",
+    bool: "true, false",
+    int: "integer",
     float: "number",
     str: "text",
     Path: "file",
@@ -134,12 +135,12 @@ def _list_type(parts: tuple[Any, ...]) -> str:
 
 def _any_of(parts: tuple[Any, ...]) -> str:
     """A union's type in words; null shows as the default."""
-    return " or ".join(_type(part) for part in parts if part is not type(None))
+    return ", ".join(_type(part) for part in parts if part is not type(None))
 
 
 COMPOUND: dict[Any, Callable[[tuple[Any, ...]], str]] = {
     Annotated: lambda parts: _type(parts[0]),
-    Literal: lambda parts: " or ".join(f"`{word}`" for word in parts),
+    Literal: lambda parts: ", ".join(f"`{word}`" for word in parts),
     Union: _any_of,
     types.UnionType: _any_of,
     tuple: _list_type,
@@ -210,6 +211,7 @@ def command_line() -> str:
     parser = cli.build_parser()  # the manual describes the very parser that runs
     commands = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     helps = {action.dest: action.help for action in commands._choices_actions}
+    common = _common_rows(commands.choices)
     lines = [
         MADE,
         "# Command line",
@@ -220,19 +222,51 @@ def command_line() -> str:
         "Before or after any command, `-v` says more about what is done, and `-q` says nothing but "
         "errors and results. `--help` of a command lists the names that it takes.",
         "",
+        "## Options of many commands",
+        "",
+        "Each command names which of these it takes.",
+        "",
+        *HEAD,
+        *common.values(),
+        "",
     ]
     for name, sub in commands.choices.items():
-        lines += _command(f"## {name}", helps.get(name) or "", sub)
+        lines += _command(f"## {name}", helps.get(name) or "", sub, common=common)
         for word, own in sub.words.items():
-            lines += _command(f"### {name} {word}", own.description or "", own)
+            lines += _command(f"### {name} {word}", own.description or "", own, common=common)
     return "\n".join(lines)
 
 
-def _command(head: str, about: str, parser: argparse.ArgumentParser) -> list[str]:
+HEAD = ("| argument | default | meaning |", "|---|---|---|")
+
+
+def _actions(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """What a command takes of its own."""
+    return [action for action in parser._actions if action.dest not in SHARED]
+
+
+def _common_rows(parsers: Mapping[str, Any]) -> dict[str, str]:
+    """Rows of options that three commands or more take just so, by the option."""
+    all_parsers = [p for sub in parsers.values() for p in (sub, *sub.words.values())]
+    actions = [action for parser in all_parsers for action in _actions(parser)]
+    rows = Counter(_argument(action) for action in actions if action.option_strings)
+    return {
+        action.option_strings[-1]: _argument(action)
+        for action in actions
+        if rows[_argument(action)] >= 3
+    }
+
+
+def _command(
+    head: str, about: str, parser: argparse.ArgumentParser, *, common: Mapping[str, str]
+) -> list[str]:
     """A command, or a word of one, with all that it takes."""
-    rows = [_argument(action) for action in parser._actions if action.dest not in SHARED]
-    table = ["| argument | default | meaning |", "|---|---|---|", *rows, ""] if rows else []
-    return [head, "", f"{about[:1].upper()}{about[1:]}.", "", *table]
+    rows = [_argument(action) for action in _actions(parser)]
+    own = [row for row in rows if row not in common.values()]
+    names = [f"`{name}`" for name, row in common.items() if row in rows]
+    table = [*HEAD, *own, ""] if own else []
+    more = [f"Also {', '.join(names)}.", ""] if names else []
+    return [head, "", f"{about[:1].upper()}{about[1:]}.", "", *table, *more]
 
 
 def _argument(action: argparse.Action) -> str:
@@ -253,6 +287,10 @@ def _argument(action: argparse.Action) -> str:
 # The catalogue ----------------------------------------------------------------------------
 
 
+SHOWN_ELSEWHERE = {"scene", "sky"}
+"""Kinds of presets that the page of templates shows, with pictures."""
+
+
 def catalogue() -> str:
     """The page about everything that can be chosen by name."""
     lines = [
@@ -260,24 +298,29 @@ def catalogue() -> str:
         "# Catalogue",
         "",
         "What a scene file can choose by name. A new folder under `assets/` or a new file under "
-        "`scene_templates/` appears here by itself.",
+        "`scene_templates/` appears here by itself. Scenes and skies: [templates](templates.md).",
         "",
         "## Presets",
         "",
     ]
     root = catalog.data_root("scene_templates")
-    for kind in sorted(path.name for path in root.iterdir() if path.is_dir()):
+    for kind in sorted({path.name for path in root.iterdir() if path.is_dir()} - SHOWN_ELSEWHERE):
         lines += [f"### {kind}", "", "| name | content |", "|---|---|"]
         for name in catalog.template_names(kind):
             lines.append(f"| `{name}` | {_content(catalog.template(kind, name))} |")
         lines.append("")
-    lines += ["## Assets", ""]
     assets = catalog.data_root("assets")
-    for family in sorted(path.name for path in assets.iterdir() if path.is_dir()):
-        lines += [f"### {family}", "", "| name | about | licence |", "|---|---|---|"]
-        for name in catalog.names(family):
-            meta = catalog.find(family, name).meta
-            lines.append(f"| `{name}` | {_about(meta)} | {meta.get('licence', '')} |")
+    families = {
+        path.name: [catalog.find(path.name, name) for name in catalog.names(path.name)]
+        for path in sorted(assets.iterdir())
+        if path.is_dir()
+    }
+    licences = {asset.meta.get("licence") for each in families.values() for asset in each}
+    assert len(licences) == 1, "say the licence of each asset beside it"
+    lines += ["## Assets", "", f"All of them have the licence {licences.pop()}.", ""]
+    for family, found in families.items():
+        lines += [f"### {family}", "", "| name | about |", "|---|---|"]
+        lines += [f"| `{asset.name}` | {_about(asset.meta)} |" for asset in found]
         lines.append("")
     return "\n".join(lines)
 
@@ -289,11 +332,11 @@ def _content(values: Any) -> str:
 
 
 def _about(meta: Any) -> str:
-    """What an asset says about itself: in words, or its size."""
-    sizes = [
-        f"{key} {meta[key]} m" for key in ("length", "width", "height", "scale") if key in meta
-    ]
-    return ", ".join([meta["about"]] if "about" in meta else sizes)
+    """What an asset says about itself: in words, or its size [m]."""
+    if "about" in meta:
+        return str(meta["about"])
+    sizes = [str(meta[key]) for key in ("length", "width", "height", "scale") if key in meta]
+    return f"{' x '.join(sizes)} m" if sizes else ""
 
 
 # ------------------------------------------------------------------------------------------

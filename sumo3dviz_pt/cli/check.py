@@ -83,7 +83,8 @@ def run(options: argparse.Namespace) -> int:
         from sumo3dviz_pt.inspection.checks import check_scene, in_words
 
         report = check_scene(job, presets=presets)
-    print(json.dumps(report, indent=1) if options.json else in_words(report))
+    words = in_words(report, details=options.verbosity > 0)
+    print(json.dumps(report, indent=1) if options.json else words)
     return 0
 
 

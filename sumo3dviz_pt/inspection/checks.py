@@ -293,8 +293,13 @@ def _parts(data: SceneData) -> dict[str, int]:
     }
 
 
-def in_words(report: dict[str, Any]) -> str:
-    """Return the report as people read it."""
+def in_words(report: dict[str, Any], *, details: bool = True) -> str:
+    """Return the report as people read it.
+
+    Args:
+        report: What `check_scene` found.
+        details: Whether it says why things are left out, and what is built and compiled, too.
+    """
     log, network = report["log"], report["network"]
     users = ", ".join(f"{count} {kind}s" for kind, count in sorted(log["road_users"].items()))
     lines = [
@@ -316,10 +321,18 @@ def in_words(report: dict[str, Any]) -> str:
     ]
     shots = report["shots"]
     common = _common([shot["left_out"] for shot in shots])
-    lines += [f"left out of all shots  {_saving(item)}" for item in common]
+    lines += _left_out_lines("left out of all shots", common, details=details)
     for shot in shots:
-        lines += _shot_lines(shot, told=common)
+        lines += _shot_lines(shot, told=common, details=details)
     return "\n".join(lines)
+
+
+def _left_out_lines(head: str, items: Sequence[Any], *, details: bool) -> list[str]:
+    """Return what is left out: a line for each thing with its reason, or their names in one."""
+    if details:
+        return [f"{head}  {_saving(item)}" for item in items]
+    names = ", ".join(item["what"] for item in items)
+    return [f"{head}  {names} (-v says why)"] if items else []
 
 
 def _common(lists: Sequence[list[Any]]) -> list[Any]:
@@ -329,24 +342,28 @@ def _common(lists: Sequence[list[Any]]) -> list[Any]:
     return [item for item in lists[0] if all(item in other for other in lists[1:])]
 
 
-def _shot_lines(shot: dict[str, Any], *, told: Sequence[Any] = ()) -> list[str]:
+def _shot_lines(
+    shot: dict[str, Any], *, told: Sequence[Any] = (), details: bool = True
+) -> list[str]:
     """Return one shot as people read it, without what was told of all shots."""
     triangles = dict(shot["triangles"])
-    total = triangles.pop("total")
+    total = f"{'about ' if shot.get('about') else ''}{triangles.pop('total'):,}"
+    kinds = ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v)
     parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
     lines = [
         "",
         f"shot     {shot['camera']}, {shot['from']:.12g} to {shot['to']:.12g} s,"
         f" {shot['frames']} frames of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
-        f"  triangles {'about ' if shot.get('about') else ''}{total:,}: "
-        + ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v),
-        f"  parts     {parts}",
+        f"  triangles {total}" + (f": {kinds}" if details else ""),
     ]
+    if details:
+        lines.append(f"  parts     {parts}")
     if shot["over_budget"]:
         lines.append(f"  note      more than {TRIANGLE_BUDGET:,} triangles make every frame slower")
     left_out = [item for item in shot["left_out"] if item not in told]
-    lines += [f"  left out  {_saving(item)}" for item in left_out]
-    lines += _compiled_lines(shot["not_compiled"])
+    lines += _left_out_lines("  left out", left_out, details=details)
+    if details:
+        lines += _compiled_lines(shot["not_compiled"])
     return lines + _cost_lines(shot)
 
 

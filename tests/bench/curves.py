@@ -21,7 +21,9 @@ from sumo3dviz_pt.report.convergence.table import Slope, median, numbers, read_r
 
 WORK = Path("build/curves")
 PRESETS = ("draft", "preview", "standard", "study")
-KEPT = ("report.md", "convergence.csv", "error.png", "crops.png", "flip.jpg", "depth.png")
+MEASURED = ("convergence.csv",)
+SHOWN = ("report.md", "error.png", "crops.png", "flip.jpg", "depth.png")
+"""What the manual keeps of every scene, and of those with a page: its pictures weigh a megabyte."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,11 @@ class Case:
     size: str = "480x270"
     top: int = 64
     template: str | None = None
+    page: bool = False
 
 
 CASES = (
-    Case("ronda", "examples/ronda/scene.yaml", "overview", 492, top=32),
+    Case("ronda", "examples/ronda/scene.yaml", "overview", 492, top=32, page=True),
     Case("crossing", "examples/crossing/scene.yaml", "corner", 456, top=32),
     Case("golden_hour", "tests/bench/scenes/golden_hour.yaml", "overview", 492, top=16),
     Case("glass_queue", "tests/bench/scenes/glass_queue.yaml", "queue", 475, top=16),
@@ -51,6 +54,7 @@ CASES = (
         "240x135",
         top=32,
         template="city_night",
+        page=True,
     ),
     Case("overcast", "examples/crossing/scene.yaml", "driver", 492, top=16, template="overcast"),
     Case("wide_trees", "examples/ronda/scene.yaml", "flight", 460, top=16),
@@ -67,9 +71,9 @@ def arguments(case: Case, work: Path = WORK) -> list[str]:
 
 
 def publish(case: Case, target: Path, work: Path = WORK) -> None:
-    """Copy tables and plots."""
+    """Copy what was measured, and tables and plots of a scene that has a page."""
     target.mkdir(parents=True, exist_ok=True)
-    for name in KEPT:
+    for name in (*MEASURED, *(SHOWN if case.page else ())):
         shutil.copyfile(work / case.name / name, target / name)
 
 
@@ -89,7 +93,8 @@ def overview(folder: Path, cases: Sequence[Case] = CASES) -> list[str]:
         fits = slope(rows, "rmse_capped")
         bias = numbers(own["standard"], "mean_bias")
         cells = [
-            f"[{case.name}]({folder.name}/{case.name}/report.md)",
+            # Links are read from a page of docs/measured, which includes this table.
+            f"[{case.name}](../{folder.name}/{case.name}/{SHOWN[0] if case.page else MEASURED[0]})",
             f"{median(rows, 'ref_spp'):.0f}",
             f"{median(rows, 'ref_halves_flip'):.4f}",
             *(_fit(fits[sampler]) for sampler in ("independent", "multijitter")),

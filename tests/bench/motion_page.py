@@ -145,7 +145,7 @@ def page(rows: Sequence[Row], spent: Mapping[str, Any]) -> list[str]:
     lines += ["### Around lane changes, logs of 1 s", "", *changes(rows)]
     lines += [f"### Targets of `{ours}`, logs of 1 s", "", *verdicts(rows, ours)]
     lines += ["### Error against run time", ""]
-    lines += ["![Error over run time](_bench/motion/error.png)", ""]
+    lines += ["![Error over run time](../_bench/motion/error.png)", ""]
     return lines + (cost_lines(spent) if spent else [])
 
 

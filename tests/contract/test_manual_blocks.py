@@ -248,9 +248,8 @@ def test_howto_pages_say_what_to_check_and_what_can_go_wrong(page: Path) -> None
     if page.name == "index.md":
         return
     assert f"({page.name})" in text_of(DOCS / "howto" / "index.md")
-    if page.name != "troubleshooting.md":
-        assert "\n## What to check\n" in text and "\n## What can go wrong\n" in text
-        assert commands(text) or blocks("python", text)
+    assert "\n## What to check\n" in text and "\n## What can go wrong\n" in text
+    assert commands(text) or blocks("python", text)
 
 
 def test_nothing_is_installed_by_a_name_that_is_not_published() -> None:

@@ -99,10 +99,10 @@ def curves() -> Iterator[tuple[str, str]]:
     stills = [f"{error:.3f}".lstrip("0") for error in errors]
     yield "README.md", f"still of the first three errs by {listed(stills)}"
     night = {name: bias("crossing_night", name) for name in ("standard", "study")}
-    yield "docs/measured_quality.md", f"`standard` are {-100 * night['standard']:.1f} % too dark"
-    yield "docs/measured_quality.md", f"of `study` {-100 * night['study']:.1f} %"
+    yield "docs/measured/quality.md", f"`standard` are {-100 * night['standard']:.1f} % too dark"
+    yield "docs/measured/quality.md", f"of `study` {-100 * night['study']:.1f} %"
     standard = [abs(bias(scene, "standard")) for scene in DAYS]
-    yield "docs/measured_quality.md", f"`standard` by {shorter(100 * max(standard))} % at most"
+    yield "docs/measured/quality.md", f"`standard` by {shorter(100 * max(standard))} % at most"
     yield "docs/quality.md", f"`standard` within {100 * max(standard):.1f} %"
 
 
@@ -132,7 +132,7 @@ def test_nights_cost_more_as_the_page_says() -> None:
     costs = {(width, hour): float(dry) for width, hour, dry in rows}
     more = sorted(costs[width, "night"] / costs[width, "day"] - 1 for width in ("1280", "640"))
     assert 0.25 < more[0] < more[1] < 0.58
-    page = text_of(DOCS / "howto" / "dusk_drive.md")
+    page = text_of(DOCS / "howto" / "sun_by_date.md")
     assert "nights cost a third to a half more than days" in page
 
 

@@ -8,8 +8,8 @@ does not act. Light spreads: a tree that is gone takes its shadow with it, and a
 the road. So light may differ near and far, but a typical pixel elsewhere must not.
 
 Says whether a pair of films differs where its factor acts, and nowhere else. The limits of light
-and picture are measured on clean and on spoilt pairs of `examples/crossing`; docs/certificate.md
-has the figures.
+and picture are measured on clean and on spoilt pairs of `examples/crossing`;
+docs/internals/certificate.md has the figures.
 """
 
 from __future__ import annotations

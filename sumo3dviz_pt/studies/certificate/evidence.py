@@ -22,7 +22,7 @@ darker, or the other way round, by five standard errors of a fair coin.
 What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
 How much of a picture may be lit otherwise at all, and how much out of reach, hangs on what that is:
 a car in another colour changes no shadow, trees that are gone open the sky over a street. The
-limits are measured on clean pairs and on spoilt ones (docs/certificate.md).
+limits are measured on clean pairs and on spoilt ones (docs/internals/certificate.md).
 """
 
 from __future__ import annotations

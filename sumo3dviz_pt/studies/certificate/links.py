@@ -1,7 +1,7 @@
 """The links of a certificate's proof: inputs, frames, films, pictures. Each can fail alone.
 
 All of them are read off a study's folder, so that another person can follow them on another machine
-without rendering. docs/certificate.md says what each of them claims.
+without rendering. docs/internals/certificate.md says what each of them claims.
 """
 
 from __future__ import annotations

@@ -147,12 +147,12 @@ def test_weathers_and_lenses_are_measured(scene: Path) -> None:
 
 @pytest.mark.slow
 def test_curves_are_drawn_and_published(scene: Path, tmp_path: Path) -> None:
-    case = curves.Case("tiny", str(scene), "post", 4.0, "32x18", top=2)
+    case = curves.Case("tiny", str(scene), "post", 4.0, "32x18", top=2, page=True)
     (tmp_path / "work").mkdir()
     assert main([str(word) for word in curves.arguments(case, tmp_path / "work")]) == 0
     curves.publish(case, tmp_path / "docs" / case.name, tmp_path / "work")
     lines = curves.overview(tmp_path / "docs", [case])
-    assert lines[2].startswith("| [tiny](docs/tiny/report.md) |")
+    assert lines[2].startswith("| [tiny](../docs/tiny/report.md) |")
     assert lines[2].count("|") == lines[0].count("|")
 
 

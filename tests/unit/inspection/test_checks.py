@@ -65,3 +65,15 @@ def test_what_is_not_compiled_is_listed_with_what_it_would_cost():
     line = "  not compiled  fog (1,180 operations), moments of an open shutter (each 0.30 CPU-s"
     assert any(each == f"{line} a frame)" for each in said)
     assert not any("not compiled" in each for each in in_words(report([])).splitlines())
+
+
+def test_reasons_and_what_is_built_are_said_on_demand_only():
+    fog = {"what": "fog", "operations": 1180, "cpu_seconds_per_frame": None}
+    found = report([FENCES, TREES, GRASS], [FENCES, GRASS], absent=[fog])
+    found["shots"][0] |= {"triangles": {"roads": 5, "total": 7}, "parts": {"materials": 3}}
+    brief, full = in_words(found, details=False), in_words(found)
+    assert "left out of all shots  fences, grass (-v says why)\n" in brief
+    assert "  left out  90 trees (-v says why)" in brief and "  triangles 7\n" in brief
+    for words in ("the scenario has none", "roads 5", "parts", "not compiled", "saves"):
+        assert words in full and words not in brief
+    assert "left out" not in in_words(report([]), details=False)
