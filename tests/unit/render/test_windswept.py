@@ -16,7 +16,7 @@ from sumo3dviz_pt.model.scene import FrameState, Part, SceneData, Sky, StaticPar
 from sumo3dviz_pt.model.swaying import Sway, Swaying
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.kernel.integrator import WIDTHS
+from sumo3dviz_pt.render.kernel.integrator import RAYS
 from sumo3dviz_pt.render.session import Session, carried, points_of
 
 SIZE = (64, 48)
@@ -123,7 +123,7 @@ def test_flow_follows_leaves() -> None:
     data = scene(z=2.0)
     with session_of(data, size=SIZE, quality=QUALITY) as session:
         session.samples(before)
-        facts, loaded = session.facts(set(WIDTHS)), session.loaded
+        facts, loaded = session.facts(set(RAYS)), session.loaded
     points = points_of(facts, before, SIZE)
     moved, known = carried(facts, loaded, (before, after), points)
     assert known.all() and facts.owner is not None
