@@ -380,8 +380,8 @@ FAULTS = {
         "rows - row]", ("tests/unit/image/test_flow.py",),
     ),
     "the left eye sees what is right": Fault(
-        "model/lens.py", "[-shift * np.sin(turn), shift * np.cos(turn), flat]",
-        "[shift * np.sin(turn), -shift * np.cos(turn), flat]",
+        "model/projections.py", "(-shift * sine, shift * cosine, 0.0)",
+        "(shift * sine, -shift * cosine, 0.0)",
         ("tests/unit/model/test_projections.py",),
     ),
     "orders of trials forget the seed": Fault(

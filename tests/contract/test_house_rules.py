@@ -146,6 +146,7 @@ def test_nothing_heavy_is_imported_at_the_top_of_a_module() -> None:
 
 MAY_KNOW_THE_OPENING = {
     "model/lens.py",
+    "model/projections.py",  # lays rays out
     "pipeline/accounts.py",  # says it in accounts
     "render/convert.py",  # says it to Mitsuba
     "report/stress/cases.py",
@@ -165,7 +166,7 @@ def readers(*attributes: str) -> set[str]:
 
 def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
     assert readers("opening") <= MAY_KNOW_THE_OPENING
-    assert readers("half_width") == {"model/lens.py"}
+    assert readers("half_width") == {"model/lens.py", "model/projections.py"}
 
 
 def test_nobody_but_the_shutter_knows_when_it_opens_and_closes() -> None:
