@@ -301,10 +301,10 @@ def in_words(report: dict[str, Any], *, details: bool = True) -> str:
         details: Whether it says why things are left out, and what is built and compiled, too.
     """
     log, network = report["log"], report["network"]
-    users = ", ".join(f"{count} {kind}s" for kind, count in sorted(log["road_users"].items()))
+    users = ", ".join(_many(count, kind) for kind, count in sorted(log["road_users"].items()))
     lines = [
-        f"network  {network['file']}: {network['lanes']} lanes,"
-        f" {network['signals']} traffic lights",
+        f"network  {network['file']}: {_many(network['lanes'], 'lane')},"
+        f" {_many(network['signals'], 'traffic light')}",
         f"log      {log['begin']:.12g} to {log['end']:.12g} s every {log['step']:g} s:"
         f" {users or 'empty'}",
     ]
@@ -325,6 +325,11 @@ def in_words(report: dict[str, Any], *, details: bool = True) -> str:
     for shot in shots:
         lines += _shot_lines(shot, told=common, details=details)
     return "\n".join(lines)
+
+
+def _many(count: int, word: str) -> str:
+    """Return a number of things in words."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
 def _left_out_lines(head: str, items: Sequence[Any], *, details: bool) -> list[str]:

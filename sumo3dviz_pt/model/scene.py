@@ -14,6 +14,7 @@ units, linear sRGB primaries.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -399,6 +400,18 @@ class Slots:
     def detailed(self) -> Mapping[str, int]:
         """Detailed bodies, whether they take poses or not."""
         return {**self.near, **self.deforming}
+
+    def hold(self, frame: FrameState) -> bool:
+        """Return whether there is room for all that moves in a frame, at every moment of it."""
+        return all(
+            Counter(mover.prototype for mover in movers) <= Counter(room)
+            for state in (frame, *(moment.frame for moment in frame.exposure))
+            for movers, room in (
+                ((*state.movers, *state.fixtures), self.near),
+                (state.far, self.far),
+                (state.deforming, self.deforming),
+            )
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -72,6 +72,11 @@ def plan_times(job: Job, request: Request, time: float) -> Floats:
     return np.array([float(time)])
 
 
+def _holds(production: Production, time: float) -> bool:
+    """Return whether a shot has room at a time [s]: between its frames it may lack some."""
+    return production.shot.data.slots.hold(production.frame_at(time))
+
+
 class OpenShot:
     """A shot in the renderer. Use it in a `with` statement, or close it after use.
 
@@ -103,6 +108,8 @@ class OpenShot:
         check_tone(job.output.tone)
         get_ready(job, request)
         made = prepare(job, request, plan_times(job, request, time))
+        if not _holds(made, time):
+            made = prepare(job, request, np.array([float(time)]))
         return cls(piloted(metered(made, request.metered), request))
 
     def __enter__(self) -> OpenShot:
@@ -131,7 +138,8 @@ class OpenShot:
         name, _ = camera_settings(asked, request.camera)
         if not same or name != mine.camera or request.variant != mine.variant:
             return False
-        return np.array_equal(plan_times(asked, request, time), mine.times)
+        planned = np.array_equal(plan_times(asked, request, time), mine.times)
+        return planned and _holds(mine, time)
 
     def retune(self, request: Request, *, quality: str) -> None:
         """Take pictures in another quality from now on.

@@ -136,3 +136,25 @@ def test_notebooks_show_films(scene, tmp_path):
     assert films._repr_html_().startswith('<video src="data:video/mp4;base64,')
     folder = Films([tmp_path / "<a>.frames"])
     assert "&lt;a&gt;.frames" in folder._repr_html_() and "<video" not in folder._repr_html_()
+
+
+def test_a_still_between_frames_has_room_for_those_in_no_frame_together(tmp_path):
+    """A car leaves and its like comes between two frames: only there are there two of them."""
+    file = write_scenario(tmp_path, vehicles=1, step=0.1, speed=2.0)
+    log = tmp_path / "fcd.xml"
+    steps = log.read_text(encoding="utf-8").splitlines()
+    for n, step in enumerate(steps):
+        if "<timestep" in step:
+            time = float(step.partition('time="')[2].partition('"')[0])
+            car = step[step.index("<vehicle") : step.index("</timestep>")]
+            first = car.replace('id="v0"', 'id="first"').replace('y="-4.800"', 'y="-1.600"')
+            like = first.replace('id="first"', 'id="like"').replace('x="-', 'x="-1')
+            there = [car, first if time < 4.65 else "", like if time > 4.35 else ""]
+            steps[n] = f'<timestep time="{time:.2f}">{"".join(there)}</timestep>'
+    log.write_text("\n".join(steps), encoding="utf-8")
+    text = file.read_text(encoding="utf-8").replace("fps: 10", "fps: 1").replace("to: 5}", "to: 6}")
+    same = "vehicles: {by_id: {first: {model: sedan}, like: {model: sedan}}}\n"
+    file.write_text(text + same, encoding="utf-8")
+    with sv.load(file) as opened:
+        stills = [opened.still(camera="post", time=time, **CHEAP) for time in (4.0, 4.5, 5.0)]
+    assert all(np.isfinite(still.radiance).all() for still in stills)
