@@ -383,7 +383,7 @@ class _Casting:
 
     @classmethod
     def of(cls, settings: VehicleSettings, seed: int) -> _Casting:
-        """PersonLook up what settings name, and refuse names and colours that do not exist."""
+        """Look up what settings name, and refuse names and colours that do not exist."""
         wanted = dict(settings.models)
         looks = looks_for(wanted.pop("pedestrian", ()))
         models = models_for({**wanted, "passenger": settings.passenger})

@@ -185,7 +185,7 @@ def _meter(production: Production) -> float:
     some = np.unique(np.linspace(0, len(times) - 1, min(FRAMES, len(times))).round().astype(int))
     frames = [production.shot.frame_at(float(times[number])) for number in some]
     width, height = production.job.output.size
-    size = (2 * _WIDTH // 2, 2 * max(1, round(_WIDTH * height / width / 2)))
+    size = (_WIDTH, 2 * max(1, round(_WIDTH * height / width / 2)))
     changes = {"spp": _SPP, "pass_spp": _SPP, "denoise": "none", "accumulate": 0}
     settings = RenderSettings(
         size,

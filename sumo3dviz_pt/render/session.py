@@ -1,7 +1,7 @@
 """A scene held by Mitsuba and rendered frame by frame, and what each pixel's centre shows.
 
-What each pixel's centre shows, without light: depth, surface, and whose it is. A scene held by
-Mitsuba and rendered frame by frame: the package's only mutable object.
+Centres tell depth, surface and owner without light. A session changes as frames are rendered: its
+movers, lamps and kernels are those of the frame that it rendered last.
 """
 
 from __future__ import annotations

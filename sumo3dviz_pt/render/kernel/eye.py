@@ -185,9 +185,6 @@ class Eye(Protocol):
         """Return how far before the eye rays begin [m]."""
 
 
-"""What rays come from."""
-
-
 def eye_of(
     sensor: Any, view: View, origin: Floats, *, size: tuple[int, int], part: PicturePart = WHOLE
 ) -> Eye:

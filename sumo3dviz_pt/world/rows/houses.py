@@ -134,7 +134,7 @@ def house_of_row(
 
 
 def _look(house: House, chance: Chance) -> tuple[BuildingStyle, BuildingDesign]:
-    """BuildingStyle and design of a house; shops are usual at main streets and corners."""
+    """Return style and design of a house; shops are usual at main streets and corners."""
     known = [row for row in ROWS if row.corners or not house.corner]
     style = known[pick([row.share for row in known], chance.share("style"))].style
     shops = chance.share("shops") < (0.8 if house.main or house.corner else 0.35)
