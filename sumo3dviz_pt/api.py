@@ -1,8 +1,8 @@
 """The Python API: the same jobs and the same pixels as the command line.
 
-Films that were rendered, as a list that notebooks show. Studies in Python: the same films and
-files as the command `study` makes. Layers of films in Python: what `render` wrote beside them,
-read again.
+`Scene` makes pictures and films of a scene file. `Films` lists what was rendered, and notebooks
+show it. `Study` makes the same films and files as the command `study`. `read_layers` reads again
+what `render` wrote beside a film.
 """
 
 from __future__ import annotations

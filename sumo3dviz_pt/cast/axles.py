@@ -1,19 +1,17 @@
-"""Vehicles on the road that they drove: units that bend, and wheels that roll.
+"""Vehicles on the path that they drove: units that bend, and wheels that roll.
 
-Vehicles of several units bend along the path that they drove. Each unit has two pivots that stay
-on the path of the vehicle's front: the joints of buses and lorries, the bogies of trains, so that
-their wheels stay on the rails. Units are rigid; their pivots are as far apart as the body says,
-measured straight, not along the path.
+Each unit of a long vehicle has two pivots that stay on the path of the vehicle's front: the joints
+of buses and lorries, the bogies of trains, so that their wheels stay on the rails. Units are rigid;
+their pivots are as far apart as the body says, measured straight, not along the path.
 
 Modules of a tram have one bogie each and meet at hinges. Where the two units that meet
 disagree, in front of and behind a bend, the hinge lies half-way, and both turn to it.
 
-Wheels that roll: turned by the way of their own hubs, steered along the path of their axle. Every
-wheel of a body in full detail is turned by the way that its hub makes along the direction in which
-it rolls, so that outer wheels turn faster in a bend and none slips. Steered wheels point where
-their axle goes relative to the body; as that is found from the path around the place, and not from
-the speed, a car that waits in a turn keeps its wheels turned. The chord's rear end slides a little
-sideways in bends, as SUMO's does.
+Every wheel of a body in full detail is turned by the way that its hub makes along the direction in
+which it rolls, so that outer wheels turn faster in a bend and none slips. Steered wheels point
+where their axle goes relative to the body. That is found from the path around the place, and not
+from the speed, so a car that waits in a turn keeps its wheels turned. The chord's rear end slides a
+little sideways in bends, as SUMO's does.
 """
 
 from __future__ import annotations

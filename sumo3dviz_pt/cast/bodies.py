@@ -1,9 +1,7 @@
-"""The bodies that road users show, also opened for cameras inside them.
+"""The bodies that road users show, scaled to their vTypes, and vehicles opened for cameras inside.
 
-Opened vehicles for cameras inside them, and the needles on their dashboards.
-
-The bodies that road users show, scaled to their vTypes. Vehicles show the catalogue's models,
-classes without any plain bodies of their size, and users can bring their own files.
+Vehicles show the catalogue's models. Classes without any have plain bodies of their size, and users
+can bring their own files. An opened vehicle may have needles on its dashboard.
 """
 
 from __future__ import annotations
@@ -249,7 +247,7 @@ class Cockpit:
 
 
 def cabin_of(body: Body) -> CutawayCabin:
-    """Return what stands before who steers a body."""
+    """Return what stands before the driver of a body."""
     if body.vclass in _UNSTEERED:
         return CutawayCabin.NONE
     if body.vclass in _BOXES:
@@ -260,7 +258,7 @@ def cabin_of(body: Body) -> CutawayCabin:
 
 
 def has_windscreen(body: Body) -> bool:
-    """Return whether who steers a body looks through a pane with wipers."""
+    """Return whether the driver of a body looks through a pane with wipers."""
     cabin = cabin_of(body)
     return cabin is CutawayCabin.BARS or has_dashboard(float(body.size[1]), cabin)
 

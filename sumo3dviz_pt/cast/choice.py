@@ -1,8 +1,8 @@
 """Which body and which colour a road user gets: by its id, its vType and what the scene file says.
 
-How many units of a kind make a train, a tram or a ship of a length. Which body a road user gets:
-seeded by its id, so that it keeps it for its whole life. Models and colours that a scene file
-gives to single road users, by id or pattern.
+The choice is seeded by the id, so that a road user keeps its body for its whole life. A scene file
+can give models and colours to single road users, by id or pattern. Trains, trams and ships have as
+many units of a kind as their length takes.
 """
 
 from __future__ import annotations

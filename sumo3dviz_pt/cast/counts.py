@@ -1,8 +1,8 @@
 """Bodies as reports need them: how much there is of each material, without shape.
 
-Building one in all poses takes a tenth of a second to a few; `people_counts.json` beside this
-module has the numbers, written by `tools/count_people.py`. Those whose recipe was changed since
-then, or that are not listed, are built.
+Building a person in all poses takes a tenth of a second to a few, so `people_counts.json` beside
+this module has the numbers, written by `tools/count_people.py`. Those whose recipe was changed
+since then, or that are not listed, are built.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _count(family: str, name: str) -> dict[str, Any]:
 
 @cache
 def _shapeless(family: str, name: str) -> Prototype | None:
-    """One who fills the same bounds with as many triangles; None if nobody counted them."""
+    """A body that fills the same bounds with as many triangles; None if it was not counted."""
     entry, known = catalog.find(family, name), _known()[family].get(name)
     if known is None or known["made_from"] != digest_of(entry.meta):
         return None

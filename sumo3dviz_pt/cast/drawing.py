@@ -1,7 +1,7 @@
-"""The letters on vehicles' number plates, as movers of their own.
+"""How a body is put together at each level of detail: units, joints, wheels, scales.
 
-How a body is put together at each level of detail: units, joints, wheels, scales. Bodies in full
-detail, for close views, and how much there is of each material in them.
+Bodies in full detail are for close views. Reports only ask how much there is of each material in
+them. The letters on number plates are movers of their own.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""People as figures in all their poses, kept in the cache, and where they sit in a body.
+"""People as figures in all their poses, and where people sit in a body.
 
-Bodies that take long to build: kept in the user's cache under all that they depend on. People on
-foot and on bicycles in all their poses: built once, then kept in the cache. Where people sit in a
-body: the driver's eye and the foot of the windscreen.
+Figures on foot and on bicycles take long to build. So they are built once, then kept in the user's
+cache under all that they depend on. A seat says where the driver's eye and the foot of the
+windscreen are.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Road users: which bodies and colours they show, and where they are at a time.
 
-Finds road users by name.
+They are found by SUMO's id, or by their key.
 """
 
 from __future__ import annotations
@@ -151,7 +151,7 @@ class Fleet:
         return np.array([body.size for body in self.bodies]).reshape(-1, 3)
 
     def movers_at(self, time: float, *, view: View | None = None) -> tuple[Mover, ...]:
-        """Return everyone who exists at a time, in the order of the trajectories.
+        """Return all road users that exist at a time, in the order of the trajectories.
 
         Args:
             time: SUMO's time [s].
@@ -161,7 +161,7 @@ class Fleet:
         return tuple(self.wholes(present, np.arange(len(present.users)), view=view))
 
     def wholes(self, present: Present, rows: Ints, *, view: View | None = None) -> Iterator[Mover]:
-        """Yield some of those who exist at a time, each in one piece.
+        """Yield some of the road users that exist at a time, each in one piece.
 
         Args:
             present: Everyone then.
@@ -184,7 +184,7 @@ class Fleet:
         ridden: bool,
         lettered: bool = False,
     ) -> Iterator[Mover]:
-        """Yield the parts that one of those who exist at a time is drawn with.
+        """Yield the parts that a road user that exists at a time is drawn with.
 
         Args:
             present: Everyone then.

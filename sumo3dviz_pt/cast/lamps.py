@@ -1,13 +1,12 @@
 """Which lamps of a vehicle are lit, and how bright they are.
 
-What the log says (SUMO's signal bits) counts; where it says nothing, lamps are derived from
-the motion (`cast/lamps.py`). After sunset everyone has head and tail lamps on, and by day
-where weather hides much; in dense fog fog lamps at both ends are lit, too.
+What the log says (SUMO's signal bits) counts. Where it says nothing, lamps are derived from how the
+vehicle moves. All is decided once for a whole stretch of motion, as spans of time, so that no lamp
+flickers from frame to frame: brake lamps with two thresholds and a shortest time, indicators for
+turns that lie ahead on the path and for lane changes.
 
-Lamps of vehicles whose log has no signals, derived from how they move. All is decided once for a
-whole stretch of motion, as spans of time, so that no lamp flickers from frame to frame: brake
-lamps with two thresholds and a shortest time, indicators for turns that lie ahead on the path and
-for lane changes.
+After sunset all vehicles have head and tail lamps on, and by day where weather hides much. In dense
+fog, fog lamps at both ends are lit, too.
 
 References:
     Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17

@@ -1,25 +1,19 @@
 """How road users stand at a time: where, how they step, lean, bend, on wheels that roll.
 
-Steps of people: how far they have walked tells which phase of a stride they show.
+Everything is a function of the time alone. Frames are sampled in blocks, because a sample of one
+time costs as much as one of thirty. Blocks hold the frames of a shot, counted from its first one;
+what a frame shows does not depend on them. What is expensive and the same for a whole stretch of
+motion, such as the way of a wheel, is computed when it is first used, and kept.
 
 Road users stand on the road that is drawn, whatever heights the log gives them. Their places from
 above stay SUMO's. Only heights change, and how steeply bodies point up or down: front and rear of
-each body stand on the surface.
+each body stand on the surface. How far people have walked tells which phase of a stride they show.
 
-Where road users are at a time: stretches of motion, sampled for a block of frames at once. A
-sample of one time costs as much as one of thirty. Blocks hold the frames of a shot, counted from
-its first one; what a frame shows does not depend on them, because motion is a pure function of
-each time by itself.
-
-What acceleration does to a body: it dives, squats and rolls on its springs, or leans. A body on
-springs answers an acceleration as a damped oscillator does, which is a weighted mean of the last
-second's accelerations: a pure function of time, smooth and without memory of frames. Riders of
-cycles lean so that weight and centrifugal force go through the tyres; they begin before the bend,
-so their mean looks ahead as far as it looks back.
-
-How road users stand at a time: bent, swaying, on wheels that roll, with lamps that shine.
-Everything is a function of the time alone. What is expensive and the same for a whole stretch of
-motion, such as the way of a wheel, is computed when it is first used, and kept.
+A body that accelerates dives, squats and rolls on its springs, or leans. A body on springs answers
+an acceleration as a damped oscillator does, which is a weighted mean of the last second's
+accelerations: a pure function of time, smooth and without memory of frames. Riders of cycles lean
+so that weight and centrifugal force go through the tyres; they begin before the bend, so their mean
+looks ahead as far as it looks back.
 
 References:
     T. D. Gillespie, Fundamentals of Vehicle Dynamics, SAE, 1992, chapter 6 (roll): cars
@@ -166,7 +160,7 @@ _COLUMNS = 7
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Present:
-    """Everyone who exists at a time, in the order of the trajectories.
+    """All road users that exist at a time, in the order of the trajectories.
 
     Attributes:
         time: SUMO's [s].
@@ -199,7 +193,7 @@ class _MotionBlock:
 
 
 class Presence:
-    """Looks up who exists at a time."""
+    """Looks up which road users exist at a time."""
 
     def __init__(self, trajectories: Sequence[Trajectory], times: Floats | None = None) -> None:
         """Index the stretches of motion.
@@ -217,7 +211,7 @@ class Presence:
         self._kept: tuple[int, _MotionBlock] | None = None
 
     def at(self, time: float) -> Present:
-        """Return everyone who exists at a time [s]."""
+        """Return all road users that exist at a time [s]."""
         block = self._block(time)
         alive = self._alive(np.array([time]))[block.pieces, 0]
         column = int(np.searchsorted(block.times, time))
@@ -239,7 +233,7 @@ class Presence:
         return kept[1]
 
     def _sampled(self, times: Floats) -> _MotionBlock:
-        """Sample everyone who exists at some of the times."""
+        """Sample all road users that exist at some of the times."""
         alive = self._alive(times)
         pieces = np.flatnonzero(alive.any(axis=1))
         values = np.empty((len(pieces), len(times), _COLUMNS))

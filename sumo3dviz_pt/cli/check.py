@@ -1,7 +1,7 @@
 """`check`, `vehicles`, `motion`: the commands that look at a scene before it is rendered.
 
-`check`: says what a scene holds, leaves out and costs. `vehicles`: lists the road users in the
-log, whom one follows, or which pairs pass a kerb. `motion`: draws how one road user moves.
+`check` says what a scene holds, leaves out and costs. `vehicles` lists the road users in the log,
+says whom one follows, or which pairs pass a kerb. `motion` draws how one road user moves.
 """
 
 from __future__ import annotations

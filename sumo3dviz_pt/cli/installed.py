@@ -1,6 +1,6 @@
 """`assets`, `doctor`: the commands that look at what is installed.
 
-`assets`: lists the library as a table, draws it as pictures. `doctor`: says what this machine has
+`assets` lists the library as a table or draws it as pictures. `doctor` says what this machine has
 and lacks, and installs what is missing.
 """
 

@@ -1,7 +1,7 @@
 """`converge`, `report`, `compare`: the commands that measure pictures and films.
 
-`converge`: measures error against run time. `report`: describes a film in figures, or compares
-two. `compare`: says what differs between two pictures or films, by the accounts stored in them.
+`converge` measures error against run time. `report` describes a film in figures, or compares two.
+`compare` says what differs between two pictures or films, by the accounts stored in them.
 """
 
 from __future__ import annotations

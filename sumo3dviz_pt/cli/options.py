@@ -1,7 +1,4 @@
-"""The parser, the options that several commands share, and how far work is.
-
-Shows how far work is, and prints errors.
-"""
+"""The parser, the options that several commands share, and how errors and progress are shown."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""Finds the command and runs it; writes the script by which a shell completes it.
+"""Finds the command, runs it and turns errors into one sentence and an exit code.
 
-`completion`: writes a script that lets a shell complete commands, options and names. Finds the
-command, runs it and turns errors into one sentence and an exit code.
+`completion` writes a script that lets a shell complete commands, options and names.
 """
 
 from __future__ import annotations

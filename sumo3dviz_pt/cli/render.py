@@ -1,7 +1,7 @@
 """`render`, `still`, `demo`, `develop`: the commands that make pictures and films.
 
-`still`: renders one image. `demo`: renders the bundled example, with nothing to prepare.
-`develop`: makes pictures and films from stored frames.
+`render` makes films, `still` one image. `demo` renders the bundled example, with nothing to
+prepare. `develop` makes pictures and films from stored frames.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """`init`, `import-sumo3dviz`, `schema`, `record`, `view`: the commands that begin a scene.
 
-`init`, `import-sumo3dviz` and `schema`: write, translate and describe scene files. `record`: runs
-SUMO with the outputs that a film needs. `view`: serves a scene to walk through in the browser.
+`init`, `import-sumo3dviz` and `schema` write, translate and describe scene files. `record` runs
+SUMO with the outputs that a film needs. `view` serves a scene to walk through in the browser.
 """
 
 from __future__ import annotations

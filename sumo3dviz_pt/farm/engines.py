@@ -1,9 +1,9 @@
 """Engines of farms: workers on this machine, of a Dask cluster, of Slurm.
 
-Workers on this machine, each a process of its own. Workers of a Dask cluster: one that runs
-already, or one of this machine's own.
+On this machine each worker is a process of its own. A Dask cluster runs already, or is one of this
+machine's own.
 
-Batch scripts for Slurm: an array of chunks, an array of films, and a job for what is left. The
+Slurm gets batch scripts: an array of chunks, an array of films, and a job for what is left. The
 second array waits for the first, and the last job for the second, however these end; the files in
 the farm's folder say what is still to be done.
 """

@@ -1,6 +1,6 @@
-"""What a farm does: tasks, each a plain command line that may be run again, in `plan.json`.
+"""What a farm does, in `plan.json`: its tasks, and the engine that runs them.
 
-What engines can be told.
+Each task is a plain command line that may be run again.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Runs a farm: begins it, follows it by the files on disk, stops it, goes on with it.
-
-Says how far a farm is, from the files on disk only.
-"""
+"""Runs a farm: begins it, follows it by the files on disk, stops it, goes on with it."""
 
 from __future__ import annotations
 

@@ -1,12 +1,10 @@
-"""How far a farm is and who works at what, from the files on disk only.
+"""How far a farm is and which worker has which task, from the files on disk only.
 
-How far a farm is, from the files on disk only: every worker and `farm status` see the same.
-
-Who works at what: tries of tasks, as files that are made once and never changed. A try of a task
-is a file `tries/000012.003.json` (task 12, third try) that only one worker can make, because it is
-opened exclusively. Its time of change is the worker's sign of life. How the try ended is a second
-file, `tries/000012.003.end.json`, also made once. So nothing is ever taken from somebody: whoever
-goes on with a dead worker's task ends that try, and makes the next.
+Every worker and `farm status` see the same. A try of a task is a file `tries/000012.003.json` (task
+12, third try) that only one worker can make, because it is opened exclusively. Its time of change
+is the worker's sign of life. How the try ended is a second file, `tries/000012.003.end.json`. Both
+are made once and never changed. So nothing is ever taken from a worker: whichever goes on with a
+dead worker's task ends that try, and makes the next.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """Files that are whole or not there, where they may be written, and those of the user's cache.
 
-Folders that nobody but the user can have written to. Writes files that are whole or not there, and
-reads no others than plain ones. Refuses places where nothing can or should be written, before any
-work is done.
+Only plain files are read. Places where nothing can or should be written are refused before any work
+is done. `own_folder` gives a folder that nobody but the user can have written to.
 
-Keeps what takes long to make in folders of the user's cache, and checks it when it is read. A
+What takes long to make is kept in folders of the user's cache, and checked when it is read. A
 folder is whole if its list, written last, names every file with the digest of its content. It gets
 its name only when it is whole, so that no process reads an unfinished one.
 """

@@ -1,9 +1,9 @@
 """Layers beside a picture: boxes, Cryptomatte, optical flow, and files of numbers.
 
-PNG files of numbers: classes and flow. They are no pictures, so no colours are said of them.
-Optical flow: where everything that a frame's pixels show is in the next frame's picture.
-Cryptomatte: ids with coverage, by which compositing programs pick things. Boxes around things in
-the picture, and around bodies in space.
+Boxes lie around things in the picture, and around bodies in space. Cryptomatte is ids with
+coverage, by which compositing programs pick things. Optical flow says where everything that a
+frame's pixels show is in the next frame's picture. Classes and flow are PNG files of numbers. They
+are no pictures, so no colours are said of them.
 
 References:
     PNG specification, third edition: https://www.w3.org/TR/png-3/

@@ -1,13 +1,13 @@
 """Measures of pictures: how far one is from a reference, and how much clutter it shows.
 
-Clutter of a picture by its edge density: the share of its pixels that are edges. Edges are found
-as Canny did: smooth, take the gradient, keep ridges of it, and follow them from strong edges to
-weaker ones. The thresholds are fixed steps of encoded luma and not shares of a picture's strongest
-edge, so that pictures can be compared.
+Plain RMSE of path-traced radiance does not converge, because one glint of the sun can make up most
+of it. So radiance errors here are capped, or relative and trimmed; pictures are compared by PSNR,
+SSIM and FLIP.
 
-How far an image is from a reference. Plain RMSE of path-traced radiance does not converge: one sun
-glint can own it. So radiance errors here are capped, or relative and trimmed; pictures are
-compared by PSNR, SSIM and FLIP.
+Clutter is edge density: the share of a picture's pixels that are edges. Edges are found as Canny
+did: smooth, take the gradient, keep ridges of it, and follow them from strong edges to weaker ones.
+The thresholds are fixed steps of encoded luma and not shares of a picture's strongest edge, so that
+pictures can be compared.
 
 References:
     Mack & Oliva, "Computational estimation of visual complexity", Object Perception, Attention and

@@ -1,11 +1,10 @@
 """What lens and film do to light that has come in: glare, falling off to corners, grain.
 
-Glare of bright lights in a lens, which makes lamps look bright in a picture. A share of all light
-is spread over three discs of growing size. Together they fall off roughly with the cube of the
-distance, like light that a lens scatters. Light is neither added nor lost, except what leaves the
-picture.
+All act on radiance when it is developed, so that stored frames stay what was traced.
 
-Both act on radiance when it is developed, so that stored frames stay what was traced.
+Glare makes lamps look bright in a picture. A share of all light is spread over three discs of
+growing size. Together they fall off roughly with the cube of the distance, like light that a lens
+scatters. Light is neither added nor lost, except what leaves the picture.
 
 References:
     G. Spencer, P. Shirley, K. Zimmerman, D. Greenberg, Physically-based glare effects for

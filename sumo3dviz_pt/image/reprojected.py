@@ -1,7 +1,8 @@
 """Where what a frame shows lies in another frame, and whether it is in the same light there.
 
-A picture's rows in bands, so that what is computed of each stays in the processor's cache. Tells
-changed light from noise: shadows, lamps and signals must not lag behind.
+Changed light is told from noise, because shadows, lamps and signals must not lag behind. A
+picture's rows are worked on in bands, so that what is computed of each stays in the processor's
+cache.
 
 Sums in square windows around every pixel, by few additions of whole rows and columns. A window of
 9 pixels is three of 3 side by side; one of 21 is one of 9, one of 3 and one of 9. So wide windows

@@ -1,9 +1,8 @@
 """Frames as they were traced, what neighbours need to know of them, and how they are stored.
 
-Traced frames as they are stored: layers in half precision, and a text. Guides are rounded to fewer
-digits than half precision has, because their last digits are noise that no compression makes
-smaller. Placements are stored in single precision relative to the camera, on a grid, wherever the
-network lies.
+Layers are stored in half precision, with a text. Guides are rounded to fewer digits than half
+precision has, because their last digits are noise that no compression makes smaller. Placements are
+stored in single precision relative to the camera, on a grid, wherever the network lies.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The library of assets: as a list, and as contact sheets.
-
-Draws contact sheets: pictures of everything that users can choose by name.
-"""
+"""Lists the library of assets, and draws contact sheets of all that users can choose by name."""
 
 from __future__ import annotations
 

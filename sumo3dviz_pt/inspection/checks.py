@@ -1,6 +1,6 @@
 """Validates a whole scene and says what it holds, what it leaves out and what it costs.
 
-Finds which shots of a scene can share what is built of its place when they are reported on.
+Shots near each other share what is built of their place.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Measure the motion of a whole log, for `check --motion`.
+"""Measures the motion of a whole log, for `check --motion`.
 
-Find road users that appear or vanish within the picture of a shot, where viewers notice it.
+It also finds road users that appear or vanish within the picture of a shot, where viewers notice
+it.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def pop_ups(
     births: Sequence[MotionFinding],
     deaths: Sequence[MotionFinding],
 ) -> tuple[PopUps, ...]:
-    """Return who appears or vanishes in the pictures of a job's shots.
+    """Return the road users that appear or vanish in the pictures of a job's shots.
 
     If the job has no shots, each of its cameras is one. What stands between the eye and a road
     user is not considered.

@@ -1,6 +1,6 @@
 """Lists the road users of a scene's log, chosen by type, time and place, and its cameras.
 
-A scene's cameras, as a mapping that shows itself in words.
+Both lists show themselves in words.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
 """What this package stands on: pip's packages, libLLVM, NVIDIA's driver, processors.
 
-Lists the pip packages that this one needs, and says why one of them does not work. How many
-threads this program may use. Finds NVIDIA's driver and OptiX, which comes with it, by their own
-libraries.
+It says why one of pip's packages does not work, and how many threads this program may use. NVIDIA's
+driver, and OptiX, which comes with it, are found by their own libraries.
 
-Finds the libLLVM that Dr.Jit shall load, and reads its version before Dr.Jit does. Dr.Jit takes 15
-and newer, but 15 ends the process at the first kernel ("LLVM ERROR: Cannot select: fminimum",
-measured with AVX-512 and with AVX2 only), so 16 is needed. A library tells its version by
-`LLVMGetVersion`, which exists from 16 on. It is called in a process of its own, because a second
+The libLLVM that Dr.Jit shall load is found, and its version read, before Dr.Jit loads it. Dr.Jit
+takes 15 and newer, but 15 ends the process at the first kernel ("LLVM ERROR: Cannot select:
+fminimum", measured with AVX-512 and with AVX2 only), so 16 is needed. A library tells its version
+by `LLVMGetVersion`, which exists from 16 on. It is called in a process of its own, because a second
 libLLVM disturbs the one in use. File names only say which library to try first.
 """
 

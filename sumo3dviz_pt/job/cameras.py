@@ -1,6 +1,6 @@
 """Settings of cameras: what they see with, where they stand and how they move.
 
-Settings of what a camera sees with, as photographers say it: lens, shutter, exposure.
+Lens, shutter and exposure are given as photographers say them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Says what is wrong with a setting or a choice, in words that users know and with its place.
 
-Checks the choices of commands and programs as a scene file is checked. The types of a dataclass's
-fields say what each may be; nothing wrong gets further than its making, and what is wrong is one
-of our errors.
+Choices of commands and programs are checked as a scene file is. They are dataclasses, and the types
+of their fields say what each may be. So nothing wrong gets further than its making, and what is
+wrong is one of our errors.
 """
 
 from __future__ import annotations

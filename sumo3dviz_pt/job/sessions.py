@@ -1,7 +1,7 @@
 """Settings of what goes with a study: its page, and the stimulus report.
 
-Settings of the stimulus report: what is measured of films, and for whom. What surrounds the films
-on the page of a study: forms, keys, texts, and where answers go.
+The page surrounds the films with forms, keys and texts, and says where answers go. The report says
+what is measured of films, and for whom.
 """
 
 from __future__ import annotations

@@ -1,10 +1,7 @@
 """The scene file: every setting with its default, unit, range and meaning, said once.
 
-The command line's help, the check of scene files, the JSON schema and the manual's
-table are made from these models. Angles are degrees here and radians inside.
-
-What settings say about themselves, for `--help` and the manual. A setting's meaning, unit, range
-and default stand once, in its `Field`; here they are read.
+All of them stand in the setting's `Field`. The command line's help, the check of scene files, the
+JSON schema and the manual's table are made from these. Angles are degrees here and radians inside.
 """
 
 from __future__ import annotations

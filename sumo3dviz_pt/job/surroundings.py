@@ -1,9 +1,8 @@
 """Settings of what is around cameras: weather, static objects, changed traffic, sound.
 
-The scene file's settings of static objects: trees, fences, buildings. Settings that change
-recorded traffic: single rides, and how many there are. The scene file's settings of sound tracks,
-which tools of auralisation make sound of. Settings of the weather: physical quantities, each left
-out where it is absent.
+Weather is physical quantities, each left out where it is absent. Static objects are trees, fences,
+buildings. Recorded traffic is changed in single rides, and in how many there are. Sound tracks are
+for tools of auralisation, which make sound of them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What single values of a scene file may be: numbers with units, ranges, dates, colours, files.
 
-What models of the scene file are built from: their base, and values with a notation. Quantities
-with units, as people write them: `200 m`, `10 mm/h`, `3 cm`. Mitsuba's variants by the names that
-users choose; importing them loads nothing.
+The base of all settings is here, too. Quantities have units, as people write them: `200 m`,
+`10 mm/h`, `3 cm`. Mitsuba's variants go by the names that users choose; importing them loads
+nothing.
 """
 
 from __future__ import annotations

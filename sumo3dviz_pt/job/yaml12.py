@@ -1,13 +1,11 @@
 """Reads YAML as people expect it, and turns Python's values into what a scene file can hold.
 
-Says what is wrong with a document that is no YAML, and what to do. Turns Python's values into what
-a scene file can hold: text, numbers, lists and mappings.
-
-Reads YAML as people expect it: 1.2 core types, no duplicate keys, places for messages. PyYAML
-speaks YAML 1.1, in which `12:30` is 750, `on` is true and a repeated key silently wins. This
-module resolves scalars by the YAML 1.2 core schema instead; keys are always text, so that the edge
-`-12` is one. What a document can grow to is bounded: nine lists of nine aliases each are 430
-bytes, and 4.5 GB when they are written out.
+A scene file holds text, numbers, lists and mappings. PyYAML speaks YAML 1.1, in which `12:30` is
+750, `on` is true and a repeated key silently wins. This module resolves scalars by the YAML 1.2
+core schema instead, and refuses repeated keys. Keys are always text, so that the edge `-12` is one.
+Keys keep their places for messages, which say what is wrong with a document and what to do. What a
+document can grow to is bounded: nine lists of nine aliases each are 430 bytes, and 4.5 GB when they
+are written out.
 
 References:
     YAML 1.2.2, chapter 10.3 (core schema), https://yaml.org/spec/1.2.2/

@@ -1,12 +1,12 @@
-"""Materials in Mitsuba's words: by name, and by key.
+"""Materials in Mitsuba's words: by name, and by the key of a surface.
 
-Surfaces by key: an asset's name, an image file, or `#rrggbb`.
+A surface's key is an asset's name, an image file, or `#rrggbb`.
 
-Named materials in Mitsuba's words, from `assets/materials`. Base colours stay at or below 0.85,
-where `principled` gives back no more than an even sky sends (only seen at less than 24 degrees
-over the surface it gains, by up to a third: tests/statistical/test_furnace.py); roughness stays at
-or above 0.05, where path tracing finds the sun without fireflies. Windows are opaque and dark,
-because `path` finds no sun through panes.
+Named materials are read from `assets/materials`. Base colours stay at or below 0.85, where
+`principled` gives back no more than an even sky sends (only seen at less than 24 degrees over the
+surface it gains, by up to a third: tests/statistical/test_furnace.py); roughness stays at or above
+0.05, where path tracing finds the sun without fireflies. Windows are opaque and dark, because
+`path` finds no sun through panes.
 """
 
 from __future__ import annotations

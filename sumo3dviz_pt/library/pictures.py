@@ -1,8 +1,8 @@
 """Pictures of surfaces and skies: users' files, cloud layers, radiance maps.
 
-Looks at users' pictures before Mitsuba reads them: whether they are whole, and how large. Cloud
-layers as the three channels of an image, and back. Reads equirectangular radiance maps: OpenEXR
-and Radiance HDR files.
+Users' pictures are looked at before Mitsuba reads them: whether they are whole, and how large.
+Cloud layers are stored as the three channels of an image. Radiance maps are equirectangular:
+OpenEXR and Radiance HDR files.
 
 References:
     PNG specification, third edition: https://www.w3.org/TR/png-3/

@@ -1,7 +1,6 @@
-"""Where a shot's camera is and looks, and when it lets light in.
+"""Where a shot's camera is and looks, what lies in its view, and when it lets light in.
 
-When a camera lets light in: it answers at which moments a frame is seen. Where a shot's camera is
-and looks, and what lies in its view.
+A shutter answers at which moments a frame is seen.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
 """What falls and flies before a camera: drops, flakes, puffs and wet panes, as plain values.
 
-Drops and flakes: how many of each size there are, and how fast they fall. Numbers are per cubic
-metre and millimetre of diameter; a snowflake's size is that of the drop that it melts to, from
-which the size of the flake follows.
+They are those of one frame while it is exposed. A frame's picture is traced as if the air were
+empty; these values say what is laid over it when it is finished. They are stored with the frame, so
+that it can be developed without its scene. Places are in the network's coordinates; intensities in
+scene units x m^2.
 
-A pane of glass before the eye that reflects what lies under it. It is thin and plane, and takes no
-light away: what it does not let through it reflects. A picture through it is that share of what
-lies behind, and the rest of what its mirror image shows.
+Drops and flakes are given by how many there are of each size, and how fast they fall. Numbers are
+per cubic metre and millimetre of diameter; a snowflake's size is that of the drop that it melts to,
+from which the size of the flake follows.
 
-What falls and flies before a camera while a frame is exposed: plain values of one frame. A frame's
-picture is traced as if the air were empty; these values say what is laid over it when it is
-finished. They are stored with the frame, so that it can be developed without its scene. Places are
-in the network's coordinates; intensities in scene units x m^2.
+A pane of glass before the eye reflects what lies under it. It is thin and plane, and takes no light
+away: what it does not let through it reflects. A picture through it is that share of what lies
+behind, and the rest of what its mirror image shows.
 
 References:
     Marshall, J. S. and Palmer, W. M., The distribution of raindrops with size, Journal of

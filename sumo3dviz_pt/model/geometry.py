@@ -1,10 +1,9 @@
 """Meshes, rigid placements, vectors and lines, the shared words of all stages.
 
-Unit vectors, lengths along lines and areas of triangles. Points along many polylines, found for
-all of them at once.
-
 The world is right-handed: x east, y north, z up, in metres, float64. A body's own frame has +x
 forward, +y left, +z up. Yaw is counter-clockwise from east.
+
+Points along many polylines are found for all of them at once.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
 """What pixels show: layers by name, things with names and classes, what numbers stand for.
 
-What the numbers of a colour stand for. Rectangles of a picture, in pixels.
-
 A thing is a road user, a tree, a house, a sign, the surface of an edge, and so on. Its number is a
 hash of its name, so it is the same in all frames, in all films and on every machine, and nobody
 has to keep a list. Its class is one of the Cityscapes data set.
 
-Pictures by name: what the renderer finds in each pixel, and which channels hold it.
+Layers are what the renderer finds in each pixel; `Channels` says which channels of a traced picture
+hold which layer.
 
 | layer | holds | shape |
 |---|---|---|

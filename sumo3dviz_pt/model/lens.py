@@ -1,8 +1,7 @@
-"""A lens's rays as whole pictures are worked on: in single precision, one axis after the other.
-
-What a camera sees with: it answers where rays go and where things lie in the picture.
+"""What a camera sees with: where rays go and where things lie in the picture.
 
 How directions are laid out is said in `model/projections.py`. A picture may be one of both eyes.
+Work on whole pictures takes rays in single precision, one axis after the other.
 """
 
 from __future__ import annotations

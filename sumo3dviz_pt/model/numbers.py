@@ -1,7 +1,7 @@
 """Ranges of numbers, exact ratios, time zones, and words for pictures; they load nothing.
 
-Ranges of numbers in all files; everything that can drive lies within them. Frame rates and speeds
-of films, exactly as they are written. Time zones as people write them.
+The ranges hold in all files; everything that can drive lies within them. Frame rates and speeds of
+films are exactly what is written. Time zones are named as people write them.
 """
 
 from __future__ import annotations

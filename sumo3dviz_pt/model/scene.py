@@ -8,8 +8,7 @@ recentres. Materials are dicts in Mitsuba's words with two words of our own:
 * `{"type": "bitmap", "filename": "<absolute path>"}` needs no tensor, so that a
   dict can be loaded twice.
 
-Lamps as a shot hands them to the renderer: on vehicles, and standing. Radiances are in scene
-units, linear sRGB primaries.
+Lamps are on vehicles, or stand still. Their radiances are in scene units, linear sRGB primaries.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What moved in the simulation, as logged, and the simulation as read from its files.
 
-The road users of a vehicle log, one value each, without the samples.
+`Trace` holds the samples of a road user; `RoadUser` says what the log tells without them.
 """
 
 from __future__ import annotations

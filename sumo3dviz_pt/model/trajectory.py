@@ -1,6 +1,6 @@
-"""Where wheels have passed: what the log says of tracks in snow, and who left none.
+"""Continuous motion, as the smoothers make it of a trace, and where wheels have passed.
 
-Continuous motion: what the smoothers make of a trace.
+`DrivenWays` holds what the log says of tracks in snow, and of vehicles that left none.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""How much daylight weather lets through: clouds that rain and snow fall from, and fog.
+"""The weather as values, of one moment and over time, and how much daylight it lets through.
 
-A layer of droplets takes hardly any light, but sends much of it back up. What passes is the
-two-stream answer for light that is scattered and never absorbed; light that the ground sends up is
-partly sent down again, so snow makes dull days brighter.
+Rates of rain and snow are in millimetres of water an hour, as all measured relations take them.
 
-The weather as values: of one moment, and over time. Rates of rain and snow are in millimetres of
-water an hour, as all measured relations take them.
+Light passes the clouds that rain and snow fall from, and fog. Such a layer of droplets takes hardly
+any light, but sends much of it back up. What passes is the two-stream answer for light that is
+scattered and never absorbed; light that the ground sends up is partly sent down again, so snow
+makes dull days brighter.
 
 References:
     Shettle, E. P. and Weinman, J. A., The transfer of solar irradiance through inhomogeneous

@@ -1,20 +1,20 @@
 """The path that a front has driven, and how the body and units behind it follow.
 
-The path that a front has driven: points by time and by distance, also from before the log. SUMO's
-angle is the direction of the chord from the rear to the front, so the point front - length x
-direction lies on the driven path. That tells where the path lay before the first sample.
+The path has points by time and by distance, also from before the log. SUMO's angle is the direction
+of the chord from the rear to the front, so the point front - length x direction lies on the driven
+path. That tells where the path lay before the first sample.
 
-Headings of bodies: the chord behind the front, a dragged rear axle, or the log's angles. A heading
-is a curve of yaw and pitch over time. The chord from the rear to the front along the driven path
-is SUMO's own definition of the angle. On the shown path the chord keeps still while the body
-stands, turns into changes of lanes by itself, and never flips. The tractrix is the curve of a rear
-axle that cannot slip sideways.
+A heading is a curve of yaw and pitch over time: that of the chord behind the front, of a dragged
+rear axle, or of the log's angles. The chord from the rear to the front along the driven path is
+SUMO's own definition of the angle. On the shown path the chord keeps still while the body stands,
+turns into changes of lanes by itself, and never flips. The tractrix is the curve of a rear axle
+that cannot slip sideways.
 
-The path that units of a vehicle follow: the driven one, straighter where the log is straight.
-SUMO's vehicles change lanes without turning. In a jam, the path of such a change lies across the
-lanes, and a lorry's short tractor on it would stand across them, too. So each step of the path is
-turned to within some degrees of the angles that are logged around it. Chords of such a path keep
-within the same degrees, whatever the units' lengths, and units still turn only as they drive.
+Units of a vehicle follow the driven path, made straighter where the log is straight. SUMO's
+vehicles change lanes without turning. In a jam, the path of such a change lies across the lanes,
+and a lorry's short tractor on it would stand across them, too. So each step of the path is turned
+to within some degrees of the angles that are logged around it. Chords of such a path keep within
+the same degrees, whatever the units' lengths, and units still turn only as they drive.
 """
 
 from __future__ import annotations

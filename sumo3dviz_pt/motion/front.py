@@ -1,9 +1,8 @@
 """The motion of a road user's front, and curves through samples of it.
 
-What a smoother makes: the motion of a road user's front, the middle of its front bumper.
-
-Curves through samples: cubic Hermite, and the slopes that make them smooth or monotone. All act on
-columns, (n, k), or on single values, (n,), alike.
+A smoother makes this motion; the front is the middle of the front bumper. Curves are cubic Hermite,
+with slopes that make them smooth or monotone. All functions act on columns, (n, k), or on single
+values, (n,), alike.
 
 References:
     C. de Boor, A Practical Guide to Splines, chapter IV (C2 cubic spline by slopes).

@@ -1,10 +1,10 @@
 """The lanes of a network as a graph, and the centre lines along chains of them.
 
-The lanes of a network as a graph, and the route that a vehicle drove between two samples. A route
-is a sequence of lanes. Several routes can lead from one sample to the next. They are ranked by how
-far their length is from the distance that the logged speeds tell, plus 2 m for each change of
-lanes (6 m inside a junction). Lanes beside each other inside a junction differ in length; a
-vehicle that changes between them keeps its share of the length.
+The graph finds the route that a vehicle drove between two samples: a sequence of lanes. Several
+routes can lead from one sample to the next. They are ranked by how far their length is from the
+distance that the logged speeds tell, plus 2 m for each change of lanes (6 m inside a junction).
+Lanes beside each other inside a junction differ in length; a vehicle that changes between them
+keeps its share of the length.
 
 SUMO's lanes are polylines. An average along their length makes them smooth to the second
 derivative, but moves them inward in bends. So the average is taken twice over: what the first one

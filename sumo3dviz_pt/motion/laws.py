@@ -1,11 +1,12 @@
 """Laws and measures of drawn motion: what breaks them, how fast, how hard, how far from the lane.
 
-How far road users are from the centres of their lanes, as logged and as shown.
+The laws compare what is drawn with the log alone, whatever the smoother: a body heads where its log
+says, turns only as it drives, and stands still while it stands. Distances from the centres of lanes
+are told as logged and as shown.
 
-Measures of sampled motion: how fast, how hard, how suddenly. Each takes motion at uniform times
-and gives one value for each time, in the horizontal plane. The value is NaN where a neighbour is
-missing that the formula needs, so nothing is ever measured across a gap. With the step h and
-positions p:
+Measures take motion at uniform times and give one value for each time, in the horizontal plane. The
+value is NaN where a neighbour is missing that the formula needs, so nothing is ever measured across
+a gap. With the step h and positions p:
 
 * velocity (p[i+1] - p[i-1]) / 2h, acceleration (p[i+1] - 2 p[i] + p[i-1]) / h^2 and
   jerk (p[i+2] - 2 p[i+1] + 2 p[i-1] - p[i-2]) / 2h^3 are central differences of second
@@ -13,10 +14,6 @@ positions p:
   Mathematics of Computation 51, 1988, table 1);
 * jumps and heading rates are differences between one frame and the next, as films show
   them: a central difference would hide half of a leap.
-
-Laws of drawn motion, as functions that yield what breaks them. A body heads where its log says,
-turns only as it drives, and stands still while it stands. The laws compare what is drawn with the
-log alone, whatever the smoother.
 """
 
 from __future__ import annotations

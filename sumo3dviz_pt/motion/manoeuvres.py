@@ -1,17 +1,17 @@
 """What bodies do besides following their front: they stand, wiggle, back up, park.
 
-Standing road users, whose logged places and angles may wiggle though they do not move. SUMO's
-sublane model writes places that go to and fro by a decimetre while the speed is zero. A body that
-followed them would be driven to and fro, and would turn.
+While a road user stands, its logged places and angles may wiggle. SUMO's sublane model writes
+places that go to and fro by a decimetre while the speed is zero. A body that followed them would be
+driven to and fro, and would turn.
 
-Headings that a body can have: near the logged angles, and turned only as it drives. A move that is
-short for its width, or a path that is only guessed, would turn a body far off the angle that the
-log has. SUMO's vehicles change lanes without turning at all, so a body that does not turn so far
-is the nearer to the truth.
+Headings stay near the logged angles, and turn only as the body drives. A move that is short for its
+width, or a path that is only guessed, would turn a body far off the angle that the log has. SUMO's
+vehicles change lanes without turning at all, so a body that does not turn so far is the nearer to
+the truth.
 
-Find where a body does not follow its front: backing up, and moves into a parking place. SUMO moves
-a parking vehicle aside by up to 8 m in one step, while its logged lane and offset stay those of
-the road.
+A body does not follow its front where it backs up, or moves into a parking place. SUMO moves a
+parking vehicle aside by up to 8 m in one step, while its logged lane and offset stay those of the
+road.
 """
 
 from __future__ import annotations

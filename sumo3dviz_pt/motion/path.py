@@ -4,9 +4,8 @@ A run is a row of samples whose lanes are known. It consists of chains: lanes th
 another. A change of lanes begins the next chain. All chains of a run share one arc length, the
 station, because SUMO counts positions alike on all lanes of an edge.
 
-The path of a run along lanes: tracks, and the eased moves between them. The path is the first
-track plus, for each change of lanes, the eased difference to the next track. As the path depends
-on the station only, nothing slides sideways while it stands.
+The path is the first track plus, for each change of lanes, the eased difference to the next track.
+As it depends on the station only, nothing slides sideways while it stands.
 
 A change of lanes that SUMO makes in one step becomes a move of 4 s whose sideways acceleration
 begins and ends at zero. The move takes longer where the vehicle would drive less than four times

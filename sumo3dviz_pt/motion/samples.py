@@ -1,14 +1,13 @@
 """Logged samples: cut where nothing may be interpolated, averaged, and changed in time.
 
-Change when a recorded ride comes by, or how fast it is; its path stays as it was.
+A trace is cut at gaps and teleports. When SUMO teleports a vehicle, either rows of the log are
+missing or the vehicle jumps within one step. A step longer than speed x dt + 8 m counts as such a
+jump.
 
-Logged samples of one unbroken stretch of time, and their moving averages. The moving average of a
-piecewise linear function has a closed form through its integral, so a smoothed value is known at
-any real time, whatever the frame rate.
+The moving average of a piecewise linear function has a closed form through its integral, so a
+smoothed value is known at any real time, whatever the frame rate.
 
-Cut a trace where nothing may be interpolated: at gaps and teleports. When SUMO teleports a
-vehicle, either rows of the log are missing or the vehicle jumps within one step. A step longer
-than speed x dt + 8 m counts as such a jump.
+A recorded ride may come by at another time, or at another pace; its path stays as it was.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
 """A sheet to draw on, laid over a picture, and what stands before, after and beside a film.
 
-What stands before, after and beside a film: plain pictures, fades, captions.
+The sheet takes letters, lines and dots, in pixels of the picture. It is drawn at twice the
+picture's size, so that lines are smooth, and laid over in full precision: where nothing is drawn,
+the picture keeps its values. Letters are Pillow's own (Aileron, CC0). Plain pictures and fades
+stand before and after a film, captions beside it.
 
-A sheet to draw on that is laid over a picture: letters, lines, dots, in pixels of the picture. It
-is drawn at twice the picture's size, so that lines are smooth, and laid over in full precision:
-where nothing is drawn, the picture keeps its values. Letters are Pillow's own (Aileron, CC0).
-
-Colours of speeds, from slow to fast: red, orange, yellow, light blue, blue. People who do not tell
-red from green tell these apart; the ends are the traffic engineer's habit that red is slow.
+Colours of speeds go from slow to fast: red, orange, yellow, light blue, blue. People who do not
+tell red from green tell these apart; the ends are the traffic engineer's habit that red is slow.
 """
 
 from __future__ import annotations

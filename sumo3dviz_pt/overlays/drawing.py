@@ -1,8 +1,8 @@
 """Draws overlays over a developed picture: words, labels, trails, a map.
 
-Overlays that stand still on the picture: words, speed, clock, the scale of colours. Overlays that
-follow road users: labels, frames, dots, and trails on the ground. The map in a corner: lanes, road
-users and what the camera sees, from above.
+Words, speed, clock and the scale of colours stand still on the picture. Labels, frames, dots, and
+trails on the ground follow road users. The map in a corner shows lanes, road users and what the
+camera sees, from above.
 """
 
 from __future__ import annotations

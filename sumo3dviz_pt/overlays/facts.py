@@ -1,8 +1,7 @@
-"""Where things lie in a frame's picture: boxes of bodies, lines on the ground.
+"""What overlays are drawn from: the views, road users and lanes of a film, as values and JSON.
 
-What overlays are drawn from: the views, road users and lanes of a film, as values and JSON. They
-lie beside the stored frames, so that a film can be developed again with its overlays and without
-its simulation.
+They lie beside the stored frames, so that a film can be developed again with its overlays and
+without its simulation. Boxes of bodies and lines on the ground are placed in a frame's picture.
 """
 
 from __future__ import annotations

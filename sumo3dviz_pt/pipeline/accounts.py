@@ -1,17 +1,17 @@
 """Says what a picture was made from: its key, and the account that is stored with it.
 
-Says in figures what weather a scene has, and what of weather it leaves out.
-
-What a film's account says of its road users: bodies, colours, motion, lamps. Two films show the
-same traffic if these are the same; motion is told by digests, because the places of a hundred road
-users in a thousand frames would be most of the account.
-
-Computes digests of what was built: the world, and a shot's plan of it. They tell whether two
-pictures show the same things, whatever made them. Lengths count to a tenth of a millimetre, other
-numbers to six digits: processors differ in the last bits.
-
 Two frames with the same key and time are the same picture. The key holds everything that pixels
 depend on; files count by content, because a name says nothing.
+
+The account says of road users their bodies, colours, motion and lamps. Two films show the same
+traffic if these are the same; motion is told by digests, because the places of a hundred road users
+in a thousand frames would be most of the account.
+
+Digests of what was built, the world and a shot's plan of it, tell whether two pictures show the
+same things, whatever made them. Lengths count to a tenth of a millimetre, other numbers to six
+digits: processors differ in the last bits.
+
+The weather is told in figures, and what of it a scene leaves out.
 """
 
 from __future__ import annotations
@@ -211,7 +211,7 @@ def _body(prototype: str) -> str:
 
 
 def _placement(mover: Mover) -> bytes:
-    """Return who stands where in which pose, for a digest."""
+    """Return which body stands where in which pose, for a digest."""
     steps = np.floor(mover.world_from_body.matrix[:3] / _STEP + 0.5)
     pose = f"{mover.name}|{mover.phase:.4f}|{mover.effort:.4f}|"
     return pose.encode() + steps.astype(np.int64).tobytes()

@@ -1,10 +1,8 @@
 """What a film needs of a machine, and what nights and weathers cost beside a dry day.
 
-Compares what a film needs with the memory and the disk that there are. Says in figures where a
-scene's sun stands.
-
-What nights and weathers cost beside a dry day, by what a bench measured. The figures lie in
-`weathers.json`; they are those of the manual's page on weather.
+Memory and disk are compared with what there is. Where a scene's sun stands is told in figures. What
+nights and weathers cost was measured by a bench; the figures lie in `weathers.json`, and are those
+of the manual's page on weather.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ Opening costs seconds (reading, building, loading), a further picture only what 
 within a shot of the scene file is pictured with that shot's plan, so that a still is the film's
 frame; any other time has a plan of its own.
 
-Holds a scene open for cameras that go anywhere, at any time of the log. Files are read and motion
-is smoothed once; the shot is built again only where detail is needed elsewhere or the look of the
+An open scene is for cameras that go anywhere, at any time of the log. Files are read and motion is
+smoothed once; the shot is built again only where detail is needed elsewhere or the look of the
 scene changes.
 """
 

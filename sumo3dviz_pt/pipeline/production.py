@@ -1,8 +1,8 @@
 """From a job to pictures: the place that knows every stage.
 
-Refuses choices that do not exist, before anything is read, built or loaded.
+files -sumo-> scenario -motion-> trajectories -world, cast, shot-> shot -render-> radiance
 
-files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
+Choices that do not exist are refused before anything is read, built or loaded.
 """
 
 from __future__ import annotations

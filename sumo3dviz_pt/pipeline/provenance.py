@@ -1,6 +1,6 @@
 """Hashes what pixels depend on, and says in words what differs between two accounts.
 
-Hashes what pixels depend on: input files by content, our own code and library, versions.
+Pixels depend on input files (by content), on our own code and library, and on versions.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Reads a simulation's files, and refuses what they do not have.
+"""Reads a simulation's files, makes its motion continuous, and refuses what they do not have.
 
-Says what vehicles are drawn as whose type no file defines, in one sentence. Reads a simulation's
-files and makes its motion continuous. Refuses cameras that ride with a road user that is not
-there, and says when the log has it.
+A camera cannot ride with a road user that is not there; the message says when the log has it. One
+sentence says what vehicles are drawn as whose type no file defines.
 """
 
 from __future__ import annotations
@@ -256,7 +255,7 @@ def _say_part(why: str, files: ScenarioFiles) -> None:
 
 @lru_cache(maxsize=2)
 def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario:
-    """Return a simulation with those only who are there in a window, or soon before or after it.
+    """Return a simulation with only the road users of a window, and of soon before and after it.
 
     Of road users that share an id, each keeps the number that it has in the whole log.
 

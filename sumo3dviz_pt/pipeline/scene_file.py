@@ -1,7 +1,7 @@
 """Reads scene files, and knows the names that their keys take.
 
 YAML, template, overrides -> a validated `Job`. Names are listed for help, completion and editors;
-those that nothing has are found: presets, surfaces, codecs, tone curves, cameras.
+names that nothing has are found: presets, surfaces, codecs, tone curves, cameras.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Estimates how long the steps of long work should take, before any of it is done.
+"""Shows how far long work is and how long it will still take, from its first second on.
+
+Work is a sequence of steps with expected durations, estimated before any of it is done. What they
+really took corrects the expectation of those to come, and so does a step that is late; a step that
+counts is judged by its own pace. Where other programs keep the processor, our share of it tells
+before a step is late.
 
 The constants are what two cores of a shared server needed for `ronda`, `crossing`, Barcelona,
 Bologna and Bad Hersfeld, see docs/internals/forecasts.md; those of `check` follow from what a bench
-measured (`tests/bench/checks.py`). While work goes on, its own pace corrects them.
-
-Shows how far long work is and how long it will still take, from its first second on. Work is a
-sequence of steps with expected durations. What they really took corrects the expectation of those
-to come, and so does a step that is late; a step that counts is judged by its own pace. Where other
-programs keep the processor, our share of it tells before a step is late.
+measured (`tests/bench/checks.py`).
 """
 
 from __future__ import annotations

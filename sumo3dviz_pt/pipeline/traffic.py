@@ -1,10 +1,8 @@
-"""Makes a simulation's motion continuous, and says what its traffic leaves out.
+"""Makes a simulation's motion continuous as the scene file asks, and keeps time gaps between rides.
 
-Makes a simulation's motion continuous as the scene file asks.
-
-Time gaps between two rides: who moves to keep one, by how much, and what is kept. A time gap is
-the time from the one ahead's rear at a place to the other's front there. Where a camera rides with
-the one behind, its drive is the film's point of view: then the one ahead moves.
+A time gap is the time from the one ahead's rear at a place to the other's front there. To keep one,
+a ride is moved in time. Where a camera rides with the one behind, its drive is the film's point of
+view: then the one ahead moves.
 
 References:
     SAE J2944, "Operational definitions of driving performance measures and statistics", 2015.

@@ -1,6 +1,6 @@
 """Keeps what was built of a world for its next shot, and says what its places depend on.
 
-Where all vehicles of a log were, whatever part of it is shown: for what lies in snow.
+What lies in snow depends on where all vehicles of a log were, whatever part of it is shown.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]
 
 
 def _shown_by(files: ScenarioFiles) -> tuple[Path, ...]:
-    """Return a simulation's files that say what exists, not who is on the road."""
+    """Return a simulation's files that say what exists, not what is on the road."""
     return (files.network, *files.signals, *files.additional)
 
 

@@ -1,7 +1,7 @@
-"""Finds when and where most road users move, and in whom to ride there.
+"""Finds when and where most road users move, and which vehicles to ride in there.
 
-Who moves where and when, in rows of about a second. Chooses vehicles to ride in: those that last a
-shot, drive most of it, and pass the place.
+Movement is told in rows of about a second. Vehicles to ride in are those that last a shot, drive
+most of it, and pass the place.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class Busiest:
 def busiest(
     movement: Movement, network: Network, *, span: tuple[float, float], length: float
 ) -> Busiest:
-    """Return the moment and place at which most road users move; who stands does not count.
+    """Return the moment and place at which most road users move; standing ones do not count.
 
     Args:
         movement: Everyone, n >= 1 rows.

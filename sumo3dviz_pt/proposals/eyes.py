@@ -1,7 +1,7 @@
 """Rates eyes by the traffic that they see, who comes close to them, and what stands before them.
 
-Rates eyes by who comes close to them while the shots last. Keeps proposed cameras away from roads
-that cross at one height without a junction.
+They are rated over the time that the shots last. Proposed cameras keep away from roads that cross
+at one height without a junction.
 """
 
 from __future__ import annotations
@@ -351,7 +351,7 @@ def apart(movement: Movement, meetings: Floats) -> Movement:
 
 
 def riding_apart(traces: Sequence[Trace], meetings: Floats) -> list[Trace]:
-    """Return those who never come to places where roads meet, (n, 3) [m]."""
+    """Return the road users that never come to places where roads meet, (n, 3) [m]."""
     if not len(meetings):
         return list(traces)
     return [trace for trace in traces if _away(trace.positions, meetings).all()]

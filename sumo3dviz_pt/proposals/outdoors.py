@@ -1,8 +1,8 @@
 """What stands around a place, and what of it a camera would look at instead of the traffic.
 
-What our code adds around a place of a scenario: terrain on slopes, and rows of houses. Both are
-found as the world finds them, but without cameras that keep their view clear: a house that stands
-in the way here may later be left out, and never the other way round.
+Our code adds terrain on slopes, and rows of houses. Both are found as the world finds them, but
+without cameras that keep their view clear: a house that stands in the way here may later be left
+out, and never the other way round.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Proposes a scene file for a simulation, with comments that say why.
 
-Writes a proposed scene file, with comments that say why. Proposes a scene file for a simulation:
-files, template, cameras, vehicles to ride in, shots.
+It holds files, template, cameras, vehicles to ride in, and shots.
 
-Chooses a scene template by the roads around a place, and what stands there. A limit alone tells
+The template is chosen by the roads around a place, and what stands there. A limit alone tells
 little: SUMO's type map for OpenStreetMap gives roads of which it knows none 100 km/h (27.78 m/s).
 """
 

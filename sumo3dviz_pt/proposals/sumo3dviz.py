@@ -1,11 +1,8 @@
 """Translates a configuration of sumo3Dviz 1.0 into a scene file.
 
-A configuration of sumo3Dviz that is being read. Translate the modes of sumo3Dviz into cameras and
-shots. Find the files that a configuration of sumo3Dviz names.
-
-What it says of files, cameras, times and looks is taken over; what needs no saying here
-(where signals stand, what is a tree), what has no counterpart and what had no effect there is
-told.
+Its modes become cameras and shots. What it says of files, cameras, times and looks is taken over;
+what needs no saying here (where signals stand, what is a tree), what has no counterpart and what
+had no effect there is told.
 
 References:
     sumo3Dviz: A three dimensional traffic visualisation. arXiv:2604.19194 (2026). What each

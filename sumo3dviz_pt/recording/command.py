@@ -1,10 +1,9 @@
 """The command line that makes SUMO write what a film needs, and the files that it writes.
 
-What a recording has to know of a network, without reading all of it into memory. Reads what a
-configuration of SUMO says about inputs and times.
-
-An option of the command line beats one of the configuration. Some of SUMO's cannot be taken back,
-because an empty value counts as none given; they get a value that has no effect.
+It follows from what a configuration of SUMO says about inputs and times, and from the network,
+which is not read into memory as a whole. An option of the command line beats one of the
+configuration. Some of SUMO's cannot be taken back, because an empty value counts as none given;
+they get a value that has no effect.
 """
 
 from __future__ import annotations
@@ -187,7 +186,7 @@ def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: st
 
 
 def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:
-    """Return who is kept."""
+    """Return the options that say which road users are kept."""
     people = ["--person-device.fcd.probability", "1"]
     if "person-device.fcd.period" in settings.given:
         people += ["--person-device.fcd.period", "0"]

@@ -1,7 +1,4 @@
-"""What a recording keeps, the files of it, and those that lead to the others.
-
-What `record` is asked to keep.
-"""
+"""What `record` is asked to keep, the files of a recording, and those that lead to the others."""
 
 from __future__ import annotations
 

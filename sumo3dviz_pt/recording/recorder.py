@@ -1,6 +1,6 @@
 """Recording from Python: follow a simulation in your own loop, and make a scene of it.
 
-Follows a simulation that somebody else steps, by libsumo or TraCI, and keeps what a film needs.
+The simulation is stepped by libsumo or TraCI; the recorder keeps what a film needs.
 
 References:
     SUMO's FCD output: https://sumo.dlr.de/docs/Simulation/Output/FCDOutput.html

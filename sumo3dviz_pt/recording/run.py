@@ -1,13 +1,12 @@
 """Runs a simulation of SUMO with the outputs that a film needs, and nothing else changed.
 
-Passes SUMO's warnings on as notes: each kind once, with a count where there are many.
-
 Seed, step and everything else stay as the configuration says. What the simulation writes for its
 owner would replace what an earlier run wrote; so it gets other names, and is removed afterwards.
+SUMO's warnings are passed on as notes: each kind once, with a count where there are many.
 
-Goes over a vehicle log that SUMO has written: what lies near a vehicle, and broken steps. SUMO
-writes an element to a line, and people and containers after the vehicles of a step: in a second
-element of the same time where its owner wants a log of their own.
+The vehicle log is gone over afterwards: only what lies near a vehicle may stay, and broken steps
+are joined. SUMO writes an element to a line, and people and containers after the vehicles of a
+step: in a second element of the same time where its owner wants a log of their own.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Chooses Mitsuba's variant, and guards against what is otherwise on GPUs.
-
-What is otherwise on GPUs, where OptiX traces rays, and guards against its silent failures. A
-kernel may ask one scene only: Dr.Jit takes the ray operations of a second one out, says so on
-standard error and goes on. Hits of instances name the part's own shape, and no index in its group.
+"""Chooses Mitsuba's variant, and guards against what is different on GPUs.
 
 `llvm_ad_rgb` traces about six times faster per CPU-second than `scalar_rgb`, but
 needs a shared libLLVM. Without one that can be used we say so and fall back.
+
+On GPUs OptiX traces rays, and may fail silently. A kernel may ask one scene only: Dr.Jit takes the
+ray operations of a second one out, says so on standard error and goes on. Hits of instances name
+the part's own shape, and no index in its group.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Turns scene values and cameras into Mitsuba objects; only here both have their names.
 
-What cameras become in Mitsuba: sensors, and what is set in them for each view.
+Cameras become sensors, whose parameters are set for each view.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Buildings over any plan: a design says how, a height says how many storeys.
+"""Buildings over any plan: a design says how they look, a height how many storeys they have.
 
-What is said of a building before it is raised: its design, its plan, what its walls look at. The
-roof of a building as its design says: slopes or a deck, and what stands on them.
+Beside the design, a building is given its plan and what its walls look at. Its roof is slopes or a
+deck, as the design says, and what stands on them.
 
 Body frame of those that stand at points: origin on the ground in the middle of the
 plan, the front looks to +x. Walls reach 1 m below the ground, so that nothing floats on

@@ -2,9 +2,6 @@
 
 In wall coordinates: (along, inward, up) [m]. Shop windows show what lies behind them as colours of
 the pane (`shop0` ... `shop5`), which shine at night.
-
-Small things on walls: down-pipes, machines under windows, signs that stick out. In wall
-coordinates: (along, inward, up) [m].
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What the roles of a building's shell are made of, in which colours, how bright at night.
 
-How bright windows, shops and signs are at night.
-
-The colours to draw from stand in `assets/palettes`.
+The colours to draw from stand in `assets/palettes`. Windows, shops and signs shine at night.
 
 References:
     EN 12464-1:2021 (light and lighting of work places): offices 500 lx, sales areas

@@ -1,8 +1,7 @@
 """Roofs over any plan, what stands on them, and bands that run around buildings.
 
-Roofs over any plan: flat with a parapet, gabled, hipped and mansard roofs. What stands on roofs:
-lift houses, machines, chimneys, dormers. Bands that run around buildings, and which way walls
-look.
+Roofs are flat with a parapet, gabled, hipped or mansard roofs. Lift houses, machines, chimneys and
+dormers stand on them.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Buildings by style: over any footprint, and in closed rows along a street.
 
-Building models by name, from `assets/buildings`: designs with sizes and colours to draw from.
-Buildings over any footprint: its outline, and which style suits it.
+Styles are read from `assets/buildings`: designs with sizes and colours to draw from. The outline of
+a footprint tells which style suits it.
 
-Closed rows of houses along a building line: where one ends and the next begins. A building line
-runs with its land on the left. Neighbours share a party wall at a right angle to the line; a house
-at a corner keeps its whole corner, with a wing on each side.
+Closed rows stand along a building line, which runs with its land on the left. Neighbours share a
+party wall at a right angle to the line; a house at a corner keeps its whole corner, with a wing on
+each side.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Polylines and what runs along them: offsets, painted bands, walls of quads.
 
-Polylines: mitred offsets, vertices without repeats, sharp bends. Strips of quads along rings and
-lines: walls, verges, flat bands.
+Offsets are mitred. Vertices that repeat are dropped, and sharp bends are split.
 
 References:
     Mitred joins: the offset vector at a bend is (n1 + n2) / (1 + n1 . n2), the

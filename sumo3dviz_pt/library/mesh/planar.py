@@ -1,7 +1,7 @@
 """Plane geometry on top of shapely, and its triangles.
 
-Plane geometry on top of shapely: safe unions, closing, polygons out of anything. Polygons to
-triangles. Regular grids of triangles.
+Unions are safe, gaps can be closed, and polygons are made out of any geometry. Polygons and regular
+grids become triangles.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Normals that corners of a surface share but across creases, and meshes with fewer triangles.
+"""Normals that corners share, except across creases, and meshes with fewer triangles.
 
-Coarser meshes for what is only a few pixels large.
+The coarser meshes are for what is only a few pixels large.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Arms, legs and trunk of a figure, bare or clothed.
 
-What a figure wears on its trunk: tops, coats, dresses, skirts, collars and bags.
+A trunk wears tops, coats, dresses or skirts; patches such as collars and bags are sewn to them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""A figure's head with hair, caps, hoods and helmets.
+"""A figure's head: skull, face, ears and neck, with hair, caps, hoods and helmets.
 
-A figure's head: skull, face, ears and neck. Measures after the average adult head of
-anthropometric surveys (length 0.195 m, breadth 0.153 m, chin to vertex 0.232 m); eyes at half
-height, nose and mouth at thirds below.
+Measures are those of the average adult head of anthropometric surveys (length 0.195 m, breadth
+0.153 m, chin to vertex 0.232 m); eyes are at half height, nose and mouth at thirds below.
 """
 
 from __future__ import annotations

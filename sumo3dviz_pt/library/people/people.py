@@ -1,11 +1,9 @@
 """People from recipes: body, face, clothes, and how they stand and walk.
 
-How people stand and walk: postures for the phases of a stride. The stance leg follows the foot,
-which rolls from heel to toe on a point of the ground; the swinging leg follows measured angles of
-hip and knee.
+A walk is a posture for each phase of a stride. The stance leg follows the foot, which rolls from
+heel to toe on a point of the ground; the swinging leg follows measured angles of hip and knee.
 
-People from recipes: body, face, clothes, and the poses of standing and walking. A recipe is the
-content of `recipe` in an asset's `asset.yaml`:
+A recipe is the content of `recipe` in an asset's `asset.yaml`:
 
     body: {height: 1.78, woman: 0, build: 1.0, child: 0}
     face: {skin: [r, g, b], hair: [r, g, b], nose: 1, jaw: 1, brow: 1, lips: 1, beard: 0}

@@ -1,6 +1,6 @@
 """Skeletons of figures and their postures: where hands and feet are, how the bones follow.
 
-A figure's skeleton: where its joints are, and how its bones carry its skin.
+A skeleton says where joints are, and how bones carry the skin.
 
 References:
     Segment lengths as shares of stature: R. Drillis, R. Contini, Body Segment Parameters,

@@ -1,6 +1,6 @@
 """Pieces of a figure: skin, garments and what is carried, bound to the bones beneath.
 
-Rounded bodies as stacks of rings, the shape of every limb, head, shoe and garment.
+Every limb, head, shoe and garment is a rounded body: a stack of rings.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Garments by name, and what is sewn to them.
-
-What a figure wears over its clothes or carries: collars, scarves, hoods, bags.
-"""
+"""Garments by name, and what is sewn to them or carried: collars, scarves, hoods, bags."""
 
 from __future__ import annotations
 

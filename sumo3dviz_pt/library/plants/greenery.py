@@ -1,7 +1,7 @@
 """Grass, clipped hedges and far woods.
 
-Blades of grass as triangles, from patches that are made once and laid out many times. Clipped box
-hedges: a dark core whose faces are strewn with leaves. Far trees and groves: a dark core in a
+Blades of grass are triangles, from patches that are made once and laid out many times. Box hedges
+have a dark core whose faces are strewn with leaves. Far trees and groves have a dark core in a
 cloud of tufts, with a tree's ragged outline.
 """
 

@@ -1,8 +1,7 @@
 """Leaves of crowns: real outlines near an eye, fewer and larger ones elsewhere.
 
-Real outlines for leaves near an eye: each card of foliage becomes a twig of small ones. Cards
-stand for many leaves. From near they would show as such, so those within reach are exchanged for
-leaves as large as real ones, of the same area, colour and light.
+Cards of foliage stand for many leaves, and from near they would show as such. So each card within
+reach becomes a twig of leaves as large as real ones, of the same area, colour and light.
 
 Most leaves of a crown hide behind others. What a shot's cameras never see of it only casts and
 reflects light, for which clumps of the same area and colour do as well. Whether a leaf is seen is

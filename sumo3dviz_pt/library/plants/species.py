@@ -1,12 +1,11 @@
 """How the species of trees and shrubs grow, and what seasons do to them.
 
-How the species of trees and shrubs grow: their habits as numbers, from `assets/plants`. Habits,
-heights, bark and leaf arrangements are those of common European street trees, not of old forest
-trees.
+Habits are numbers, read from `assets/plants`. Habits, heights, bark and leaf arrangements are those
+of common European street trees, not of old forest trees.
 
-What seasons do to plants: colours of leaves and grass, and crowns without leaves. Autumn colours
-are those of each species' `asset.yaml`; all others are factors on summer's, chosen by eye beside
-photographs of central Europe. Winter is late January, spring late April, autumn mid October.
+Seasons change the colours of leaves and grass, and bare the crowns. Autumn colours are those of
+each species' `asset.yaml`; all others are factors on summer's, chosen by eye beside photographs of
+central Europe. Winter is late January, spring late April, autumn mid October.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
 """Trees that grow from a seed: branches as tapered tubes, leaves as real triangles.
 
-Orders of branches, grown all at once, and their bark as tapered tubes. Leaves on twigs as real
-triangles, their normals and tints.
-
-No picture of a leaf with a mask: real triangles cost less in a path tracer and do
-not look like cards. From level to level leaves get fewer and larger, so that their
-total area and the crown's outline stay.
+All branches of one order grow at once. Leaves on twigs have normals and tints of their own, and are
+no pictures with a mask: real triangles cost less in a path tracer and do not look like cards. From
+level to level leaves get fewer and larger, so that their total area and the crown's outline stay.
 
 References:
     Golden angle of phyllotaxis: P. Prusinkiewicz, A. Lindenmayer: The Algorithmic Beauty of

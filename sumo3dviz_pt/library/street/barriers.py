@@ -1,9 +1,8 @@
 """Barriers along lines: guard rails, concrete, noise barriers, chain link, boards.
 
-Motorway guard rails: a W-beam on posts along a polyline.
-
 All functions take a smooth line at steps of `fence.STEP`, (n, 3) [m], and a level of detail from 0
-(near) to 2, and give parts in the frame of the line.
+(near) to 2, and give parts in the frame of the line. A guard rail is a motorway's: a W-beam on
+posts.
 
 References:
     Beam 0.31 m high and 0.08 m deep with its middle 0.60 m above the ground, posts

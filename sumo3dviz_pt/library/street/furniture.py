@@ -1,14 +1,8 @@
 """What stands on sidewalks and corners: lamps, bollards, bins, benches, cabinets, shelters.
 
-Street lamps: a tapered pole, an arm over the kerb, a flat head of light-emitting diodes. Frame:
-origin at the foot of the pole, +x towards the road, z up.
-
-What stands at the corners of streets: cabinets, post boxes, columns, parked bicycles. Frame:
-origin on the ground in the middle of the foot, +x towards the road, z up. Every function takes a
-level of detail: 0 near, 1 beyond 60 m.
-
-Frame: origin on the ground in the middle of the foot, +x towards the road, z up. Every function
-takes a level of detail: 0 near, 1 beyond 60 m.
+Frame: origin on the ground in the middle of the foot, +x towards the road, z up. Functions take a
+level of detail: 0 near, 1 beyond 60 m; those of lamps also 2, beyond 150 m. A street lamp is a
+tapered pole, an arm over the kerb, and a flat head of light-emitting diodes.
 """
 
 from __future__ import annotations

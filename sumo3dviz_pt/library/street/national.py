@@ -1,8 +1,9 @@
 """Shapes that differ from country to country: signs, and what guards a level crossing.
 
-Half barrier, flashing lights, St Andrew's cross. Frame of all but the arm: origin at the foot of
-the drive, faces look to -x, that is, towards traffic that drives to +x; +y is that traffic's left.
-Frame of the arm: the hinge is the origin and the lowered arm lies along +x.
+A level crossing has half barriers, flashing lights and St Andrew's crosses. Frame of all but the
+arm: origin at the foot of the drive, faces look to -x, that is, towards traffic that drives to +x;
++y is that traffic's left. Frame of the arm: the hinge is the origin and the lowered arm lies along
++x.
 
 References:
     Vienna Convention on Road Signs and Signals, 1968: sign A,28 (St Andrew's cross),

@@ -3,8 +3,8 @@
 Frame of a head: origin below the middle of its housing, the lenses look to -x, that
 is, towards traffic that drives to +x; +y is that traffic's left.
 
-What lamps show besides discs: standing and walking people, and digits of seven bars, in the plane
-of a lens.
+Besides discs, lamps show standing and walking people, and digits of seven bars, in the plane of a
+lens.
 
 References:
     Lenses of 200 mm, housings of 300 mm per lamp: EN 12368.

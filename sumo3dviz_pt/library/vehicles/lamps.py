@@ -1,10 +1,8 @@
 """Lamps of a vehicle: where they are on its surface, and the beam of the head lamps.
 
-Places the lamps of a vehicle on the surface that was built.
-
-The low beam of a head lamp, as a map of luminous intensity. Only its upper edge is sharp. To the
-sides it fades over tens of degrees. Downwards it falls so fast that the road gets about 10 to 15
-lx from 2 to 10 m ahead, and less nearer to the car.
+They are placed on the surface that was built. The low beam is a map of luminous intensity. Only its
+upper edge is sharp. To the sides it fades over tens of degrees. Downwards it falls so fast that the
+road gets about 10 to 15 lx from 2 to 10 m ahead, and less nearer to the car.
 
 References:
     UN Regulation No. 112, class B, tables of the passing beam: the limits at the points that

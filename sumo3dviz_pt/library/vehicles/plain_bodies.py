@@ -1,6 +1,6 @@
 """Plain bodies of the right size, for classes and sizes that no model of the catalogue serves.
 
-Lamps of plain bodies, so that vehicles without a model are lit by night too.
+They have lamps, so that vehicles without a model are lit by night too.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Recipes of vehicles as values, what bodies consist of, and vehicles that vary another one.
 
-Vehicles that vary another one: a taxi is an estate with a sign. What bodies of vehicles consist
-of: meshes by material, and wheels in their places. Reads recipes of vehicles as frozen values
-whose types are checked.
+Recipes are read as frozen values whose types are checked. One vehicle can vary another one: a taxi
+is an estate with a sign. Bodies consist of meshes by material, and wheels in their places.
 """
 
 from __future__ import annotations

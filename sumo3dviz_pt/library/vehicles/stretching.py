@@ -1,6 +1,6 @@
-"""Fits bodies to other lengths, and folds between the units of buses, trams and trains.
+"""Fits bodies to other lengths, and builds the bellows between units of buses, trams and trains.
 
-Fits bodies to other lengths: only their stretch becomes longer, and wheels stay round.
+Only a body's stretch becomes longer, and wheels stay round.
 
 A bellows begins at the middle of the rear face of the unit ahead and runs backwards. Where it is
 bent, its centre line is an arc whose chord lies along -x, so that scaling it along x makes it

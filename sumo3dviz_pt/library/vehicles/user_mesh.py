@@ -14,9 +14,9 @@ The YAML file holds `mesh` (a path relative to it) and may hold
 Where it maps nothing, colours, roughness and metal of the mesh file are used; transparent
 parts become dark glass.
 
-Finds the files that a user's model is read from beside its own. A YAML file names a mesh, an OBJ
-file its materials and these their pictures, a glTF file its buffers and pictures, a PLY file its
-texture. A model has changed if any of these has.
+A model may be read from several files: a YAML file names a mesh, an OBJ file its materials and
+these their pictures, a glTF file its buffers and pictures, a PLY file its texture. A model has
+changed if any of these has.
 
 References:
     Khronos glTF 2.0, section 3.6.1.1 (URIs); Wavefront OBJ and MTL (`mtllib`, `map_*`).

@@ -1,15 +1,13 @@
 """Straight lines and cubic Hermite curves through the samples, and the way along a path.
 
-Straight lines at constant speed from sample to sample, the baseline for other smoothers.
+Straight lines at constant speed are the baseline for other smoothers. Hermite curves take the
+logged speeds and angles, and need no network. SUMO's angle is the direction of the chord from the
+rear to the front. In a bend the front's own direction is turned further, by half the body's length
+times the curvature.
 
-How far along its path a road user is at any time. The distance along the path, the station, is a
-cubic Hermite curve over time. Its slopes are the logged speeds where these are rates, else those
-of the spline through the stations. They are limited so that nothing rolls back, creeps while it
-stands, or overshoots.
-
-Cubic Hermite curves through the samples, with the logged speeds and angles. This smoother needs no
-network. SUMO's angle is the direction of the chord from the rear to the front. In a bend the
-front's own direction is turned further, by half the body's length times the curvature.
+The station, the distance along the path, is a cubic Hermite curve over time. Its slopes are the
+logged speeds where these are rates, else those of the spline through the stations. They are limited
+so that nothing rolls back, creeps while it stands, or overshoots.
 """
 
 from __future__ import annotations

@@ -1,20 +1,19 @@
 """The founding paper's smoother, exactly as described, and in continuous time.
 
-The angle is unwrapped; positions and angle are interpolated linearly to 25 frames a second,
-counted from the first sample; a centred moving average over 21 frames smooths them, truncated at
-the ends; the heading comes from the increments of the smoothed positions where a step exceeds 0.03
-m, else the smoothed SUMO angle is kept; a centred moving average over 41 frames smooths the
-unwrapped heading. Between its frames the result is interpolated linearly; after the last frame it
-is held.
+In `paper`, the angle is unwrapped; positions and angle are interpolated linearly to 25 frames a
+second, counted from the first sample; a centred moving average over 21 frames smooths them,
+truncated at the ends; the heading comes from the increments of the smoothed positions where a step
+exceeds 0.03 m, else the smoothed SUMO angle is kept; a centred moving average over 41 frames
+smooths the unwrapped heading. Between its frames the result is interpolated linearly; after the
+last frame it is held. The truncated windows pull the first and last positions inwards by up to
+0.2 s of driving.
 
-The truncated windows pull the first and last positions inwards by up to 0.2 s of
-driving; the smoother `paper_symmetric` avoids that.
-
-The windows of 21 and 41 frames at 25 frames a second are 0.84 s and 1.64 s of continuous time.
-They shrink symmetrically towards the ends of a motion piece, so that the first and last positions
-are exact and neither the frame rate nor the shown window of time changes anything. The heading is
-that of the smoothed velocity where it exceeds 0.75 m/s (0.03 m a frame), else the smoothed SUMO
-angle. It is unwrapped towards SUMO's angle, so that a car that waits or sets off never spins.
+In `paper_symmetric`, the windows of 21 and 41 frames at 25 frames a second are 0.84 s and 1.64 s of
+continuous time. They shrink symmetrically towards the ends of a motion piece, so that the first and
+last positions are exact and neither the frame rate nor the shown window of time changes anything.
+The heading is that of the smoothed velocity where it exceeds 0.75 m/s (0.03 m a frame), else the
+smoothed SUMO angle. It is unwrapped towards SUMO's angle, so that a car that waits or sets off
+never spins.
 
 Where the velocity points far off SUMO's angle, the vehicle reverses or changes lanes within
 one step at walking pace. SUMO's angle is kept there.

@@ -1,11 +1,9 @@
-"""Stored frames become films, numbered pictures, and what proves them.
+"""Makes films and numbered pictures from stored EXR frames, without rendering again.
 
-Makes pictures and films from stored EXR frames, without rendering again.
-
-What an account proves: digests of a film's files, prints of its pictures, and its own digest.
-Every EXR frame and every layer has its SHA-256 in the account. Every picture of a film has a
-print, as it was developed, and beside it how far the film's own picture is from it: what the codec
-did. The account's digest is that of all else in it, so that nothing can change in it unseen.
+What proves them stands in their account. Every EXR frame and every layer has its SHA-256 there.
+Every picture of a film has a print, as it was developed, and beside it how far the film's own
+picture is from it: what the codec did. The account's digest is that of all else in it, so that
+nothing can change in it unseen.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Renders films: frames are stored one by one, and the film is made from them.
 
-Says what `render` would do, without building or rendering anything; the log is read.
+`plans` says what would be done, without building or rendering anything; the log is read.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Reads a folder of stored frames: to which film they belong, which fit, which are missing.
 
-Films as numbered pictures: `drive_{frame}.png`, or `drive_%06d.png` as in ffmpeg.
-
-Beside the frames lies `film.json`, the account of the film that they belong to. Frames of
-other films, and frames beyond its end, never get into it.
+Beside the frames lies `film.json`, the account of the film that they belong to. Frames of other
+films, and frames beyond its end, never get into it. A film can also be numbered pictures:
+`drive_{frame}.png`, or `drive_%06d.png` as in ffmpeg.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Writes the layers of frames, and at the end of a film what is said of all of them.
 
-What the layers of a frame are, found by the session that has just rendered it.
+A frame's layers are found by the session that has just rendered it.
 """
 
 from __future__ import annotations

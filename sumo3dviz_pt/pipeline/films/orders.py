@@ -1,6 +1,6 @@
 """What `render` is to do: which shots, when, and where their films go.
 
-How a film's time runs: frames per second of film, and SUMO's seconds in them.
+A film's pace is its frames per second, and SUMO's seconds in a second of film.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
-"""Overlays of films: what they show, and the files of a film that has them.
+"""Gathers what a film's overlays show, and writes the files of a film that has them.
 
-Feeds pictures to two writers at once: finishing them costs more than encoding them twice. Gathers
-what overlays show: views, road users, their ways, and the lanes of the map.
-
-The files of a film with overlays: its twin without them, its captions, and what they show.
+Overlays show views, road users, their ways, and the lanes of the map.
 
 `drive.mp4` has overlays, `drive.plain.mp4` has none: it is what was rendered, from the shot's first
-frame to its last. `overlays.json` lies beside the frames, so that `develop` draws the same.
+frame to its last. Pictures go to both at once, because finishing them costs more than encoding them
+twice. Captions lie beside the film. `overlays.json` lies beside the frames, so that `develop` draws
+the same.
 """
 
 from __future__ import annotations
@@ -195,7 +194,7 @@ def _frame(
 def _around(
     production: Production, views: Sequence[View], wanted: OverlaySettings
 ) -> Nearby | None:
-    """Return who comes onto the map; None without one."""
+    """Return the road users that come onto the map; None without a map."""
     if wanted.map is None:
         return None
     eyes = np.array([view.position for view in views])

@@ -1,6 +1,6 @@
 """Renders a film's frames one by one, all at once or as the film asks for them.
 
-Lets a frame be finished before its process ends, so that no work is lost. Clusters and service
+A frame can be finished before its process ends, so that no work is lost. Clusters and service
 managers ask a process to end by SIGTERM (on Windows: Ctrl-Break) some time before they kill it. A
 frame that is being rendered is finished first; else the work is broken off at once. In both cases
 it ends as by Ctrl-C.

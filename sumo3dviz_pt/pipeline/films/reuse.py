@@ -1,6 +1,6 @@
 """Decides which existing frames stay: nothing is overwritten or mixed without an order to.
 
-A lock that one process at a time holds on a folder. The operating system holds it for a file in
+A folder has a lock that one process at a time holds. The operating system holds it for a file in
 the folder and lets go when the process ends, however it ends: so a file that a killed process left
 is no lock, and the next process takes it over. The file says which process holds it, for messages
 only.

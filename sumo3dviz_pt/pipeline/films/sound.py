@@ -1,10 +1,8 @@
 """Writes sound tracks: where everyone near a film's camera is at each time, and the camera itself.
 
-Finds everyone who comes near a camera, in its picture or not.
-
-They are what tools of auralisation ask for: moving sources and a listener. Beside `drive.mp4` the
-folder `drive.sound` holds `listener.csv`, `sources.csv` (one row for each source), one table for
-each source, and `sound.json`, which says what the columns mean.
+They are what tools of auralisation ask for: moving sources, in the picture or not, and a listener.
+Beside `drive.mp4` the folder `drive.sound` holds `listener.csv`, `sources.csv` (one row for each
+source), one table for each source, and `sound.json`, which says what the columns mean.
 
 Positions are the network's, in metres: x east, y north, z up. A source's place is the middle of
 its body on the ground; methods of road noise put sources at heights of their own above that.

@@ -1,9 +1,8 @@
 """Stored frames that are not finished: what was traced, and how to finish it.
 
-What falls and flies before a camera as text, so that a stored frame can be finished alone.
-
-Such a frame is a function of itself alone. What its neighbours know is added when the film is
-developed, so it does not matter in which order, by how many runs or where frames were traced.
+Such a frame is a function of itself alone; what falls and flies before its camera is stored with it
+as text. What its neighbours know is added when the film is developed, so it does not matter in
+which order, by how many runs or where frames were traced.
 """
 
 from __future__ import annotations

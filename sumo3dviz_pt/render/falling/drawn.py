@@ -1,14 +1,13 @@
 """Lays what falls and flies over a finished picture: strokes, crowns, soft balls of spray.
 
-Turns drops and flakes into strokes: where they were seen while the shutter was open.
+Drops and flakes leave strokes where they were seen while the shutter was open.
 
-Crowns of drops that strike wet ground near the camera. The ground is divided into squares. In
+Drops that strike wet ground near the camera leave crowns. The ground is divided into squares. In
 each, a number of places flash up one after another, each somewhere else every time. How high the
 ground lies there is taken from the picture itself.
 
-Draws spray: soft balls that cover what is behind them, in depth. Balls are smooth, so they are
-added up in a small picture for each span of distances; only what hides them is looked at in the
-full one.
+Spray is soft balls that cover what is behind them, in depth. Balls are smooth, so they are added up
+in a small picture for each span of distances; only what hides them is looked at in the full one.
 
 References:
     Garg, K. and Nayar, S. K., Vision and rain, International Journal of Computer Vision 75,

@@ -1,17 +1,16 @@
 """Drops and flakes in the air: sizes and speeds, and where they are before a camera.
 
-Random numbers of places and numbers: the same on every machine, in any order.
-
-Sizes of drops and flakes, in bins that fall alike, and how far each is worth drawing. A drop that
-is thinner than a pixel, and that flies through it in a small part of the exposure, covers little
-of it: Garg and Nayar's ratio of the time that it is before a pixel to the exposure, times its
-share of the pixel. Where that share is too small to be seen, drops are left to the extinction of
-the air. The limit follows from how many can be drawn, so it depends on what falls and on the lens,
-not on what is seen.
+Sizes come in bins that fall alike, each drawn as far away as it is worth it. A drop that is thinner
+than a pixel, and that flies through it in a small part of the exposure, covers little of it: Garg
+and Nayar's ratio of the time that it is before a pixel to the exposure, times its share of the
+pixel. Where that share is too small to be seen, drops are left to the extinction of the air. The
+limit follows from how many can be drawn, so it depends on what falls and on the lens, not on what
+is seen.
 
 Space is divided into cubes that fall and drift with their kind of drop. A cube's number and the
 scene's seed say how many drops are in it, where, and how large they are; so a drop is the same one
-in all frames, wherever the camera is, and there is no state between frames.
+in all frames, wherever the camera is, and there is no state between frames. These random numbers
+are the same on every machine, in any order.
 
 References:
     Steele, G. L., Lea, D. and Flood, C. H., Fast splittable pseudorandom number generators,

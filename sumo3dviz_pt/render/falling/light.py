@@ -7,8 +7,8 @@ phase function of a ball of water, which we compute from Fresnel's equations for
 reflected, go through, or are reflected once inside. Light bent around drops is left to the lamp's
 halo. Flakes scatter alike into all directions.
 
-Places as a camera or a lamp sees them. Sums are written out: a library of linear algebra would
-wake threads for each of them, and add in another order on another processor.
+Sums of vectors are written out: a library of linear algebra would wake threads for each of them,
+and add in another order on another processor.
 
 References:
     Garg, K. and Nayar, S. K., Photometric model of a rain drop, Columbia University, 2003: a drop

@@ -1,9 +1,8 @@
 """Draws strokes: what small things cover that moved while the shutter was open, in depth.
 
-Strokes in pictures that go all around: what leaves at one edge comes in at the other.
-
-What is laid over a picture: shares of its pixels' light that something else gives instead. Shares
-add up as optical depths do, so the order in which they are laid does not matter.
+A stroke takes a share of its pixels' light and gives its own instead. Shares add up as optical
+depths do, so the order in which they are laid does not matter. In pictures that go all around, what
+leaves at one edge comes in at the other.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
 """What rays may meet, and what the air between takes away and adds.
 
-What rays may meet: one scene of Mitsuba's, or what moves and what stands apart. Mitsuba builds the
-tree of a scene anew when anything in it has moved. Where what stands has a scene of its own, its
-tree is built once, and rays ask both.
+Rays meet one scene of Mitsuba's, or what moves and what stands apart. Mitsuba builds the tree of a
+scene anew when anything in it has moved. Where what stands has a scene of its own, its tree is
+built once, and rays ask both.
 
-What is in the air takes light away and adds its own, in closed form for every segment of a path.
-
-The density of fog is even up to a height and falls exponentially above it; rain and snow that fall
-are the same at all heights. Light from the air itself is that of the fog's own sky (see
+The air takes light away and adds its own, in closed form for every segment of a path. The density
+of fog is even up to a height and falls exponentially above it; rain and snow that fall are the same
+at all heights. Light from the air itself is that of the fog's own sky (see
 `render/sky/weathered.py`), so things that fade meet the horizon behind them. Sky and sun are given
 as they reach the ground, through all that lies above: paths to them lose nothing here.
 

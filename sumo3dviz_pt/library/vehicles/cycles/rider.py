@@ -1,6 +1,6 @@
-"""What is known of every two-wheeler, whatever its recipe.
+"""People who ride two-wheelers: they sit on a saddle, hold grips and rest on pedals.
 
-Riders of two-wheelers: people who sit on a saddle, hold grips and rest on pedals.
+`Machine` says what is known of every two-wheeler, whatever its recipe.
 """
 
 from __future__ import annotations

@@ -1,14 +1,12 @@
 """What a driver looks at inside: dials, the screen in the middle, the steering wheel.
 
-Smooth surfaces, rings and flat figures that the insides of vehicles are made of.
+Places are given from the driver's eye, so that they show at the lower edge of a picture that looks
+at the road: instruments, under their hood, some 17 degrees under the horizon. They are made of
+smooth surfaces, rings and flat figures, as all insides of vehicles are.
 
 Two dials before the driver: speed to the left, the engine's revolutions to the right. Their
 needles are bodies of their own, turned in every frame as the vehicle moves. There is no log of
 gears: revolutions follow the speed as a continuously variable gear lets them.
-
-Instruments under their hood, the screen in the middle and the steering wheel. Places are given
-from the driver's eye, so that they show at the lower edge of a picture that looks at the road:
-instruments some 17 degrees under the horizon.
 """
 
 from __future__ import annotations
