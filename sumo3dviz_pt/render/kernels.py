@@ -1,7 +1,5 @@
 """Keeps kernels as they are, so that each is compiled once: in a film, and on a machine.
 
-An integrator, and the layers that it finds.
-
 Dr.Jit keeps compiled kernels on disk and finds them by their code. That code depends on more
 than the scene: on the order in which objects were numbered, on where arrays begin in memory,
 on which numbers are constants, and on what the sensors hold from the picture before. This

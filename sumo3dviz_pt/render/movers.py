@@ -1,15 +1,15 @@
 """What moves in the renderer: road users, crowds, plants in the wind.
 
-Numbers of everything that moves in a frame, so that pictures can say what each pixel shows. Plants
-that wind moves: meshes whose vertices and normals are written in every frame.
+For near road users in JIT variants a fixed pool of `instance` shapes is moved by `to_world`, so
+that nothing compiles during a film; free slots wait under the ground. In scalar variants instances
+are cheap and Python textures are not: the scene is put together anew for every frame from kept
+parts, one shape group per (body, colour).
 
-In JIT variants a fixed pool of `instance` shapes is moved by `to_world`, so that nothing compiles
-during a film; free slots wait under the ground. In scalar variants instances are cheap and Python
-textures are not: the scene is put together anew for every frame from kept parts, one shape group
-per (body, colour).
+Far road users, and those that take poses, are one mesh whose vertices are updated. Every body has a
+fixed number of slots in it, and free ones wait under the ground, too. Plants that wind moves are
+meshes whose vertices and normals are written in every frame.
 
-Road users as one mesh whose vertices are updated: far ones, and those that take poses. Every body
-has a fixed number of slots in the mesh; free ones wait under the ground.
+Everything that moves in a frame has a number, so that pictures can say what each pixel shows.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
 """Few materials for many parts: textures that look colours up by instance or by face.
 
-One paint for all vehicles: a texture that looks its colour up by instance. With it, every instance
-has its own colour with one BSDF and one kernel. It works in JIT variants only; in scalar ones each
-(body, colour) is a shape group of its own.
-
-A texture in the colour of each face: one material for walls of all colours. It works in JIT
-variants only; scalar ones, where a texture of ours would be slow, show the faces' plain colours.
+By instance, every vehicle has its own colour with one BSDF and one kernel. By face, walls of all
+colours share one material. Both work in JIT variants only; in scalar ones a texture of ours would
+be slow. There each (body, colour) is a shape group of its own, and walls show the faces' plain
+colours.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""How a session renders, and what its tracers find.
-
-What a frame costs, by phase.
-"""
+"""How a session renders, what its tracers find, and what a frame costs by phase."""
 
 from __future__ import annotations
 

@@ -1,23 +1,17 @@
 """Bitmaps over large areas without visible repetition: noise, sizes, fields, wear and paint.
 
-A bitmap at many sizes, each half of the one before, for pixels of all sizes on a surface.
-
-Hashes on a lattice of triangles that repeats after whole periods, and noise from them. JIT
-variants only: everything is an array of Dr.Jit.
-
-Colours of land as seen from a height: dry and lush patches, and fields of different crops. Both
-are factors on the ground's reflectance with a mean of about one. They depend on the place alone
-and repeat with the lattice's period. JIT variants only.
-
-What a ray sees of an untiled bitmap: its colour or roughness with wear and paint. JIT variants
-only: everything is an array of Dr.Jit. See `render/textures.py` for sources.
-
 The plane is cut into triangles; every corner of that lattice shifts the bitmap by a hash of its
-own, and the three shifted copies are blended so that mean and variance stay. Texels are picked
-from a pyramid by a ray's distance, one per copy, at random within the filter: far surfaces neither
-sparkle nor crawl.
+own, and the three shifted copies are blended so that mean and variance stay. The lattice repeats
+after whole periods. Texels are picked from a pyramid, which holds the bitmap at many sizes, each
+half of the one before: by a ray's distance, one per copy, at random within the filter. So far
+surfaces neither sparkle nor crawl.
 
-It works in JIT variants only; scalar ones show the plain bitmap.
+Land as seen from a height has dry and lush patches, and fields of different crops. Both are factors
+on the ground's reflectance with a mean of about one. They depend on the place alone and repeat with
+the lattice's period. Wear and paint change the colour or roughness that a ray sees.
+
+All of it works in JIT variants only, where everything is an array of Dr.Jit; scalar ones show the
+plain bitmap.
 
 References:
     Hash: Wellons, "Prospecting for Hash Functions", 2018 (lowbias32). Simplex lattice:

@@ -1,7 +1,7 @@
 """What a measurement needs beyond the package itself, and what it was made with.
 
-Says before any work what reports need beyond the package itself. Says what a measurement was made
-with: machine, versions, memory.
+What is missing is said before any work begins. Beside a measurement stand the machine, the versions
+and the memory that it was made with.
 """
 
 from __future__ import annotations

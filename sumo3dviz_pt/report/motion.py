@@ -1,7 +1,7 @@
 """A log's motion in words, and one road user's motion drawn.
 
-What `check --motion` found in a log's motion, as values and in words. Draw how one road user
-moves, on a map and over time.
+The words, and the values behind them, are what `check --motion` found. The drawing shows how a road
+user moves, on a map and over time.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Charts of measurements, and pictures beside each other.
 
-Charts of measurements: error against run time, and against path depth. Chooses where to look
-closely: windows with detail in which pictures differ. Draws pictures beside each other: equal
-crops, FLIP maps, the worst frame of a film.
+Charts show error against run time, and against path depth. Pictures are compared by equal crops, by
+FLIP maps, and by the worst frame of a film. Crops are windows with detail in which pictures differ.
 
 References:
     M. Okabe and K. Ito, "Color universal design", 2008 (a palette that colour-blind

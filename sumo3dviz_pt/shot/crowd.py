@@ -1,15 +1,13 @@
-"""What a shot draws: road users, how, the room for the most at once, what a scene file chooses.
+"""What a shot draws: which road users, how, and with room for the most at once.
 
-Checks what a scene file chooses for its look, before anything is built. Which bodies a shot shows,
-and how coarse their stand-ins are. What of a scene a shot uses, and what is absent.
+Drawn is what a camera sees, or what casts light into its picture. Everything here is a pure
+function of the whole shot, never of what was rendered before, so that any part of a film can be
+rendered alone. The renderer's slots, so many for each kind of body, are fixed before the first
+frame, so that nothing compiles later and no frame can run out of them. Stand-ins are as coarse as
+the budget asks.
 
-Decides which road users a shot draws, and how: what a camera sees, or casts light into it.
-Everything here is a pure function of the whole shot, never of what was rendered before, so that
-any part of a film can be rendered alone.
-
-Plans room for a shot's road users: how many bodies of each kind it shows at once. The renderer's
-slots are fixed before the first frame, so that nothing compiles later and no frame can run out of
-them.
+What a scene file chooses for its look is checked before anything is built. Also told is what of a
+scene a shot uses, and what is absent.
 """
 
 from __future__ import annotations

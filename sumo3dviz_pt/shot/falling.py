@@ -1,10 +1,9 @@
 """What falls and flies before a camera, as values of one frame.
 
-Lamps that shine on what falls near a camera: the few that give most light there.
-
-Spray that tyres throw up from wet roads: puffs along the ways of wheels. Puffs are born at fixed
-times of the clock, where wheels are then, and grow, slow down and thin out with their age. So a
-plume is a pure function of the vehicle's motion and of time.
+Of all lamps, it is lit by the few that give most light there. Spray that tyres throw up from wet
+roads is made of puffs along the ways of wheels. Puffs are born at fixed times of the clock, where
+wheels are then, and grow, slow down and thin out with their age. So a plume is a pure function of
+the vehicle's motion and of time.
 
 References:
     Kamm, W., Wunibald, I. and others measured that spray begins at about 30 to 50 km/h and grows

@@ -1,15 +1,14 @@
 """A shot for cameras that go anywhere, and which thing a point of its picture shows.
 
-Names for all faces of what stands, where somebody asks what pixels show.
+It is not known where such a camera, a client's in the viewer, will be and look. So everything
+around some places is built, in all directions, and there is room for everyone on the road, at least
+as a stand-in.
 
-Finds the road user at a point of a picture: the one whose box the ray meets first. Boxes are as
-long, wide and high as what is drawn; vehicles that bend have one for each of their units. A box
-that holds the surface seen there comes first, then any box in front of that, and last a box that
-the point misses by little: people far away are a few pixels wide.
-
-A shot for cameras that go anywhere, such as a client's in the viewer. It is not known where the
-camera will be and look. So everything around some places is built, in all directions, and there is
-room for everyone on the road, at least as a stand-in.
+The road user at a point of a picture is the one whose box the ray meets first. Boxes are as long,
+wide and high as what is drawn; vehicles that bend have one for each of their units. A box that
+holds the surface seen there comes first, then any box in front of that, and last a box that the
+point misses by little: people far away are a few pixels wide. Faces of what stands get names where
+somebody asks what pixels show.
 """
 
 from __future__ import annotations

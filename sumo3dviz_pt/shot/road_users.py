@@ -1,12 +1,11 @@
 """Who is on the road of a shot, whose motion it needs, and cameras with shutters and focus.
 
-Cameras with shutters and focus: what a scene file says of them, put to any camera. Who is on the
-road of a shot, and in whom its camera sits.
+A shot needs the motion of those road users that its camera may see. Smoothing the motion of a whole
+city takes longer than building what a driver sees of it. Where somebody is between logged samples
+is known within metres before it is smoothed, which is enough to leave out those who are never in
+view.
 
-Chooses the road users whose motion a shot needs: those that its camera may see. Smoothing the
-motion of a whole city takes longer than building what a driver sees of it. Where somebody is
-between logged samples is known within metres before it is smoothed, which is enough to leave out
-those who are never in view.
+What a scene file says of shutter and focus is put to any camera.
 """
 
 from __future__ import annotations

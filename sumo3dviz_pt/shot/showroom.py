@@ -1,6 +1,6 @@
-"""A car, a house and a tree beside a road: what skies are shown with.
+"""The catalogue as exhibits, every asset by itself, and a still life that skies are shown with.
 
-The catalogue as exhibits: every asset by itself, ready to be looked at.
+The still life is a car, a house and a tree beside a road.
 """
 
 from __future__ import annotations

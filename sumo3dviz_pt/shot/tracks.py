@@ -1,13 +1,13 @@
 """What wheels, rails and hulls leave and stand on: tracks in snow, ruts, rails, water.
 
-Puts trains onto rails that lie higher than the road network says. Where road users stand and ships
-float: on what is drawn, whatever heights the log gives. Finds the ruts of lanes, in which water
-stands: where all wheels roll, day by day.
+Road users stand and ships float on what is drawn, whatever heights the log gives; trains are put
+onto rails that lie higher than the road network says. Ruts, in which water stands, are where all
+wheels roll, day by day.
 
-Finds where the wheels of a log's vehicles passed, for tracks in snow. Ways come from the logged
-places of the whole log, those after the shot included, and not from the motion of what is shown:
-so tracks are the same whatever moment, window or view is drawn. Between two samples a way is a
-cubic that leaves and arrives as the vehicle was turned.
+Tracks in snow are where the wheels of a log's vehicles passed. Ways come from the logged places of
+the whole log, those after the shot included, and not from the motion of what is shown: so tracks
+are the same whatever moment, window or view is drawn. Between two samples a way is a cubic that
+leaves and arrives as the vehicle was turned.
 """
 
 from __future__ import annotations

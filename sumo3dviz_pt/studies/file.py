@@ -1,7 +1,7 @@
 """Reads study files, says what is wrong in them, and describes their keys to editors.
 
-Makes what surrounds a study's films on its page: texts of a language, forms, what is pressed.
-Writes the JSON schema of study files for editors: keys, meanings and ranges.
+Editors get a JSON schema: keys, meanings and ranges. What surrounds a study's films on its page is
+made here, too: texts of a language, forms, what is pressed.
 """
 
 from __future__ import annotations

@@ -1,7 +1,5 @@
 """A study's folder: all that it was made from lies in it, and it can be packed into one file.
 
-Puts all that a study was made from into its folder, so that the folder lives alone.
-
 `inputs/study.yaml` and `inputs/scene.yaml` say what was carried out, with every `--set`; the files
 that they name lie beside them, under paths that tell nothing of the machine. From these another
 person on another machine makes the same films:
@@ -11,9 +9,9 @@ person on another machine makes the same films:
 Files that belong together (a configuration and what it names, a model and its pictures) lie to each
 other as they did before, because they name each other by relative paths.
 
-Packs a finished study into one file, and unpacks it: the same folder on another machine. A pack is
-a ZIP of the files that `checksums.sha256` lists, and of that list. Names are sorted and dates
-fixed, so that a folder gives the same bytes whenever it is packed.
+A pack is a ZIP of the files that `checksums.sha256` lists, and of that list; unpacked on another
+machine it is the same folder. Names are sorted and dates fixed, so that a folder gives the same
+bytes whenever it is packed.
 
 References:
     PKWARE: APPNOTE.TXT 6.3.10, the format of ZIP files

@@ -1,6 +1,6 @@
 """Says before any pixel is rendered which vehicles arrive in films, and which gaps they offer.
 
-It is asked of cameras that stand beside a road and of the observers that the study file names, and
+It says so for cameras that stand beside a road and for the observers that the study file names. All
 comes from the motion that will be drawn, by the code that measures finished films.
 """
 

@@ -1,10 +1,9 @@
-"""Writes what goes with the finished films of a study: tables, tools' files, digests.
+"""Writes what goes with the finished films of a study: tables, tools' files, pictures, digests.
 
-Draws a small picture of every film, and all of them on one sheet. Choice cards: the alternatives
-of a task as one film, side by side, with their letters.
+There is a small picture of every film, and all of them on one sheet. A choice card is one film with
+the alternatives of a task, side by side, with their letters.
 
-A clip for a photometer: grey steps, a checker, a frame counter, and what they should measure.
-
+For a photometer there is a clip of grey steps, a checker and a frame counter.
 `calibration/clip.mp4` begins with a chart, then fills the picture with one grey after the other.
 Every frame has its number, and a square in a corner that is white in even frames and black in odd
 ones, so that a photodiode counts what a screen drops. `calibration/clip.json` says when which grey

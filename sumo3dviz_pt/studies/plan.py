@@ -1,8 +1,8 @@
 """Plans a study: which trials show which films, what is to be rendered, and what it costs.
 
-Forecasts what a study will cost, before anything starts: films, layers, measurements. The
-constants are from `crossing` at 640x360 on a shared server, see docs/internals/forecasts.md;
-machines differ by a factor of two.
+Costs of films, layers and measurements are forecast before anything starts. The constants are from
+`crossing` at 640x360 on a shared server, see docs/internals/forecasts.md; machines differ by a
+factor of two.
 """
 
 from __future__ import annotations

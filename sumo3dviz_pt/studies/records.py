@@ -1,6 +1,6 @@
-"""Records of a study's films, and why films would be made anew.
+"""Records of a study's films in `study.json`, and why films would be made anew.
 
-What a study's folder says of itself: `study.json`, with every film that is finished.
+`study.json` is what a study's folder says of itself, with every film that is finished.
 """
 
 from __future__ import annotations

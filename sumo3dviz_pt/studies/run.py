@@ -1,8 +1,8 @@
-"""Says in words what a study shows and what is to be done for it.
+"""Renders the films of a study that are not there yet, one by one, and writes what goes with them.
 
-Renders the films of a study that are not there yet, one by one, and writes what goes with them.
-When all are there, `finish_study` measures them (certificate, stimulus report), writes the files
-of tools and the digests of all that lies in the folder.
+What a study shows and what is to be done for it is said in words before. When all films are there,
+`finish_study` measures them (certificate, stimulus report), writes the files of tools and the
+digests of all that lies in the folder.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Stimuli: what levels change, which films there are, and which pairs of them are compared.
 
-Levels as patches of a scene file: what each changes, and that no two factors share a key. Stimuli:
-the films of a study, each once by what it shows, with names for their files.
+A level is a patch of a scene file, and no two factors share a key. A study has each film once, by
+what it shows, with names for its files.
 
-Pairs of stimuli that are compared, the factors in which they should differ, and their scenes.
-Where films differ in one factor alone, all such pairs are compared. A fraction, a Latin square or
-a choice table may have none: then pairs that differ in as few factors as can be tie all films
-together, and every factor is judged twice at least, where the design allows.
+A pair says in which factors its films should differ. Where films differ in one factor alone, all
+such pairs are compared. A fraction, a Latin square or a choice table may have none: then pairs that
+differ in as few factors as can be tie all films together, and every factor is judged twice at
+least, where the design allows.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Reads SUMO's additional files: points of interest, polygons, stops, parking areas.
 
-Read stops of buses, trains and containers, and charging stations, from additional files.
+Stops are those of buses, trains and containers, and charging stations.
 
-Read parking areas from SUMO's additional files, and find where their bays are. SUMO divides the
-stretch of lane into as many pieces as there are places. A vehicle's front bumper stands at the end
-of its piece where the angle is 0. Otherwise the bay is turned about its middle and moved away from
-the road until it touches the lane's border. That was measured with SUMO 1.28; in left-hand
-networks SUMO moves turned bays to the right, too.
+Where the bays of a parking area are follows SUMO. It divides the stretch of lane into as many
+pieces as there are places. A vehicle's front bumper stands at the end of its piece where the angle
+is 0. Otherwise the bay is turned about its middle and moved away from the road until it touches the
+lane's border. That was measured with SUMO 1.28; in left-hand networks SUMO moves turned bays to the
+right, too.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Checks whether a vehicle log belongs to a network, and in which coordinates it is.
 
-Check by a few rows whether a vehicle log belongs to a network, before all rows are read.
+A few rows tell whether it belongs, before all rows are read.
 
-Find out whether a log's positions are net coordinates, degrees or without the net's offset. SUMO
-writes longitudes and latitudes with `--fcd-output.geo`, but net coordinates where the network has
-no projection; and projected coordinates with `--fcd-output.utm`, but net coordinates of persons
-(SUMO 1.28). So each kind of road user is judged on its own, by where it is.
+Positions are net coordinates, degrees or without the net's offset. SUMO writes longitudes and
+latitudes with `--fcd-output.geo`, but net coordinates where the network has no projection; and
+projected coordinates with `--fcd-output.utm`, but net coordinates of persons (SUMO 1.28). So each
+kind of road user is judged on its own, by where it is.
 """
 
 from __future__ import annotations

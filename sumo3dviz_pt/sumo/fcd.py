@@ -1,12 +1,11 @@
 """Reads the vehicle log, SUMO's floating car data (FCD), and lists who is in it.
 
-Find when a road user is in a vehicle log by a quick search of the whole log, for messages.
-
 The log is streamed. Steps before the asked window are left out, and the reading stops at the first
 step past it. Rows are packed into one buffer of doubles per road user.
 
-List the road users of a vehicle log in one pass. A log that was read before is taken from the
-user's cache. Any other is streamed, and memory grows with road users, not with time.
+Road users are listed in one pass. A log that was read before is taken from the user's cache. Any
+other is streamed, and memory grows with road users, not with time. For messages, a quick search of
+the whole log finds when a road user is in it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Tells SUMO's files apart by what is in them, and finds those of a scenario.
 
-Note damaged files of SUMO that a search would otherwise pass over. Names of files in SUMO's
-configurations: what they hold besides letters, and what it adds. Tell SUMO's files apart by what
-is in them, not by their names. Find the files of a scenario, from a SUMO configuration or by
-searching a folder.
+The names of files do not count. A scenario's files are found from a SUMO configuration or by
+searching a folder. Names in a configuration may hold variables, and SUMO adds to the names of
+outputs. Damaged files of SUMO are noted, which a search would otherwise pass over.
 
 References:
     `StringUtils::substituteEnvironment` and `OutputDevice::getDevice` of Eclipse SUMO 1.2x.

@@ -1,14 +1,12 @@
 """Guesses vTypes that no file defines: from ids, lanes driven, speeds.
 
-Guess a vClass from the words of an id, in the languages of many scenarios.
+Every road user gets a vType. The decision follows from the scene file and from ids alone, whose
+words are known in the languages of many scenarios. It never depends on the window of time that is
+read, so that a still shows the same bodies as the film that it lies in.
 
-Give every road user a vType, also where no file defines it. The decision follows from ids and from
-the scene file alone. It never depends on the window of time that is read, so that a still shows
-the same bodies as the film that it lies in.
-
-Guess the vClass of types from a whole log: ids of vehicles, lanes driven, speeds. The result
-depends on the part of the log that is read. So only the proposal of a scene file, which reads all
-of it, guesses in this way, and writes the result into the scene file.
+Lanes driven and speeds in a whole log tell the vClass of types, too. The result depends on the part
+of the log that is read. So only the proposal of a scene file, which reads all of it, guesses in
+this way, and writes the result into the scene file.
 """
 
 from __future__ import annotations

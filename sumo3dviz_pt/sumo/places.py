@@ -1,12 +1,12 @@
 """Between longitude and latitude and net coordinates; where a scenario is counted from.
 
-Where POIs and polygons are that do not give net coordinates.
+POIs and polygons that do not give net coordinates are placed, too.
 
-Choose the place from which a scenario is counted, so that pictures do not hang on its offset.
-Networks lie anywhere: at 0, at the northings of UTM, or where a larger network was cut. Houses,
-plants, surfaces and rounding follow coordinates, so all that is read is counted from one point
-near the network, a whole number of kilometres from SUMO's own 0: `Location.origin`. A scenario and
-its shift by whole kilometres are the same then, bit by bit.
+Pictures must not hang on a network's offset. Networks lie anywhere: at 0, at the northings of UTM,
+or where a larger network was cut. Houses, plants, surfaces and rounding follow coordinates, so all
+that is read is counted from one point near the network, a whole number of kilometres from SUMO's
+own 0: `Location.origin`. A scenario and its shift by whole kilometres are the same then, bit by
+bit.
 
 References:
     SUMO's simple projection (`projParameter="-"`) was checked against Eclipse SUMO 1.28.0.

@@ -1,10 +1,9 @@
 """Reads the rows of one vehicle log in a window of time, and keeps logs that were read.
 
-Keep vehicle logs that were read, so that the next command need not read them again. A kept log
-lies in the user's cache under all that it depends on: the files, the asked window, where the
-network lies, and our own code. To hash 700 MB takes longer than to load what was made of them, so
-a file counts as the same if its path, its size, its time of change and some samples of its content
-are.
+The next command need not read a kept log again. It lies in the user's cache under all that it
+depends on: the files, the asked window, where the network lies, and our own code. To hash 700 MB
+takes longer than to load what was made of them, so a file counts as the same if its path, its size,
+its time of change and some samples of its content are.
 """
 
 from __future__ import annotations

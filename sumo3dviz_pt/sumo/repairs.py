@@ -1,14 +1,11 @@
 """What is odd in a network: found, said in one note, and mended where lanes lack something.
 
-Collect what is odd in a network, and say all of it in one note. Give a width, a length and a shape
-to lanes that have none.
+Lanes that have no width, length or shape get one. Geometry that no map means is odd. What
+netconvert writes as a habit is not: internal lanes of a point, outlines without any ground where a
+road only goes on, and outlines that overlap themselves a little.
 
-Look for geometry in a network that no map means. What netconvert writes as a habit is not odd:
-internal lanes of a point, outlines without any ground where a road only goes on, and outlines that
-overlap themselves a little.
-
-Find roads that cross at one height without a junction: who drives there passes through others.
-Maps say which road is the bridge; a network that lost its heights does not.
+Roads that cross at one height without a junction are odd, too: who drives there passes through
+others. Maps say which road is the bridge; a network that lost its heights does not.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Rows of the vehicle log: packed many at a time, and turned into traces.
-
-Pack rows of a vehicle log that come by columns, many at a time.
-"""
+"""Rows of the vehicle log: packed by columns, many at a time, and turned into traces."""
 
 from __future__ import annotations
 

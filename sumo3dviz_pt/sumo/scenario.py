@@ -1,6 +1,6 @@
-"""Read everything that a scenario's files say about a time window.
+"""Reads everything that a scenario's files say about a time window.
 
-Add heights of the road to logs without z in a network that has hills.
+Logs without z get the heights of the road in a network that has hills.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""Stream XML files, plain or gzipped, through expat.
-
-Files that users take for networks or vehicle logs: what each is, and what to do with it.
+"""Streams XML files, plain or gzipped, through expat.
 
 The meaning of elements is left to the readers. Readers of small files use
 `read_elements`; the reader of the vehicle log, which can have gigabytes, passes a parser of
 its own to `feed`, and a `Sieve` that takes out what need not be parsed. No tree is ever built,
 so memory does not grow with the file.
+
+Files that users take for networks or vehicle logs are known, too: what each is, and what to do with
+it.
 """
 
 from __future__ import annotations

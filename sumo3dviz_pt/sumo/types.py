@@ -1,7 +1,6 @@
 """Vehicle classes and types (`vType`), with SUMO's defaults.
 
-SUMO's vehicle classes and their default sizes and shapes. Read vehicle types (`vType`) and fill in
-SUMO's class defaults.
+A class has default sizes and shapes; they fill in what a type does not say.
 
 References:
     Sizes and shapes were read from Eclipse SUMO 1.28.0 over TraCI with one empty

@@ -1,8 +1,8 @@
 """SUMO's notations for times, colours, shapes and flags, turned into SI values.
 
-Allowed ranges of numbers and counts in SUMO's files. A damaged number is refused with its name and
-line, because a single one can make a program run forever: a lane of 1e12 m would be sampled until
-the memory is full.
+Numbers and counts have allowed ranges. A damaged number is refused with its name and line, because
+a single one can make a program run forever: a lane of 1e12 m would be sampled until the memory is
+full.
 
 References:
     Colours follow SUMO's `RGBColor::parseColor` (utils/common/RGBColor.cpp); the

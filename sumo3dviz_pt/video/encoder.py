@@ -1,14 +1,12 @@
 """Encodes frames as a film, one at a time.
 
-The colour tags go in by ffmpeg's `setparams` filter: as output options they are
-silently lost (measured).
+sRGB-encoded pictures are converted to BT.709 YUV planes here. swscale's own conversion shifts
+colours by up to 1.9 codes (measured); this one is true to 0.05 codes in the mean. The colour tags
+go in by ffmpeg's `setparams` filter: as output options they are silently lost (measured).
 
-Converts sRGB-encoded pictures to BT.709 YUV planes. swscale's own conversion shifts colours by up
-to 1.9 codes (measured); this one is true to 0.05 codes in the mean.
-
-Films of 256 colours that any web page shows: GIF, with a palette made for the film. The palette
-must be known before the first picture is written. If ffmpeg split its stream for that, it would
-hold all pictures in memory; so they are first stored on disk without loss.
+A GIF is a film of 256 colours that any web page shows, with a palette made for the film. The
+palette must be known before the first picture is written. If ffmpeg split its stream for that, it
+would hold all pictures in memory; so they are first stored on disk without loss.
 
 References:
     Rec. ITU-R BT.709-6, items 3.2 to 3.5 (matrix, quantisation, narrow range).

@@ -1,9 +1,7 @@
 """Runs the ffmpeg that imageio-ffmpeg brings along, and reads pictures and facts of films by it.
 
-Runs the ffmpeg that imageio-ffmpeg brings along, never through a shell.
-
-Reads back what a film says about itself. The wheel of imageio-ffmpeg has no ffprobe, so the words
-come from ffmpeg's log.
+It never runs through a shell. The wheel of imageio-ffmpeg has no ffprobe, so what a film says about
+itself comes from ffmpeg's log.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
 """One page's visit: its orders and pictures, small ones of what moves, large ones that improve.
 
-A picture that improves while nothing moves: the mean of its samples, and its error. One page's
-visit: its orders, its last picture, and when it can take the next one.
+While nothing moves, a picture is the mean of more and more samples, with its error.
 
-Messages that wait to be sent to one page, with back pressure by acknowledgement. A page says when
-it has shown a picture. Until then no other one is on its way, and of those that are made meanwhile
-only the newest is kept: a slow line sees fewer pictures, never old ones. Notes arrive in their
-order; of those that say how things stand now, such as all key frames, a newer one replaces one
-that still waits.
+Messages wait to be sent to the page, with back pressure by acknowledgement. A page says when it has
+shown a picture. Until then no other one is on its way, and of those that are made meanwhile only
+the newest is kept: a slow line sees fewer pictures, never old ones. Notes arrive in their order; of
+those that say how things stand now, such as all key frames, a newer one replaces one that still
+waits.
 """
 
 from __future__ import annotations

@@ -1,18 +1,18 @@
 """Moves an eye, and writes where it stands into the cameras of a scene file.
 
-Moves an eye by keys and turns it by dragging; a pure function of what was pressed. Angles are
-those of a scene file: degrees, headings clockwise from north. Within a step the eye goes along its
-exact arc, so that two short steps lead where one long step leads and the speed of the computer
-does not matter.
+Keys move the eye and dragging turns it; where it goes is a pure function of what was pressed.
+Angles are those of a scene file: degrees, headings clockwise from north. Within a step the eye goes
+along its exact arc, so that two short steps lead where one long step leads and the speed of the
+computer does not matter.
 
-Adds an entry to the `cameras:` of a YAML text without touching anything else in it. The parser's
-events say where the last camera ends, to the character; comments, blank lines and line ends stay
-as they are. Whether the result says what it should is for the caller to check: this module only
-finds the place.
+Cameras that were found by walking are written as people write them. Numbers are rounded as a person
+would: centimetres and hundredths of a degree. What the page plays is made of the rounded values, so
+that `render` shows the very same path.
 
-Cameras found by walking, as people write them in a scene file. Numbers are rounded as a person
-would: centimetres and hundredths of a degree. What the page plays is made of the rounded values,
-so that `render` shows the very same path.
+An entry is added to the `cameras:` of a YAML text without touching anything else in it. The
+parser's events say where the last camera ends, to the character; comments, blank lines and line
+ends stay as they are. Whether the result says what it should is checked by the caller of
+`inserted`, which only finds the place.
 """
 
 from __future__ import annotations

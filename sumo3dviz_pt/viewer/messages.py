@@ -1,7 +1,4 @@
-"""Messages between a page and the render thread, checked as they come in.
-
-Orders that a page can give, checked as they come in.
-"""
+"""Messages between a page and the render thread; orders of a page are checked as they come in."""
 
 from __future__ import annotations
 

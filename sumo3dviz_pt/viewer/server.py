@@ -1,12 +1,10 @@
 """The viewer's web server in a thread of its own, on this machine only.
 
-Answers requests to the viewer's web server: for its page, its websocket and its stills. Others who
-have an account on the machine could reach the server, too, and so could web pages that the user
-visits: hence a token in the address, and a look at the headers Host (DNS rebinding) and Origin
-(foreign pages). Nothing is ever fetched from outside, and the page cannot either.
-
-It listens on 127.0.0.1; a tunnel such as `ssh -L` brings it elsewhere. What it answers, and to
-whom, stands in `routes`.
+It listens on 127.0.0.1; a tunnel such as `ssh -L` brings it elsewhere. It answers requests for its
+page, its websocket and its stills. Others who have an account on the machine could reach the
+server, too, and so could web pages that the user visits: hence a token in the address, and a look
+at the headers Host (DNS rebinding) and Origin (foreign pages). Nothing is ever fetched from
+outside, and the page cannot either.
 
 References:
     RFC 6455, sections 7.4 (close codes) and 10.2 (origin); W3C, Content Security Policy 3.

@@ -1,7 +1,7 @@
 """What exists, and what of it stands around a camera's path.
 
-Gives what grows without a species its colours of the season: grass, hedges, far woods. Roads
-around a camera: where they are built, and how much of them.
+The path says where roads are built, and how much of them. What grows without a species (grass,
+hedges, far woods) gets its colours of the season.
 """
 
 from __future__ import annotations

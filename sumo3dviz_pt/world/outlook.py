@@ -1,15 +1,14 @@
 """What of a world one camera sees: which roads in detail, and its part of a shared place.
 
-Chooses which roads are built in detail: all of a small place, of a city those near cameras. A city
-has tens of thousands of lanes, and a camera tells a kerb from a line of paint for a few hundred
-metres. So in a dense place only tiles near cameras, and seen by them, get kerbs, paint and wear;
-the roads beyond are plain ribbons. Which tiles they are depends on the camera; what is built in a
-tile of houses or street furniture does not.
+A small place has all of its roads in detail, a city those near cameras. A city has tens of
+thousands of lanes, and a camera tells a kerb from a line of paint for a few hundred metres. So in a
+dense place only tiles near cameras, and seen by them, get kerbs, paint and wear; the roads beyond
+are plain ribbons. Which tiles they are depends on the camera; what is built in a tile of houses or
+street furniture does not.
 
-What one camera sees of a place that was built once for several cameras. Cameras of one scene
-mostly stand within a few hundred metres. A report on them needs no more than how much each of them
-sees, so the place is built once, as detailed as the nearest of them wants it, and parted by
-squares. Films build each camera's own place.
+Cameras of one scene mostly stand within a few hundred metres. A report on them needs no more than
+how much each of them sees, so the place is built once, as detailed as the nearest of them wants it,
+and parted by squares. Films build each camera's own place.
 """
 
 from __future__ import annotations

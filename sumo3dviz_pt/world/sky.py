@@ -1,14 +1,12 @@
 """The sky of a scene: where the sun stands, whether it is dark, and what is above.
 
-Whether it is so dark that lamps are lit.
-
-Where the sun stands, by date, time and place. Azimuths are clockwise from true north. Networks are
+The sun stands where date, time and place say. Azimuths are clockwise from true north. Networks are
 drawn in grid north, which differs by the meridian convergence of their projection, up to 3 degrees
-in UTM.
+in UTM. Where it is dark, lamps are lit.
 
-Builds the sky of a scene from its settings. There are three kinds, registered in `KINDS` by the
-setting that asks for them: a user's radiance map (`file`), a preset of ours with or without clouds
-(`preset`), and the clear sky of a date, time and place (`sun`).
+There are three kinds of sky, registered in `KINDS` by the setting that asks for them: a user's
+radiance map (`file`), a preset of ours with or without clouds (`preset`), and the clear sky of a
+date, time and place (`sun`).
 
 References:
     J. Meeus, Astronomical Algorithms, 2nd ed., 1998, chapters 7, 12, 13, 22 and 25

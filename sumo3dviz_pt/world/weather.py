@@ -1,7 +1,7 @@
 """The weather of a scene file, moment by moment, and the sky in it.
 
-Reads the weather of a scene file: what each moment says, and what follows where it does not. The
-sky in weather: the clouds that rain and snow fall from, and the exposure for less light.
+What a moment does not say follows from what is said. The sky gets the clouds that rain and snow
+fall from, and the exposure for less light.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Frames by our own kernel, which finds all layers with the picture.
 
-Shares a picture's samples out among the moments of an exposure, and sums what they see. Every row
-of a picture is seen at equally many moments, and gets its share of the samples at each, so that a
-moving shutter costs what the scene's own changes cost, and no further samples.
+A picture's samples are shared out among the moments of an exposure, and what they see is summed.
+Every row is seen at equally many moments, and gets its share of the samples at each. So a moving
+shutter costs what the scene's own changes cost, and no further samples.
 """
 
 from __future__ import annotations

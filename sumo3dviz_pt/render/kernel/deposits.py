@@ -1,14 +1,12 @@
 """What weather leaves on surfaces: water, puddles and snow; only scenes that have it compile it.
 
-Snow that lies: where, how dirty, with what relief; on roads as traffic and salt left it.
-
 A material is changed where rain and snow reach it: under the sky, and from above. Water darkens
-what is porous and smooths it, fills low places of paved ground and is a mirror there. Snow is a
-bright, matt layer without thickness; its relief is one of normals.
+what is porous and smooths it; it fills low places of paved ground and is a mirror there. Snow is a
+bright, matt layer without thickness; its relief is one of normals. On roads, traffic and salt say
+where it lies and how dirty it is.
 
-Smooth noise with slopes, and the rings that drops of rain make on water. All of it depends on
-place and time alone. The place repeats after `REPEAT` metres, so that far from the network's
-origin nothing is lost to single precision.
+Noise and the rings that drops make on water depend on place and time alone. The place repeats after
+`REPEAT` metres, so that far from the network's origin nothing is lost to single precision.
 
 References:
     Lagarde, "Water drop 3b: physically based wet surfaces", 2013: `wetted`. Reflectance of snow

@@ -1,9 +1,9 @@
-"""Rays of an eye after a pane before it has turned them back: what it reflects.
+"""Where rays of a picture begin: Mitsuba's camera, one of our lenses, or a pane that mirrors.
 
-Where rays of a picture begin: Mitsuba's own camera, or one of our lenses. A plain pinhole stays
-Mitsuba's `perspective`, so that its rays are what they were to the bit and kernels of scenes
-without other lenses stay the same. Any other lens is a few operations of the kernel; its numbers
-are no part of the kernel's code.
+A plain pinhole stays Mitsuba's `perspective`, so that its rays are what they were to the bit and
+kernels of scenes without other lenses stay the same. Any other lens is a few operations of the
+kernel; its numbers are no part of the kernel's code. Rays that a pane turns back begin on it, and
+show what it reflects.
 
 References:
     Cook, Porter and Carpenter, "Distributed ray tracing", SIGGRAPH 1984,

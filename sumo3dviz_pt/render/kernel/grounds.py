@@ -1,8 +1,6 @@
-"""Maps of the ground around the renderer's origin, and how far weather reaches it.
+"""Maps of the ground around the renderer's origin: where weather acts, and how far it reaches.
 
-Where on a surface weather acts, and how far rain and snow reach it there.
-
-They are made of all that stands, seen from above, whenever a frame has another origin; so they are
+They are made of all that stands, seen from above, whenever a frame has another origin. So they are
 the same whatever was rendered before.
 """
 

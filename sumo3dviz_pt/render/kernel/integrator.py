@@ -4,10 +4,10 @@ Mitsuba's integrators call functions of shapes, materials and emitters, and trac
 a second time for guides. Here all samples of a pixel are neighbours, and their layers are
 summed as they come.
 
-What rays through given places of all pixels meet first: facts, without light and chance. These
-rays are not the picture's: its samples lie where chance puts them. A ray through the centre of
-each pixel tells what is exactly there, whatever seed, samples and quality a picture has, and a
-picture does not depend on whether it was asked.
+`met_through` says what rays through one place of every pixel meet first, such as its centre: facts,
+without light and chance. They are not the picture's rays, which lie where chance puts them. So the
+facts are the same whatever seed, samples and quality a picture has, and a picture does not depend
+on whether they were asked for.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
-"""All lamps of a scene in one set of tables, and where they and mirrors need more samples.
+"""All lamps of a scene in one set of tables, and where lamps and mirrors need more samples.
 
-All lamps of a scene in one set of tables, however many meshes they belong to. Light is picked and
-weighed as `render/lights/emitter.py` does it for one mesh.
+The tables hold the lamps of all meshes. Light is picked and weighed as `render/lights/emitter.py`
+does it for one mesh.
 
-Where lamps may be seen directly: only there are many samples traced for them. Most lamps are
-smaller than a pixel and need many samples, but all together they cover a small part of a picture.
-So every face of a lamp that shines is projected, and rays are traced through the pixels around it.
+Many samples are traced where lamps may be seen directly, and only there. Most lamps are smaller
+than a pixel and need them, but all together they cover a small part of a picture. So every face of
+a lamp that shines is projected, and rays are traced through the pixels around it.
 
-Where mirrors are seen: frames around cannot help there, so these places get more samples. What a
-mirror shows moves unlike the mirror, and by no motion that one could follow back to the frame
-before. So its pixels are averaged over their own samples alone. They are few: rectangles around
-the mirrors of the vehicle that a camera rides in.
+Mirrors get more samples because frames around cannot help there. What a mirror shows moves unlike
+the mirror, and by no motion that one could follow back to the frame before. So its pixels are
+averaged over their own samples alone. They are few: rectangles around the mirrors of the vehicle
+that a camera rides in.
 """
 
 from __future__ import annotations

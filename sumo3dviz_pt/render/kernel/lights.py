@@ -1,13 +1,12 @@
 """Light that reaches a surface: which emitter a path aims at, and what rays meet by chance.
 
-Work that packets of lanes skip where none of them wants it.
+Sky, sun and the pattern of head lamps are Mitsuba's objects, but called by themselves: such calls
+become part of the kernel, while Mitsuba's choice among emitters calls a function of each. Packets
+of lanes skip work that none of them wants.
 
-Sky, sun and the pattern of head lamps are Mitsuba's objects, but called by themselves: such
-calls become part of the kernel, while Mitsuba's choice among emitters calls a function of each.
-
-Which emitter a path aims at: by what each gives to the place that is lit. A table says it by the
-cells of a grid around what the eye sees. A part of the choice ignores the place, so that what the
-table underestimates is aimed at, too.
+A path aims at an emitter by what it gives to the place that is lit. A table says that by the cells
+of a grid around what the eye sees. A part of the choice ignores the place, so that what the table
+underestimates is aimed at, too.
 """
 
 from __future__ import annotations

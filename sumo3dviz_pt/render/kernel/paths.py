@@ -3,11 +3,10 @@
 It finds what Mitsuba's `path` finds, within chance: light of emitters that paths aim at and of
 those that they meet, weighted by the power heuristic, with roulette.
 
-Of some directions to emitters, a path takes the one that is likely to matter most. Candidates are
-picked as single directions would be, each from its own part of all emitters; one of them stays, in
+Of some directions to emitters, a path takes the one that is likely to matter most. Each candidate
+is picked as a single direction would be, from its own part of all emitters. One of them stays, in
 proportion to the light that the surface sends on if nothing is in the way, and only for that one a
-shadow ray is traced. What all candidates bring on average is what the one brings that stays, so
-nothing is biased.
+shadow ray is traced. On average it brings what all candidates bring, so nothing is biased.
 
 References:
     Veach, "Robust Monte Carlo Methods for Light Transport Simulation", thesis, Stanford 1997.

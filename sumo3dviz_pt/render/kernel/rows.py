@@ -1,11 +1,12 @@
-"""What our kernel compiles only for scenes that have it, and what leaving it out saves.
+"""Materials as rows of numbers, and what our kernel compiles only for scenes that have it.
 
-The kernel asks tables and lights of a loaded scene what there is. The same is told here from the
-scene's plain values, before anything is loaded, so that `check` can say it.
+A row is what the kernel knows of the dict that describes a material. A material that is not
+understood here, such as a user's glass, is *foreign*: Mitsuba's own object answers for it, by a
+call that only scenes with such a material pay for.
 
-Materials as rows of numbers: what the kernel knows of the dicts that describe them. A material
-that is not understood here, such as a user's glass, is *foreign*: Mitsuba's own object answers for
-it, by a call that only scenes with such a material pay for.
+The kernel asks tables and lights of a loaded scene what there is. `features_of` tells the same from
+the scene's plain values, before anything is loaded, so that `check` can say it, and what leaving it
+out saves.
 """
 
 from __future__ import annotations

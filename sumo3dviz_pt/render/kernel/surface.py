@@ -1,8 +1,8 @@
 """What a ray met: the point, its frame, and the material there with its textures.
 
-All textures of a scene's materials, evaluated by one function. Bitmaps without repetition lie one
-after the other in one array of texels; what differs between them is a row of numbers. So the
-kernel holds their arithmetic once, whatever their number.
+One function evaluates all textures of a scene's materials. Bitmaps without repetition lie one after
+the other in one array of texels; what differs between them is a row of numbers. So the kernel holds
+their arithmetic once, whatever their number.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Which thing each face of the tables belongs to, in the frame that is shown.
+"""A scene's geometry and materials as flat arrays, from which the kernel reads what a ray met.
 
-Faces of meshes that stand say it by runs (`Mesh.things`); those of merged meshes of road users by
-who is shown in each of their places; instances by their slots. Nothing of this is known to the
-renderer's kernels: they find a face's number, and it is looked up here, where somebody asks.
-
-A scene's geometry and materials as flat arrays, from which the kernel reads what a ray met.
 Mitsuba keeps the meshes and finds where a ray meets them. All the rest of a surface, for which
-Mitsuba calls a function of every shape, is read from here by numbers: of the shape or instance to
-its meshes, of the mesh to its faces, of the face to its corners and material.
+Mitsuba calls a function of every shape, is read from here by numbers: from the shape or instance to
+its meshes, from the mesh to its faces, from the face to its corners and material.
+
+`owners_of` says which thing each face belongs to, in the frame that is shown. Meshes that stand say
+it by runs (`Mesh.things`), merged meshes of road users by who is shown in each of their places,
+instances by their slots. The kernels know nothing of this: they find a face's number, and it is
+looked up here, where somebody asks.
 """
 
 from __future__ import annotations
@@ -412,7 +412,7 @@ Run = tuple[str, int]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Owners:
-    """Whom faces belong to.
+    """Which things faces belong to.
 
     Attributes:
         names: Of things that stand, and of parts of road users; the first is empty.
@@ -448,7 +448,7 @@ class Owners:
 
 
 def owners_of(tables: Tables, loaded: LoadedScene) -> Owners:
-    """Find whom the faces of a loaded scene belong to, in the frame that it shows.
+    """Find which things the faces of a loaded scene belong to, in the frame that it shows.
 
     Args:
         tables: Of the scene, at that frame.

@@ -8,11 +8,10 @@ dark. The mesh's u coordinate holds the number of what is picked and v that of t
 sampled points carry both. Scalar variants, where Python plugins are slow, have area emitters
 that paths never aim at.
 
-How often paths aim at which lamp: as often as it matters to the place that is lit. The chances are
-stored by the cells of a grid around what the eye sees, where the renderer looks them up. Cells of
-vehicles' lamps are three metres wide. With cells of twelve metres, the road one metre behind a
-brake lamp got its light from one sample in a hundred, and the firefly cap took a sixth of that
-light.
+Paths aim at a lamp as often as it matters to the place that is lit. The chances are stored by the
+cells of a grid around what the eye sees, where the renderer looks them up. Cells of vehicles' lamps
+are three metres wide. With cells of twelve metres, the road one metre behind a brake lamp got its
+light from one sample in a hundred, and the firefly cap took a sixth of that light.
 """
 
 from __future__ import annotations

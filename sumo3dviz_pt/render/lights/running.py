@@ -1,17 +1,15 @@
 """Lamps of vehicles: glowing lenses as two meshes, and beams of the nearest head lamps.
 
-Beams of the nearest head lamps: a fixed number of spots that light the road.
-
-Emitters cannot be instanced. So all lenses are merged into two meshes, near and far, whose
-vertices and radiances are updated in every frame; lamps that are off have no area. Beams are a
-fixed number of spots.
+Emitters cannot be instanced. So all lenses are merged into two meshes, near and far, whose vertices
+and radiances are updated in every frame; lamps that are off have no area. Beams are a fixed number
+of spots that light the road.
 
 How often paths aim at each was measured: noise, relative to the picture, is least where an
 emitter is picked in proportion to the root of its light's second moment.
 
-Moves lamps of vehicles out of the bodies that they would be hidden in. Lamps are placed on our
-detailed body. Stand-ins for far away are blunter, stretched and simplified, and a user's own body
-has another form.
+Lamps are placed on our detailed body. Stand-ins for far away are blunter, stretched and simplified,
+and a user's own body has another form. So lamps are moved out of bodies that they would be hidden
+in.
 """
 
 from __future__ import annotations

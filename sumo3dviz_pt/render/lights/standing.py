@@ -1,7 +1,7 @@
 """Lamps that stand still, and all lamps of a frame as points that shine.
 
-Lamps that stand still: made once, lit frame by frame. Lamps and beams of a frame as points that
-shine, for the light that air scatters.
+Lamps that stand still are made once and lit frame by frame. The points, of lamps and of beams, are
+for the light that air scatters.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Frames by Mitsuba's path tracer, with a short pass for what guides denoiser, haze and cap.
 
-A second, short pass: distances and hits for haze and cap, guides for the denoiser.
+The short pass finds distances and hits for haze and cap, and guides for the denoiser.
 
-A firefly cap on every sample, as a thin integrator around Mitsuba's path tracer. Mitsuba's `path`
-has no clamp, and a cap on the mean of n samples lets n times more through. What the cap takes is a
-layer beside the picture. So it can be given back where an emitter is seen directly, reported, and
-added again for an uncapped picture. The cap takes no measurable time (2.69 against 2.67 CPU-s,
-480x270, 16 spp).
+A thin integrator around Mitsuba's path tracer caps every sample, against fireflies. Mitsuba's
+`path` has no clamp, and a cap on the mean of n samples lets n times more through. What the cap
+takes is a layer beside the picture. So it can be given back where an emitter is seen directly,
+reported, and added again for an uncapped picture. The cap takes no measurable time (2.69 against
+2.67 CPU-s, 480x270, 16 spp).
 
 By night, lamps that are seen directly are left out and traced by themselves with many samples.
 Most are smaller than a pixel: with four samples they went on and off from frame to frame, and

@@ -1,11 +1,11 @@
 """Makes finished pictures of traced ones: denoised, mixed, with lamps, haze and what falls.
 
-Intel Open Image Denoise through `mitsuba-oidn`, on linear radiance.
+Noise is removed by Intel Open Image Denoise through `mitsuba-oidn`, on linear radiance.
 
-Aerial perspective in linear radiance, before the picture is stored. Far things fade into the light
-of the horizon behind them: radiance x transmittance + horizon radiance x (1 - transmittance). Sky
-and sun lie behind the haze model and are left alone. The transmittance comes from a depth pass and
-its share of hit samples.
+Haze is aerial perspective, laid on in linear radiance before the picture is stored. Far things fade
+into the light of the horizon behind them: radiance x transmittance + horizon radiance x (1 -
+transmittance). Sky and sun lie behind the haze model and are left alone. The transmittance comes
+from a depth pass and its share of hit samples.
 
 By day rain and snow in the same air have the horizon's light, too. By night lamps light them, and
 then they count with the haze: of what far things fade into, haze gives its share of the extinction

@@ -1,10 +1,8 @@
 """The clear sky around sunrise and sunset: sunlight scattered in a round atmosphere.
 
-Colours of filtered sunlight, from a few wavelengths.
-
-Molecules, aerosol and ozone at ten wavelengths; the first scattering is traced along every
-ray, all later ones are isotropic. What follows from it: the warm band under the blue hour
-(ozone), the Earth's shadow with its pink belt, the glow around a low sun, and clouds that
+Molecules, aerosol and ozone filter the light at ten wavelengths. The first scattering is traced
+along every ray, all later ones are isotropic. What follows from it: the warm band under the blue
+hour (ozone), the Earth's shadow with its pink belt, the glow around a low sun, and clouds that
 still see the sun. Three wavelengths are too few: their dusk is purple.
 
 References:

@@ -1,16 +1,14 @@
-"""The sky above: by day, in twilight, at night; and maps of it.
+"""The clear sky by day, in twilight and at night, what shines in it, and maps of it.
 
-The sky at night: airglow, stars, a city's glow, and the moon's light.
+Maps are equirectangular: rows go from the zenith downwards, columns clockwise from north. A *dome*
+is the upper half of such a map.
 
-Equirectangular maps: directions, light on the ground, resampling. Rows go from the zenith
-downwards, columns clockwise from north. A *dome* is the upper half of such a map.
-
-The clear sky and the sun above it, from the zenith to deep twilight. Mitsuba's `sunsky` gives the
-sky where the sun stands above 16 degrees. We pass a direction, because its sun by date is
-mirrored. Below 7 degrees, where `sunsky` lacks the glow around the sun and turns green, and black
-below 2 degrees, the sky comes from `air`. In between both are blended. Low suns are dimmed to the
-mean of two published curves, because `sunsky` is up to two thirds brighter than both; twilight
-follows the almanac.
+Mitsuba's `sunsky` gives the sky where the sun stands above 16 degrees. We pass a direction, because
+its sun by date is mirrored. Below 7 degrees, where `sunsky` lacks the glow around the sun and turns
+green, and black below 2 degrees, the sky comes from `air`. In between both are blended. Low suns
+are dimmed to the mean of two published curves, because `sunsky` is up to two thirds brighter than
+both; twilight follows the almanac. At night there are airglow, stars, a city's glow, and the moon's
+light.
 
 References:
     Wilkie et al., A fitted radiance and attenuation model for realistic atmospheres,

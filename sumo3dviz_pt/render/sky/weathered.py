@@ -1,14 +1,12 @@
 """The sky in weather, and sky and sun as Mitsuba's objects.
 
-Sky and sun as Mitsuba's objects and dicts.
-
-The sky in weather: closed by clouds, and seen through fog, as it reaches the ground. Clouds that
-rain and snow fall from are laid over the clear sky and scaled to the light that such clouds let
-through. Fog dims the sun along its slant way, hides the sky behind it, and shines by itself: with
-sunlight that droplets scatter once, and with an even light that makes up the rest of what passes
-the layer. Over a city by night its lamps light the fog, too, more than what they scatter once
-towards the eye: by design, in proportion to the city's glow in clear air. The same light is that
-of the air between things (`render/kernel/air.py`).
+The sky is closed by clouds, and seen through fog, as it reaches the ground. Clouds that rain and
+snow fall from are laid over the clear sky and scaled to the light that such clouds let through. Fog
+dims the sun along its slant way, hides the sky behind it, and shines by itself: with sunlight that
+droplets scatter once, and with an even light that makes up the rest of what passes the layer. Over
+a city by night its lamps light the fog, too, more than what they scatter once towards the eye: by
+design, in proportion to the city's glow in clear air. The same light is that of the air between
+things (`render/kernel/air.py`).
 """
 
 from __future__ import annotations

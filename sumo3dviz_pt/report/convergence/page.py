@@ -1,7 +1,4 @@
-"""Draws and describes what `converge` measured.
-
-Writes the page about what was measured: tables, slopes and plots in Markdown.
-"""
+"""Writes the page about what `converge` measured: tables, slopes and plots in Markdown."""
 
 from __future__ import annotations
 

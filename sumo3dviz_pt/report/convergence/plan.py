@@ -1,13 +1,12 @@
 """What a convergence report measures, against which reference, by which scores.
 
-Computes all error measures of one picture against a reference. Lists what a report measures: rungs
-of a ladder of spp, presets, path depths.
+It measures rungs of a ladder of spp, presets and path depths. A picture's scores are all error
+measures against the reference.
 
-A reference that grows until its own error no longer matters. Chunks with seeds of their own go to
-two halves in turn. The halves against each other say how far the reference itself is from the
-truth, without knowing the truth: by capped RMSE, their difference is twice the error of their
-mean. The sampler is the independent one and the seeds are others than those of the pictures that
-are judged.
+The reference grows until its own error no longer matters. Chunks with seeds of their own go to two
+halves in turn. The halves against each other say how far the reference itself is from the truth,
+without knowing the truth: by capped RMSE, their difference is twice the error of their mean. The
+sampler is the independent one and the seeds are others than those of the pictures that are judged.
 """
 
 from __future__ import annotations

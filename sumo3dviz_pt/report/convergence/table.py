@@ -1,8 +1,8 @@
-"""Says what denoising is worth: how many raw samples leave the same error.
+"""Measurements as rows of a CSV file, and what their numbers say together.
 
-Measurements as rows of a CSV file, and what their numbers say together. One row is one picture: a
-rung of the ladder of spp (`preset` is `ladder`), a preset as it is (its name), or one of the
-pictures whose path depth varies (`depth`). Seeds are repetitions: tables show medians over them.
+One row is one picture: a rung of the ladder of spp (`preset` is `ladder`), a preset as it is (its
+name), or one of the pictures whose path depth varies (`depth`). Seeds are repetitions: tables show
+medians over them. What denoising is worth is told by how many raw samples leave the same error.
 
 References:
     B. Efron, "Bootstrap methods: another look at the jackknife", Annals of Statistics

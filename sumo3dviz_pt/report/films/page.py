@@ -1,7 +1,4 @@
-"""Writes the page about a film's frames, or about two films.
-
-A film's stored frames: where they lie, what they are, which belong together.
-"""
+"""Finds a film's stored frames, and writes the page about them, or about those of two films."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""Finds out what a scene has to offer to the cases of `check --stress`.
+"""The edges at which `check --stress` looks: cases as values, and where their cameras stand.
 
-The edges at which `check --stress` looks: cases as values, and where their cameras stand. A case
-says how it differs from the user's shot. A new one is a line in `all_cases`; a new place for the
-camera is a function in `SPOTS`.
+A case says how it differs from the user's shot, and `facts_of` what a scene has to offer to it. A
+new case is a line in `all_cases`; a new place for the camera is a function in `SPOTS`.
 """
 
 from __future__ import annotations

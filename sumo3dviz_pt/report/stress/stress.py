@@ -1,10 +1,8 @@
 """Puts a user's scene under stress: many small pictures at its edges, each judged.
 
-Puts a shot under another sky, without building again what does not change. Says how the cases of
-`check --stress` ended, as values and in words.
-
-A shot is built for each place and moment; suns change only the sky of a shot that is
-there. Cases that differ in samples or exposure alone share the renderer, too.
+A shot is built for each place and moment; suns change only the sky of a shot that is there. Cases
+that differ in samples or exposure alone share the renderer, too. How the cases of `check --stress`
+ended is said as values and in words.
 """
 
 from __future__ import annotations
@@ -198,7 +196,7 @@ def put_under_stress(job: Job, order: StressOrder, *, cases: Sequence[Case]) -> 
 
 @contextmanager
 def without_notes() -> Iterator[None]:
-    """Keep notes back where a report says the same, and a note a picture would bury it."""
+    """Hold back notes that the report says, too; one for each picture would bury it."""
     ours = logging.getLogger("sumo3dviz_pt")
     before = ours.level
     ours.setLevel(logging.ERROR)

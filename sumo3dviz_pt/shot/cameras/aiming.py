@@ -1,11 +1,9 @@
-"""Cameras by mode: where the eye is, how it is aimed, what it sees with.
+"""Cameras by mode: where the eye is, how it is aimed, what it sees with, at any time.
 
-How a camera is aimed: by angles, or at a point. The lens that a scene file describes. Chooses the
-cameras of a scene file that must keep a clear view.
-
-Cameras: where the eye is and what it sees with, at any time. A camera is a pure function of time.
-The type of its settings decides which builder makes it; each mode's module in this folder
-registers its own.
+A camera is a pure function of time. The type of its settings decides which builder makes it; each
+mode's module in this folder registers its own. A camera is aimed by angles, or at a point, and sees
+with the lens that the scene file describes. Some cameras must keep a clear view; they are chosen
+here, too.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
 """Cameras that ride with a road user, their eyes, and the wet pane before a driver.
 
-Keeps an eye out of the body that it rides with: out of heads, bonnets and closed cabins. The wet
-pane before a driver's eye: where it is, and how its wipers move.
-
-Cameras that ride with a road user; what their views are is data in `scene_templates/camera`. All
-views are pure functions of time: a camera that swings after its vehicle averages the vehicle's
-heading over the last second instead of remembering its own.
+What their views are is data in `scene_templates/camera`. All views are pure functions of time: a
+camera that swings after its vehicle averages the vehicle's heading over the last second instead of
+remembering its own. An eye is kept out of the body that it rides with: out of heads, bonnets and
+closed cabins. A pane says where it is, and how its wipers move.
 
 References:
     Distance from a point to a triangle: Ericson, Real-Time Collision Detection (2005), 5.1.5.

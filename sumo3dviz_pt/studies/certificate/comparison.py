@@ -1,14 +1,13 @@
-"""Compares frames of two films, and says whether they differ where their factor acts.
+"""Compares frames of two films, and says if they differ where their factor acts, and only there.
 
-Compares a frame of two films pixel by pixel, layer by layer, and says which objects differ. Three
+Frames are compared pixel by pixel and layer by layer, down to the objects that differ. Three
 questions are asked of each pixel. *Shape*: does it show the same thing, as far away, facing the
 same way? *Paint*: does that reflect the same light? *Light*: is it as bright? Shape and paint are
 of rays through the pixels' centres and hold no noise, so they must agree exactly where a factor
-does not act. Light spreads: a tree that is gone takes its shadow with it, and a red car reddens
-the road. So light may differ near and far, but a typical pixel elsewhere must not.
+does not act. Light spreads: a tree that is gone takes its shadow with it, and a red car reddens the
+road. So light may differ near and far, but a typical pixel elsewhere must not.
 
-Says whether a pair of films differs where its factor acts, and nowhere else. The limits of light
-and picture are measured on clean and on spoilt pairs of `examples/crossing`;
+The limits of light and picture are measured on clean and on spoilt pairs of `examples/crossing`;
 docs/internals/certificate.md has the figures.
 """
 

@@ -1,23 +1,20 @@
-"""What there is of a film's frame to compare: layers, light, pictures.
+"""What there is of a film's frame to compare, and how the light of two frames differs.
 
 Layers are of the rays through the pixels' centres, so that they are the same bytes wherever two
-scenes are the same. Radiance is as it is stored: with one seed, pixels are the same bytes where no
-light path met anything else. The picture is the film's own, as people see it but for overlays.
+scenes are the same. The picture is the film's own, as people see it but for overlays. Radiance is
+as it is stored. All films of a study have one seed, so a pixel is the same to its last bit unless
+one of its paths met what differs. Where one did, it brings light of its own, with noise of its own.
 
-Finds light that was changed after it was traced: painted, scaled, tinted, made grey. Films of a
-study have one seed, so a pixel is the same to its last bit unless one of its paths met what
-differs. Where one did, it brings light of its own, with noise of its own: what is lit by more or
-less by a share *s* differs from pixel to pixel by as much as its noise times *s*. A brush
+*Light that was changed after it was traced* is painted, scaled, tinted or made grey. What is lit by
+more or less by a share *s* differs from pixel to pixel by as much as its noise times *s*. A brush
 multiplies light and noise alike. So many pixels of a noisy block that changed by one and the same
 share were not traced so; nor were pixels that changed their colour and kept their luminance.
 Neither limit hangs on what the factor throws, or how far.
 
-Compares the light of two frames block by block, where a factor does not act. All films of a study
-have one seed, so that a pixel is the same to its last bit unless one of its paths met what
-differs. Where one did, its noise is another, too, and single pixels say little. So a block is
-judged by its typical pixel, which neither noise nor a few reflections move: it is *lit otherwise*
-if the median of its pixels' shares is beyond 15 %, and if more of its pixels are brighter than
-darker, or the other way round, by five standard errors of a fair coin.
+*Light where a factor does not act* is compared block by block, as single pixels say little through
+their noise. A block is judged by its typical pixel, which neither noise nor a few reflections move:
+it is *lit otherwise* if the median of its pixels' shares is beyond 15 %, and if more of its pixels
+are brighter than darker, or the other way round, by five standard errors of a fair coin.
 
 What a factor acts on throws light and shadows on what is near it, and no farther than it reaches.
 How much of a picture may be lit otherwise at all, and how much out of reach, hangs on what that is:

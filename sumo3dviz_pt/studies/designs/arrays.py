@@ -1,28 +1,27 @@
 """Orthogonal arrays and Latin squares: the fewest combinations in which no factor hides another.
 
-Says which factors of a design hide each other: how often their levels occur together. Latin
-squares as designs, and balanced Latin squares as orders of presentation.
-
-Orthogonal arrays for factors whose numbers of levels are powers of one prime. The runs are all
-vectors x over the field of p elements. A factor of p^d levels is d linear forms of x, read as one
-number. Two factors are orthogonal if their forms share no combination but zero: each factor takes
-a subspace of forms, and the subspaces meet in zero only.
-
-Orthogonal arrays of any levels and few runs, column by column by exchanging levels. A column
-begins in a random order in which each level occurs equally often. The two rows whose exchange
-makes the counts of pairs with earlier columns most even are exchanged, again and again, until all
-counts are equal or nothing gets better; then it begins anew. All numbers are whole, so that every
-processor finds the same array.
-
 Every pair of levels of any two factors occurs equally often, so each factor's own effect can be
 told from every other factor's own effect. Effects of two factors together (interactions) cannot be
-told from them, unless all combinations of any three factors occur equally often (strength 3).
+told from them, unless all combinations of any three factors occur equally often (strength 3). How
+often levels occur together says of any design which factors hide each other.
+
+Where numbers of levels are powers of one prime, the runs are all vectors x over the field of p
+elements. A factor of p^d levels is d linear forms of x, read as one number. Two factors are
+orthogonal if their forms share no combination but zero: each factor takes a subspace of forms, and
+the subspaces meet in zero only.
+
+Arrays of any levels and few runs are made column by column. A column begins in a random order in
+which each level occurs equally often. The two rows whose exchange makes the counts of pairs with
+earlier columns most even are exchanged, again and again, until all counts are equal or nothing gets
+better; then it begins anew. All numbers are whole, so that every processor finds the same array.
+
+Latin squares serve as designs, and balanced ones as orders of presentation.
 
 References:
     S. Addelman (1962): Orthogonal main-effect plans for asymmetrical factorial experiments,
     Technometrics 4(1), 21-46; doi:10.1080/00401706.1962.10489997 (proportional frequencies)
-    A. S. Hedayat, N. J. A. Sloane, J. Stufken (1999): Orthogonal Arrays, chapters 3.4 and 5;
-    doi:10.1007/978-1-4612-1478-6
+    A. S. Hedayat, N. J. A. Sloane, J. Stufken (1999): Orthogonal Arrays, chapters 2.2 (Rao's
+    bound), 3.4 and 5; doi:10.1007/978-1-4612-1478-6
     R. C. Bose (1947): Mathematical theory of the symmetrical factorial design, Sankhya 8, 107-166
     H. Xu (2002): An algorithm for constructing orthogonal and nearly-orthogonal arrays with mixed
     levels and small runs, Technometrics 44(4), 356-368; doi:10.1198/004017002188618554
@@ -31,7 +30,6 @@ References:
     R. C. Bose (1938): On the application of the properties of Galois fields to the problem of
     construction of hyper-Graeco-Latin squares, Sankhya 3, 323-338
     G. Tarry (1900): Le probleme de 36 officiers (no two orthogonal squares of order 6)
-    A. S. Hedayat, N. J. A. Sloane, J. Stufken (1999): Orthogonal Arrays; Rao's bound is 2.2.
 """
 
 from __future__ import annotations

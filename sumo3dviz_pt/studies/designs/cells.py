@@ -1,7 +1,7 @@
 """Reads tables as text cells by line, of text files and of .xlsx, and finds columns in them.
 
-Reads tables as text cells by line: comma, semicolon and tab separated files. Reads a sheet of an
-.xlsx; that needs the package openpyxl.
+Text files are separated by commas, semicolons or tabs. A sheet of an .xlsx needs the package
+openpyxl.
 
 References:
     RFC 4180 (comma-separated values)

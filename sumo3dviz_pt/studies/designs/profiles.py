@@ -1,12 +1,12 @@
 """Makes designs: profiles in an order, and choice tasks that tell effects apart.
 
-Makes a design: profiles in an order, without those that cannot be. Says how well a design tells
-effects apart: associations of factors, and the D-error of choices.
+Profiles that cannot be are left out. How well a design tells effects apart is said by associations
+of factors, and by the D-error of choices.
 
-Choice tasks that tell effects apart as well as can be, none with an alternative that is best. A
-design begins by chance; then each film of each task is exchanged for the one that makes the
-D-error least, again and again, until nothing gets better. An exchange counts only if it makes the
-design better by far more than processors differ in, so that all of them find the same tasks.
+Choice tasks tell effects apart as well as can be, and in none is one alternative best. A design
+begins by chance; then each film of each task is exchanged for the one that makes the D-error least,
+again and again, until nothing gets better. An exchange counts only if it makes the design better by
+far more than processors differ in, so that all of them find the same tasks.
 
 References:
     H. Cramer (1946): Mathematical Methods of Statistics, chapter 21 (V)

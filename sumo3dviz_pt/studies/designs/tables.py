@@ -1,7 +1,7 @@
 """Turns a design table into trials, whatever its form.
 
-The forms of design tables: which columns the tools that write them have. Reads what a row says
-about one factor: a level's name, number, value or codes.
+A form says which columns the tools that write such tables have. A row says of each factor a level's
+name, number, value or codes.
 
 References:
     cbcTools 0.7 (R): `cbc_design()` has profileID, respID, qID, altID, obsID, and profileID 0 with

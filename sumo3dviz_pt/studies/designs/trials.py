@@ -1,15 +1,15 @@
 """Trials of an experiment, and who sees which of them, in which parts and in which order.
 
-Values of an experiment: profiles, and the trials in which people see them. Puts things into a
-random order that depends on a seed and words only, on every machine.
+A trial shows profiles. A random order depends on a seed and words only, and is the same on every
+machine.
 
-Shares trials out to parts such that parts are confounded with as little as can be. Who sees one
-part never sees the others. So a level that stands more often in one part is confounded with
-whoever saw that part. Where parts and levels are powers of one prime, parts are the classes of
-linear forms (confounding with the highest interactions: two parts of 2 x 2 x 2 are those with an
-even and an odd number of high levels). Elsewhere trials are exchanged between parts as long as
-that makes the counts of levels, and then those of pairs of levels, more even. All numbers are
-whole, so that every processor finds the same parts.
+Trials are shared out to parts such that parts are confounded with as little as can be. Who sees one
+part never sees the others. So a level that stands more often in one part is confounded with whoever
+saw that part. Where parts and levels are powers of one prime, parts are the classes of linear forms
+(confounding with the highest interactions: two parts of 2 x 2 x 2 are those with an even and an odd
+number of high levels). Elsewhere trials are exchanged between parts as long as that makes the
+counts of levels, and then those of pairs of levels, more even. All numbers are whole, so that every
+processor finds the same parts.
 
 References:
     R. A. Fisher (1942): The theory of confounding in factorial experiments in relation to the

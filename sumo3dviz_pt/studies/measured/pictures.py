@@ -1,14 +1,14 @@
 """What pictures and stored frames show: light, clutter, shares of things, bodies that are hidden.
 
-Measures a film's pictures as they are seen, and the light of the scene behind them. A display is
-assumed: its white has a luminance that the study file says, its curve is sRGB's. Then luminance is
-white x (0.2126 R + 0.7152 G + 0.0722 B) of decoded channels. RMS contrast is the standard
+A film's pictures are measured as they are seen, and the light of the scene behind them. A display
+is assumed: its white has a luminance that the study file says, its curve is sRGB's. Then luminance
+is white x (0.2126 R + 0.7152 G + 0.0722 B) of decoded channels. RMS contrast is the standard
 deviation of luminance over its mean. Motion energy is the mean absolute change of luminance from
 the frame before, per pixel: it holds what moves, the camera's own motion and noise.
 
-What the pixels of stored frames show: shares of things, how much of a body is hidden, and gaze.
-The layer `instance` says which thing the central ray of each pixel meets first. Rain, fog and
-overlays hide nothing.
+In stored frames, the layer `instance` says which thing the central ray of each pixel meets first.
+From it come shares of things, how much of a body is hidden, and gaze. Rain, fog and overlays hide
+nothing.
 
 * visible share: pixels that show a thing, over all pixels of the frame. It tells how large a thing
   is seen: what hides behind others, or lies beyond the edge of the picture, does not count, and it

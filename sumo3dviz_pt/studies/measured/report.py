@@ -1,12 +1,12 @@
 """Makes the stimulus report of a study: tables by frame and by film, effects, a page.
 
-Writes the page of the stimulus report: what factors do to measures, and each film's numbers.
+The page shows what factors do to measures, and each film's numbers.
 
-What factors do to measures: a measure that differs by levels is confounded with the factor. For
-each factor and measure, eta squared is the share of the measure's variance over profiles that lies
-between the factor's levels: 1 says that the measure tells the level, 0 that it knows nothing of
-it. With two levels it is the square of Pearson's correlation. In a design in which factors are not
-orthogonal, one factor's share holds some of another's.
+A measure that differs by levels is confounded with the factor. For each factor and measure, eta
+squared is the share of the measure's variance over profiles that lies between the factor's levels:
+1 says that the measure tells the level, 0 that it knows nothing of it. With two levels it is the
+square of Pearson's correlation. In a design in which factors are not orthogonal, one factor's share
+holds some of another's.
 
 References:
     Cohen, "Eta-squared and partial eta-squared in fixed factor ANOVA designs", Educational and

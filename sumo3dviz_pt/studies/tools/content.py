@@ -1,6 +1,6 @@
-"""What the files of all tools are made from: films, trials, playlists and words, also as tables.
+"""What the files of all tools are made from: films, trials, playlists and words.
 
-The tables that all tools share: films, trials and playlists, as rows by column.
+Films, trials and playlists are also tables, rows by column, that all tools share.
 
 References:
     OWASP, "CSV Injection": spreadsheets compute cells that begin with =, +, -, @, a tab or a

@@ -1,8 +1,8 @@
 """A study as a data set: Psych-DS, BIDS, and how it is cited and checked.
 
-The tables of a study, and the description that makes its folder a Psych-DS data set. A folder
-`stimuli` for BIDS, by a draft (BEP044) that may still change. How a set of stimuli is cited, and
-the digests by which anybody can check it.
+Its tables and a description make a study's folder a Psych-DS data set. A folder `stimuli` for BIDS
+follows a draft (BEP044) that may still change. A set of stimuli has a citation, and digests by
+which anybody can check it.
 
 References:
     Psych-DS 1.5, schema: https://psychds-docs.readthedocs.io/ (names of data files; every column

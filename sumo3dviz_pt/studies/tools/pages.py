@@ -1,11 +1,9 @@
 """Pages that show films: one with jsPsych that records answers, and a sheet of all films.
 
-A page that shows all films of a study with their levels.
-
-The page runs from the study's folder by any web server (`python -m http.server`). It is one file,
-put together from those in the folder `page`. jsPsych itself is not part of it: the page loads it
-from the address in the study file, or from a folder beside it that `npm install` filled, or from
-one to which it was copied.
+The sheet shows all films of a study with their levels. The page with jsPsych runs from the study's
+folder by any web server (`python -m http.server`). It is one file, put together from those in the
+folder `page`. jsPsych itself is not part of it: the page loads it from the address in the study
+file, or from a folder beside it that `npm install` filled, or from one to which it was copied.
 
 References:
     J. R. de Leeuw et al. (2023): jsPsych, Journal of Open Source Software 8(85), 5351;

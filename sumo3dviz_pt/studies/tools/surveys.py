@@ -1,13 +1,13 @@
 """Files of survey tools (LimeSurvey, Qualtrics, oTree, PsychoPy), and the writers of all tools.
 
-An app for oTree: its page, its table of playlists, the code that ties them together, and bots.
-Conditions files for PsychoPy and Pavlovia: a row for each trial. Writes the files of all tools
-that are asked for.
+Surveys of LimeSurvey and Qualtrics show films from an address. Each person sees one playlist. A
+survey has a question for each place in it, whose text holds the number of that place; a script from
+the study's address, `survey.js`, shows the films there, one after the other, and opens the answers
+when they have ended.
 
-Surveys that show films from an address: LimeSurvey and Qualtrics. Each person sees one playlist. A
-survey has a question for each place in it, whose text holds the number of that place; a script
-from the study's address, `survey.js`, shows the films there, one after the other, and opens the
-answers when they have ended.
+An app for oTree is its page, its table of playlists, the code that ties them together, and bots.
+PsychoPy and Pavlovia get conditions files with a row for each trial. `write_tools` writes the files
+of all tools that are asked for.
 
 References:
     LimeSurvey manual, "Tab Separated Value survey structure": classes S, SL, G, Q and A; a row's

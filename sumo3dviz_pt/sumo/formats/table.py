@@ -1,13 +1,12 @@
 """Vehicle logs that are tables: text with any separator, or Parquet.
 
-SUMO's vehicle log as a table of text, plain or gzipped, with any separator. SUMO's vehicle log as
-a Parquet table; reading it needs the package pyarrow.
+A row of the table is a road user at one time. Text may be plain or gzipped; reading Parquet needs
+the package pyarrow.
 
-Vehicle logs that are tables: a row of the table is a road user at one time. SUMO writes persons
-and containers into the columns of vehicles. They have an edge and no lane. If the log has a `tag`,
-it stands in a column that the first vehicle gave another name, because SUMO fills the columns of a
-person one after the other. So only the columns that all kinds share are read of persons and
-containers.
+SUMO writes persons and containers into the columns of vehicles. They have an edge and no lane. If
+the log has a `tag`, it stands in a column that the first vehicle gave another name, because SUMO
+fills the columns of a person one after the other. So only the columns that all kinds share are read
+of persons and containers.
 """
 
 from __future__ import annotations

@@ -1,14 +1,11 @@
 """SUMO's own vehicle log in XML: by a parser, or faster where it is regular.
 
-SUMO's own vehicle log: floating car data (FCD) in XML, plain or gzipped.
+The log is floating car data (FCD), plain or gzipped. It may be cut between two `<timestep` tags
+without harm to the XML around them. So steps before the wanted window are dropped as bytes, which
+is ten times faster than parsing them.
 
-Skip the beginning of a long vehicle log without parsing it. A log may be cut between two
-`<timestep` tags without harm to the XML around them. So steps before the wanted window are dropped
-as bytes, which is ten times faster than parsing them.
-
-Read the steps of a vehicle log that SUMO wrote in its own regular way, without a parser. SUMO
-writes every row on a line of its own, with the same attributes in the same order and nothing that
-needs unescaping. Such a step is cut at its quotation marks, and the pieces between them are
+SUMO writes every row on a line of its own, with the same attributes in the same order and nothing
+that needs unescaping. Such a step is cut at its quotation marks, and the pieces between them are
 compared with those of the first row; that is several times faster than parsing. A step that is
 written in any other way is left to the parser, so the result is the same.
 """

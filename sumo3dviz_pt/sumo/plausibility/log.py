@@ -1,12 +1,11 @@
 """What is odd in a vehicle log: angles, speeds and times, rows out of order, other vTypes.
 
-Judge a vehicle log by a sample of its rows. Say where rows of a log are out of order;
-`build_traces` puts them in order.
+A log is judged by a sample of its rows. Rows out of order are told of here; `build_traces` puts
+them in order.
 
-Join the rows of a road user that goes on as another vType. TraCI's `setType` gives a vehicle
-another type while it drives. It is one road user all the same, and keeps the type, and so the
-look, that it began with. An id that comes back elsewhere, or after a gap, with another type is
-another road user.
+TraCI's `setType` gives a vehicle another type while it drives. It is one road user all the same:
+its rows are joined, and it keeps the type, and so the look, that it began with. An id that comes
+back elsewhere, or after a gap, with another type is another road user.
 """
 
 from __future__ import annotations

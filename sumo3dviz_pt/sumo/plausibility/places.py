@@ -1,7 +1,4 @@
-"""Compare the places of a log with the lanes of its network.
-
-Take a sample of a log's rows by which it is judged.
-"""
+"""Compares the places of a log with the lanes of its network, by a sample of the log's rows."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Land covers: which polygons mean them, and water, which lies below the ground.
 
-Land covers and the types of polygons that mean them, from `assets/areas`. Areas of a scenario:
-polygons that say what covers the ground, lowest first. Lakes and rivers: a surface below the
-ground, a bank around it, walls below roads. Water where ships have lanes: scenarios seldom have a
-polygon for it.
+Covers, and the types of polygons that mean them, come from `assets/areas`. Areas of a scenario lie
+on each other, lowest first. Lakes and rivers are a surface below the ground, a bank around it, and
+walls below roads. There is water where ships have lanes, too, as scenarios seldom have a polygon
+for it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""Ground between houses: mown lawn around them, gravel at walls, paving up to near sidewalks.
+"""The ground between houses, and the trees and shrubs of woods, parks and gardens.
 
-Trees and shrubs of woods, parks and gardens: near ones in detail, far ones cheap. Where they may
-stand depends on seed and place only: every cell of a grid over the world has one place. Which of
-them are there depends on what the shot's camera sees.
+Around houses lies mown lawn, with gravel at walls and paving up to near sidewalks. Near plants are
+built in detail, far ones are cheap. Where they may stand depends on seed and place only: every cell
+of a grid over the world has one place. Which of them are there depends on what the shot's camera
+sees.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The land beyond what is built: fields, hills and woods that close the horizon.
 
-Hills at the world's edge: heights and field colours as functions of the place. Tree lines and
-forests beyond what is built, as cheap far trees.
+Heights of hills and colours of fields are functions of the place. Tree lines and forests are cheap
+far trees.
 """
 
 from __future__ import annotations

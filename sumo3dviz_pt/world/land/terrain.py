@@ -1,6 +1,4 @@
-"""A terrain that meets sloped roads at their borders.
-
-The ground between roads: its height, and points along the borders of roads that shape it.
+"""The ground between roads: a terrain that meets sloped roads at their borders.
 
 Heights are known on the roads only. Between and beyond them the nearest roads' heights are
 blended; then slopes lead from every road's border up or down to that ground, at most as steep

@@ -1,6 +1,6 @@
 """Buildings at points and over polygons, and what of them shines at night.
 
-Makes houses small enough to stand beside roads and each other, not in them.
+Houses are made small enough to stand beside roads and each other, not in them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The kinds of static objects, in one table: names, costs, how finely they are drawn.
 
-Which POIs and polygons are objects of a kind. How finely objects are drawn, by their distance from
-the cameras. How long lines and outlines of objects may be: they are built as a whole, seen or not.
+POIs and polygons are objects of the kind that they mean. How finely these are drawn depends on
+their distance from the cameras. Lines and outlines may not be too long: they are built as a whole,
+seen or not.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Objects along lines: guard rails, hedges, fences, barriers.
 
-Guard rails beside fast roads where a scenario brings no fences of its own. Hedges along lines,
-with gaps where carriageways cross them. Static objects with a shape of their own along lines:
-fences and barriers.
+Guard rails stand beside fast roads where a scenario brings no fences of its own. Hedges have gaps
+where carriageways cross them.
 """
 
 from __future__ import annotations

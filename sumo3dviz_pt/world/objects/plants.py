@@ -1,6 +1,7 @@
-"""How many triangles objects ask for where they stand, and which levels of detail they get.
+"""Trees and shrubs at their places, and which levels of detail objects get.
 
-Trees and shrubs at their places: near ones whole, of others in detail what cameras see.
+Near plants are built whole, and of others in detail what cameras see. Levels depend on how many
+triangles objects ask for where they stand.
 """
 
 from __future__ import annotations

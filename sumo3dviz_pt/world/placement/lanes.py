@@ -1,8 +1,7 @@
-"""Finds lanes near points, and where vehicles may drive.
+"""Finds lanes near points, such as the road that a house faces, and where vehicles may drive.
 
-The nearest of many points; of those that are equally near, the first. Finds lanes near points,
-such as the road that a house faces. Finds where vehicles may drive, asphalt of junctions between
-their lanes included.
+Vehicles may drive on the asphalt of junctions between their lanes, too. Of points that are equally
+near, the first counts, on every machine.
 """
 
 from __future__ import annotations

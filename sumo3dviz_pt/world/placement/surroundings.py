@@ -1,12 +1,11 @@
 """What things are placed by: ground, lanes, cameras, chance, squares of the world, names.
 
-Names of the things that faces of the world belong to; see `Mesh.things`. A name depends on what a
-thing is and where it stands, never on cameras or chance, so it is the same in all films of a
-place.
+Faces of the world belong to things with names; see `Mesh.things`. A name depends on what a thing is
+and where it stands, never on cameras or chance, so it is the same in all films of a place.
 
-Squares of the world, each filled by what lies in and around it. What a tile holds is a pure
-function of its place: no camera that looks at it decides what stands there. So shots of one scene
-show the same world, and tiles that were built for one shot serve the next.
+Each square of the world, a tile, is filled by what lies in and around it. What a tile holds is a
+pure function of its place: no camera that looks at it decides what stands there. So shots of one
+scene show the same world, and tiles that were built for one shot serve the next.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """What only near cameras see of plants: blades of grass, small leaves, pits of soil.
 
-Exchanges the foliage that cameras come near to for leaves as small as real ones. Pits of soil
-around trees that stand in pavements, each in a frame of stone.
+Foliage that cameras come near to is exchanged for leaves as small as real ones. Trees that stand in
+pavements have pits of soil around them, each in a frame of stone.
 
-Blades of grass near cameras that pass close to the ground; taller along edges and trees. They are
-a pure function of the shot: patches lie on a fixed grid, which one and how it is turned depends on
-seed and place only, and how many of its blades are there on how near a camera of the shot comes.
+Blades of grass stand near cameras that pass close to the ground, taller along edges and trees. They
+are a pure function of the shot: patches lie on a fixed grid, which one and how it is turned depends
+on seed and place only, and how many of its blades are there on how near a camera of the shot comes.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ They are points of interest like those of a scenario, so that sizes, species, le
 the budget are the same. Where they may stand depends on seed and place only; which of them are
 there on what the shot's camera sees.
 
-What closes an open plain where a scenario brings nothing: far hedgerows, woods, villages. They lie
-farther away than single trees and are as cheap as they look small.
+An open plain is closed by far hedgerows, woods and villages. They lie farther away than single
+trees and are as cheap as they look small.
 """
 
 from __future__ import annotations

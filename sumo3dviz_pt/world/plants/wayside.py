@@ -1,13 +1,13 @@
 """What grows along fast roads and on open lots: verges, belts of trees, yards.
 
-What lies and grows along fast roads by itself: gravel, mown grass, then tall weeds. Colours are
-tints of faces, so that no material is added.
+Verges are gravel, mown grass, then tall weeds. Colours are tints of faces, so that no material is
+added.
 
-Belts of trees and shrubs beside fast roads: woods, hedges and gaps with a view of fields.
-Motorways are planted everywhere, for noise and dazzle, also where a scenario has trees of its own
-elsewhere. Nothing tall stands in the clear zone beside the carriageway.
+Belts of trees and shrubs are woods, hedges and gaps with a view of fields. Motorways are planted
+everywhere, for noise and dazzle, also where a scenario has trees of its own elsewhere. Nothing tall
+stands in the clear zone beside the carriageway.
 
-What grows on lots between houses that stay open: trees behind a hedge. Without it one would look
+On lots between houses that stay open, trees grow behind a hedge. Without them one would look
 through such gaps over empty fields in the middle of a town.
 """
 

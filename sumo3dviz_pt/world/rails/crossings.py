@@ -1,8 +1,7 @@
-"""What railways add to a place beside tracks: level crossings with barriers that move.
+"""Level crossings: where barriers stand, and how far they are lowered at any time.
 
-Level crossings: where barriers stand, and how far they are lowered at any time. Every road that
-leads onto a level crossing gets a half barrier with flashing lights and a St Andrew's cross before
-it. The signal log of the crossing says what they do:
+Every road that leads onto a level crossing gets a half barrier with flashing lights and a St
+Andrew's cross before it. The signal log of the crossing says what they do:
 
 | letter | lights | arm |
 |---|---|---|

@@ -1,11 +1,9 @@
 """Where rails lie and what they lie in, and which signals are the railway's.
 
-Tells on which ways through junctions rails lie. What tracks lie in: ballast for trains, grass for
-trams on their own, the street elsewhere.
+Tracks lie in ballast for trains, in grass for trams on their own, in the street elsewhere.
 
-Tells the signals of railways from those of streets. A network has one list of signalled
-connections. By the type of the junction that they lead into they belong to a street's traffic
-light, to a level crossing with its barriers, or to a rail signal.
+A network has one list of signalled connections. By the type of the junction that they lead into
+they belong to a street's traffic light, to a level crossing with its barriers, or to a rail signal.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""Heights of the road surface that meet without steps where cells meet.
+"""The road surface as cells: small polygons of known height that never overlap.
 
-Where cells of the road surface lie above others.
-
-The road surface as cells: small polygons of known height that never overlap. Lanes become quads
-between their borders; walking areas and junctions become whole polygons. Where two overlap, the
-later one is cut, so lanes win over footways, footways over walking areas and those over junctions.
-Cells more than a storey apart are a bridge and the road below it and leave each other alone.
+Lanes become quads between their borders; walking areas and junctions become whole polygons. Where
+two overlap, the later one is cut, so lanes win over footways, footways over walking areas and those
+over junctions. Heights meet without steps where cells meet. Cells more than a storey apart are a
+bridge and the road below it and leave each other alone.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
-"""Small pieces of areas that are not level, such as junctions; they follow their heights.
+"""Surfaces that are not level: small pieces of junctions, and ramps at dropped kerbs.
 
-Dropped kerbs: where crossings meet footways, those ramp down to the carriageway.
+Areas such as junctions are cut into small pieces, which follow their heights. Kerbs are dropped
+where crossings meet footways: those ramp down to the carriageway.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Kerb stones, gutters and drains near the camera.
+"""Kerb stones, gutters, drains and tactile slabs near the camera.
 
-Ribbed slabs that tell the blind where a crossing begins.
+The slabs are ribbed, and tell the blind where a crossing begins.
 """
 
 from __future__ import annotations

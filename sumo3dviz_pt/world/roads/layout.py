@@ -1,16 +1,15 @@
 """Lays out the whole road surface: without overlaps or gaps, level above level.
 
-Roads too far away to show more than their surface: a ribbon for each lane, no kerbs, no paint.
-They are built of all lanes at once and are not cut where they overlap, which takes a hundredth of
-the time of a road in detail.
+Seen from above, a bridge and the road below it overlap. So every cell gets a level, the number of
+cells that lie below it one above the other, and the borders of the surface are found level by
+level.
 
-Which pieces of road lie above others, and where each level ends. Seen from above, a bridge and the
-road below it overlap. So every cell gets a level, the number of cells that lie below it one above
-the other, and the borders of the surface are found level by level.
+Roads too far away to show more than their surface are a ribbon for each lane, without kerbs and
+paint. They are built of all lanes at once and are not cut where they overlap, which takes a
+hundredth of the time of a road in detail.
 
-Which edge or junction each face of the roads belongs to. Roads are cut, worn and painted as
-surfaces, not edge by edge, so it is found afterwards, by the middles of faces, and only where
-somebody asks.
+Roads are cut, worn and painted as surfaces, not edge by edge. So which edge or junction each face
+belongs to is found afterwards, by the middles of faces, and only where somebody asks.
 """
 
 from __future__ import annotations
@@ -473,7 +472,7 @@ class RoadOwners:
 
 
 def owners_of_roads(layout: RoadLayout) -> RoadOwners:
-    """Return whom roads belong to."""
+    """Return what tells the edge or junction that a face of the roads belongs to."""
     return RoadOwners(layout.cells, frozenset(layout.strips))
 
 

@@ -1,10 +1,10 @@
-"""The road surface as it is drawn, which road users stand on.
+"""The roads of a network as static parts, and their drawn surface, which road users stand on.
 
-Roads: surfaces, kerbs, rails and markings of a network as static parts.
+The parts are surfaces, kerbs, rails and markings.
 
 Inside junctions on slopes, SUMO's ways contradict one another: where two cross, their heights
-differ by up to a metre. Only one surface can be drawn there, so it lies above some ways and
-below others. It is asked here how far away it is.
+differ by up to a metre. Only one surface can be drawn there, so it lies above some ways and below
+others. `DrawnSurface.rise_at` tells how far it lies above or below a point.
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
 """Where closed rows of houses stand along city streets that bring none of their own.
 
-Houses in rows, yards between them, and the land between streets that they stand on. Which streets
-are a city's: sampled, with what decides whether houses stand beside them.
+Streets are sampled, with what decides whether houses stand beside them. Streets with footways, or
+in a dense net, and not too fast, have houses side by side behind their pavements. A building line
+runs around everything that is paved; houses stand on it wherever its nearest street is such a
+street, and yards lie between them. What the scenario brings (points of interest, areas, cameras)
+keeps its place: there the row has a gap.
 
-Streets with footways, or in a dense net, and not too fast, have houses side by side
-behind their pavements. A building line runs around everything that is paved; houses
-stand on it wherever its nearest street is such a street. What the scenario brings
-(points of interest, areas, cameras) keeps its place: there the row has a gap.
-
-Rows grow tile by tile. A block of land belongs whole to the tile of its middle; one that is
-larger than `MARGIN` is divided along the borders of tiles.
+Rows grow tile by tile. A block of land between streets belongs whole to the tile of its middle; one
+that is larger than `MARGIN` is divided along the borders of tiles.
 """
 
 from __future__ import annotations

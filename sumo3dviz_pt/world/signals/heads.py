@@ -1,6 +1,6 @@
-"""Signal heads, what carries them, and places where poles may stand.
+"""Signal heads: what they show, what carries them, and places where poles may stand.
 
-What a signal head shows: SUMO's letters over time as lamps.
+SUMO's letters over time become lamps:
 
 | letter | three lamps | two lamps |
 |---|---|---|

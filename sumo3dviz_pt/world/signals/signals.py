@@ -1,6 +1,6 @@
 """Traffic lights: heads at every signalled stop line, lit as the log says.
 
-Meshes of signal heads, of what carries them, and of everything in them that shines.
+They are meshes of heads, of what carries them, and of everything in them that shines.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
 """Where signal heads stand: at every signalled stop line and crossing.
 
-Heads beyond the junction, for drivers who cannot see those at their stop line. Heads for people on
-foot hang on a pole that stands beside theirs anyway.
-
 Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traffic),
 sidewalk and bicycle lane included, 4.5 m behind the stop line, so that the pictures of drivers
 who wait at the line show it, or nearer where a carriageway is in the way; it carries one head per
 different course of the edge, in lane order. Edges with three or more signalled lanes
 also get an arm with heads over each lane. Pedestrians: a pole at either end of a
 crossing, or the pole of a road's heads or of another crossing that stands near.
+
+Heads are repeated beyond the junction for drivers who cannot see those at their stop line.
 
 References:
     Distance from stop line to signal: FGSV, Richtlinien fuer Lichtsignalanlagen (RiLSA),

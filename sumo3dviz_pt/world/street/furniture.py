@@ -1,6 +1,7 @@
-"""Furniture on the corners of streets: at their outer border, out of people's way.
+"""Street furniture: benches, bins, bollards and meters, and shelters at bus stops.
 
-Benches, bins, bollards and meters along sidewalks and at POIs; shelters at bus stops.
+It stands along sidewalks, at POIs and on corners of streets: at their outer border, out of people's
+way.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What carries roads above the ground: decks on piers, and walls where no slope has room.
 
-The look of walls, decks and linings: bare concrete. Decks of bridges: a slab under the road, wider
-than the girder below it. Piers that carry bridges: round columns that keep off the roads below.
+Walls, decks and linings are of bare concrete. A deck is a slab under the road, wider than the
+girder below it. Piers are round columns that keep off the roads below.
 """
 
 from __future__ import annotations

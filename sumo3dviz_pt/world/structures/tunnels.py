@@ -1,7 +1,4 @@
-"""Tunnels: their linings and lamps, and the ground above them.
-
-Linings, head walls and lamps of tunnels.
-"""
+"""Tunnels: their linings, head walls and lamps, and the ground above them."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Lines along carriageways and through junctions.
 
-Lines along carriageways: edge lines, dividers, centre lines. Lines through junctions where a road
-only goes on, widens, merges or splits.
+Along carriageways there are edge lines, dividers and centre lines. Lines go through a junction
+where a road only goes on, widens, merges or splits.
 
 References:
     Widths and dashes follow common European practice (6 m dash and 12 m gap on

@@ -1,6 +1,6 @@
 """Paint and rails as thin decals on the road surface.
 
-Paint near the camera: soft rims, and thin where wheels run over it. How paint flakes and cracks
+Near the camera, paint has soft rims and is thin where wheels run over it. How it flakes and cracks
 between these points is the material's business.
 """
 

@@ -1,7 +1,7 @@
 """Markings across the road and on lanes: stop lines, crossings, arrows, words, bicycles.
 
-Arrows on lanes that lead different ways out of a junction. Words on lanes that only buses may use.
-Bicycles painted on bicycle lanes.
+Arrows are on lanes that lead different ways out of a junction, words on lanes that only buses may
+use, and bicycles on bicycle lanes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Repairs, manholes, cracks and rubber marks inside junctions near the camera.
+"""Repairs and damage of lanes and junctions near the camera.
 
-Repairs and damage of carriageways: patches, sealed cracks, joints, manholes. Lanes are divided
-into stretches; each holds one detail at most, so none overlap.
+They are patches, sealed cracks, joints and manholes, and rubber marks inside junctions. Lanes are
+divided into stretches; each holds one detail at most, so none overlap.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What traffic does to lanes and junctions: polished wheel tracks, oil.
 
-Where wheels run: distances of places from the ways of motor vehicles. Wheel tracks and oil where
-ways cross a junction.
+Wheels run along the ways of motor vehicles; how far places lie from these tells their wear, also
+where ways cross a junction.
 
 References:
     Places and strengths: docs/facts/look.md, "Roads", matched by eye to dash-cam pictures.

@@ -1,6 +1,6 @@
 """Dirt and wet stains on footways and bicycle lanes near the camera.
 
-Smooth noise over the ground plane: where stains, dirt and worn spots lie.
+Smooth noise over the ground plane says where stains, dirt and worn spots lie.
 """
 
 from __future__ import annotations
