@@ -143,7 +143,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         InputError: If a file is wrong.
     """
     from sumo3dviz_pt.cast.choice import idle
-    from sumo3dviz_pt.pipeline.lawful import lawfulness
+    from sumo3dviz_pt.motion.breaches import lawfulness
 
     check_choices(job, Request())
     # Without shots, each camera shows all that it can.

@@ -343,7 +343,7 @@ def prepare(
     """
     import time
 
-    from sumo3dviz_pt.pipeline.lawful import note_breaches
+    from sumo3dviz_pt.motion.breaches import note_breaches
     from sumo3dviz_pt.shot.build import build_shot
     from sumo3dviz_pt.shot.road_users import focus_target, shutter_of, users_in_view
 

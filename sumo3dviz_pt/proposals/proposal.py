@@ -443,7 +443,7 @@ def propose(
         InputError: If network or trajectories are missing or damaged.
         ConfigError: If the template or the output's folder does not exist.
     """
-    from sumo3dviz_pt.pipeline.lawful import lawfulness_of
+    from sumo3dviz_pt.motion.breaches import lawfulness_of
     from sumo3dviz_pt.sumo import find_scenario, read_scenario, with_use
 
     announce(Doing.READ)

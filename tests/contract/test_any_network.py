@@ -24,7 +24,7 @@ from needed import skip_if
 
 from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.motion import LogMotion
-from sumo3dviz_pt.pipeline.lawful import lawfulness
+from sumo3dviz_pt.motion.breaches import lawfulness
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.world.signals.signals import build_signals
 

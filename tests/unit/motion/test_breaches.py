@@ -6,8 +6,8 @@ import logging
 
 import pytest
 
+from sumo3dviz_pt.motion.breaches import Lawfulness, lawfulness, note_breaches
 from sumo3dviz_pt.motion.laws import HEADING, MOVING, Breach
-from sumo3dviz_pt.pipeline.lawful import Lawfulness, lawfulness, note_breaches
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
