@@ -5,7 +5,6 @@ They are found by SUMO's id, or by their key.
 
 from __future__ import annotations
 
-import difflib
 import logging
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -40,7 +39,6 @@ from sumo3dviz_pt.cast.poses import (
     grounded,
     stride_phase,
 )
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
@@ -48,32 +46,7 @@ from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
-from sumo3dviz_pt.model.trajectory import Trajectory
-
-
-def find_trajectory(trajectories: Sequence[Trajectory], name: str) -> Trajectory:
-    """Return a trajectory by SUMO's id, or by its key.
-
-    Raises:
-        ConfigError: If there is none of that name; the message names some.
-    """
-    known = {trajectory.key: trajectory for trajectory in trajectories}
-    for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
-        if key in known:
-            return known[key]
-    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, trajectories)}")
-
-
-def _suggested(name: str, trajectories: Sequence[Trajectory]) -> str:
-    """End of a sentence that names near ids and some that exist."""
-    ids = list(dict.fromkeys(trajectory.id for trajectory in trajectories))
-    if not ids:
-        return "; there is nobody in this time window"
-    near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)
-    some = [each for each in ids if each not in near][:3]
-    meant = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
-    return f"{meant}; for example {', '.join(map(repr, some))} exist" if some else meant
-
+from sumo3dviz_pt.model.trajectory import Trajectory, find_trajectory
 
 _LOG = logging.getLogger(__name__)
 

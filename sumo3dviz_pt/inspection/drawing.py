@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.inspection.motion import User, users_of
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario
+from sumo3dviz_pt.model.trajectory import find_trajectory
 from sumo3dviz_pt.motion import laws
 from sumo3dviz_pt.motion.lanes import LaneGraph
 from sumo3dviz_pt.motion.laws import LaneKeeping

@@ -490,7 +490,7 @@ def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tup
     Raises:
         ConfigError: If nobody moves, or whom the camera rides with is unknown.
     """
-    from sumo3dviz_pt.cast.fleet import find_trajectory
+    from sumo3dviz_pt.model.trajectory import find_trajectory
 
     if camera.rides_with:
         trajectories = (find_trajectory(trajectories, camera.rides_with),)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import Fleet, build_fleet, find_rider, find_trajectory
+from sumo3dviz_pt.cast.fleet import Fleet, build_fleet, find_rider
 from sumo3dviz_pt.cast.lamps import vehicle_lights
 from sumo3dviz_pt.job.cameras import FocusOn
 from sumo3dviz_pt.job.settings import CameraSettings
@@ -23,7 +23,7 @@ from sumo3dviz_pt.model.camera import INSTANT, CameraPath, Shutter, frame_step, 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace
-from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.model.trajectory import Trajectory, find_trajectory
 from sumo3dviz_pt.shot import crowd
 from sumo3dviz_pt.shot.cameras.aiming import ALWAYS, Camera, build_camera
 from sumo3dviz_pt.shot.cameras.riding import RidingCamera, has_pane

@@ -28,13 +28,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import find_trajectory
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import RideEdit
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Scenario, ScenarioFiles, Trace
-from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.model.trajectory import Trajectory, find_trajectory
 from sumo3dviz_pt.pipeline.films.orders import Pace
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.traffic import kept_gap, mover_of, plain_id
