@@ -51,7 +51,7 @@ from sumo3dviz_pt.world.roads.cells import (
     stacked,
     without_overlaps,
 )
-from sumo3dviz_pt.world.roads.mesh import area_rings, outer_area, without_crumbs
+from sumo3dviz_pt.world.roads.outlines import area_rings, outer_area, without_crumbs
 from sumo3dviz_pt.world.roads.strips import (
     PAVING,
     BoundsXY,

@@ -29,16 +29,12 @@ from sumo3dviz_pt.model.geometry import (
 from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.roads.cells import (
     Cells,
-    Crossings,
     Polygons,
-    crossings_of,
-    heights_near,
-    stacked,
     surface_heights,
 )
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, is_uneven, pieces_of, rise_at
-from sumo3dviz_pt.world.roads.strips import PAVING
+from sumo3dviz_pt.world.roads.outlines import area_rings, joined_areas, raised_levels
 from sumo3dviz_pt.world.roads.wear.stains import (
     STAINED,
     Tile,
@@ -46,9 +42,6 @@ from sumo3dviz_pt.world.roads.wear.stains import (
     stain_tiles,
     without_tiles,
 )
-
-_LEAST_ISLAND = 2.0
-"""Smaller pieces of footway that touch no other are no islands [m2]."""
 
 KERB_WIDTH = 0.15
 """Width of a kerb stone's top [m]."""
@@ -89,85 +82,6 @@ def surface_meshes(
         if len(mesh.faces):
             meshes[surface] = mesh
     return meshes
-
-
-def raised_area(cells: Cells) -> Polygons:
-    """Return connected footways from above, (n,) polygons with holes; levels kept apart."""
-    return np.concatenate([_joined(cells, some) for some in _raised_levels(cells)])
-
-
-def without_crumbs(cells: Cells) -> tuple[Cells, Polygons]:
-    """Return cells in which small pieces of footway amid carriageways are part of these.
-
-    Ways through junctions cut footways that cross them; kerbs around what little is left would
-    stand where people drive.
-
-    Returns:
-        The cells, and what `raised_area` gives of them.
-    """
-    areas = raised_area(cells)
-    tree = shapely.STRtree(areas)
-    small = [k for k, area in enumerate(areas) if area.area < _LEAST_ISLAND]
-    lone = [k for k in small if len(tree.query(areas[k], predicate="dwithin", distance=0.05)) == 1]
-    if not lone:
-        return cells, areas
-    zone = union(areas[lone]).buffer(0.02)
-    found = shapely.STRtree(cells.polygons).query(zone, predicate="intersects")
-    cut = np.sort(found[cells.raised[found]])
-    inside = np.array([common(cells.polygons[k], zone) for k in cut], dtype=object)
-    polygons = cells.polygons.copy()
-    polygons[cut] = [subtract(cells.polygons[k], [zone]) for k in cut]
-    count = len(polygons)
-    knots = {count + n: cells.knots[k] for n, k in enumerate(cut.tolist()) if k in cells.knots}
-    around = np.flatnonzero(~cells.raised)
-    freed = Cells(
-        np.concatenate([polygons, inside]),
-        np.concatenate([cells.quads, cells.quads[cut]]),
-        {**cells.knots, **knots},
-        (*cells.surfaces, *(_surface_around(cells, around, piece) for piece in inside)),
-        np.append(cells.raised, np.zeros(len(cut), dtype=np.bool_)),
-        (*cells.owners, *(cells.owners[k] for k in cut.tolist())),
-        cells.cutters,
-    )
-    return freed, raised_area(freed)
-
-
-def _surface_around(cells: Cells, among: Ints, piece: shapely.Geometry) -> str:
-    """The surface of the cell that lies most around a piece; paving where none does."""
-    beside = piece.buffer(0.5)
-    near = among[shapely.STRtree(cells.polygons[among]).query(beside, predicate="intersects")]
-    if not len(near):
-        return PAVING
-    shared = shapely.area(shapely.intersection(cells.polygons[near], beside))
-    return cells.surfaces[int(near[np.argmax(np.round(shared, 3))])]
-
-
-def _raised_levels(cells: Cells) -> list[Ints]:
-    """Numbers of raised cells, one list for each level of footways above footways."""
-    raised = np.flatnonzero(cells.raised)
-    if cells.is_flat or not len(raised):
-        return [raised]
-    crossings = crossings_of(cells)
-    both = cells.raised[crossings.lower] & cells.raised[crossings.upper]
-    lower, upper, shared, gap = crossings
-    among = Crossings(lower[both], upper[both], shared[both], gap[both])
-    levels = stacked(among, len(cells.polygons))[raised]
-    return [raised[levels == level] for level in np.unique(levels)]
-
-
-def _joined(cells: Cells, some: Ints) -> Polygons:
-    """Connected areas of some cells, (n,) polygons with holes."""
-    shape = union(cells.polygons[some])
-    # Closing by a centimetre joins neighbours that rounding has parted.
-    closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
-    found = np.empty(len(parts := polygon_parts(closed)), dtype=object)
-    found[:] = parts
-    return found
-
-
-def outer_area(cells: Cells) -> Polygons:
-    """Return everything that is paved, as connected polygons with holes, (n,)."""
-    return np.array(polygon_parts(union(cells.polygons)), dtype=object)
 
 
 def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
@@ -238,10 +152,12 @@ def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Float
 
 def _raised_rings(cells: Cells, raised: Polygons) -> list[Floats]:
     """Outlines of raised areas at the height of the footways that they hold, (n, 3) [m] each."""
-    levels = _raised_levels(cells)
+    levels = raised_levels(cells)
     if len(levels) == 1:
         return area_rings(raised, cells, among=levels[0])
-    return [ring for some in levels for ring in area_rings(_joined(cells, some), cells, among=some)]
+    return [
+        ring for some in levels for ring in area_rings(joined_areas(cells, some), cells, among=some)
+    ]
 
 
 def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
@@ -275,54 +191,6 @@ def verges(
         pieces.append(between(line, foot, closed=closed))
     mesh = merge_meshes(pieces)
     return replace(mesh, uvs=planar_uvs(mesh.vertices, tile=metres_per_tile(surface), near=near))
-
-
-def area_rings(areas: Polygons, cells: Cells, *, among: Ints | None = None) -> list[Floats]:
-    """Return outlines of areas at the height of the surface near them.
-
-    Args:
-        areas: Polygons.
-        cells: The surface that gives the height.
-        among: Numbers of the cells that count; default all.
-
-    Returns:
-        Rings, each (n, 3) [m], counter-clockwise around the area, holes clockwise;
-        the first vertex is not repeated.
-    """
-    flat = [
-        shapely.get_coordinates(ring)[:-1]
-        for area in areas
-        for polygon in [shapely.orient_polygons(area)]
-        for ring in [polygon.exterior, *polygon.interiors]
-    ]
-    if not flat:
-        return []
-    if not cells.is_flat:
-        flat = _with_corners(flat, cells)
-    heights = heights_near(cells, np.concatenate(flat), among=among)
-    ends = np.cumsum([len(ring) for ring in flat])[:-1]
-    pairs = zip(flat, np.split(heights, ends), strict=True)
-    return [np.column_stack([ring, height]) for ring, height in pairs]
-
-
-def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
-    """Rings with all corners of cells that lie on them.
-
-    Unions drop vertices on straight lines, but there the slope may change.
-    """
-    corners = shapely.points(np.unique(shapely.get_coordinates(cells.polygons), axis=0))
-    tree = shapely.STRtree(corners)
-    lines = np.array([shapely.LinearRing(ring) for ring in rings], dtype=object)
-    ring, corner = tree.query(lines, predicate="dwithin", distance=0.02)
-    dense = []
-    for number, line in enumerate(lines):
-        own = shapely.points(rings[number])
-        points = np.concatenate([own, corners[corner[ring == number]]])
-        along = np.concatenate([[0.0], shapely.line_locate_point(line, points[1:])])
-        along = np.sort(along)
-        kept = np.concatenate([[True], np.diff(along) > 0.005])
-        dense.append(shapely.get_coordinates(shapely.line_interpolate_point(line, along[kept])))
-    return dense
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -309,3 +309,9 @@ def junction_of(internal_edge_id: str) -> str:
     SUMO writes `:<junction>_<number>`, `:<junction>_c<number>`, `:<junction>_w<number>`.
     """
     return internal_edge_id[1:].rpartition("_")[0]
+
+
+def is_driven(strip: Strip) -> bool:
+    """Return whether motor vehicles drive on a strip."""
+    allowed = strip.lane.allowed
+    return not strip.look.rails and (not allowed or bool(allowed & {"passenger", "bus", "truck"}))

@@ -38,7 +38,7 @@ from sumo3dviz_pt.world.roads.layout import (
     levels_of,
     lowest_surface,
 )
-from sumo3dviz_pt.world.roads.mesh import area_rings
+from sumo3dviz_pt.world.roads.outlines import area_rings
 
 SURFACE = "concrete"
 """Its key among the surfaces."""

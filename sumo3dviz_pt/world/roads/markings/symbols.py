@@ -22,8 +22,7 @@ from sumo3dviz_pt.model.geometry import Floats, arc_length
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
 from sumo3dviz_pt.world.rails.ways import at_level_crossing, only_rails
 from sumo3dviz_pt.world.roads.markings.lines import PAINTS, WHITE, Paint
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region, is_footway
-from sumo3dviz_pt.world.roads.wear.lanes import is_driven
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region, is_driven, is_footway
 
 SETBACK = 0.3
 """From a stop line to the lane's end [m]; SUMO's vehicles stop 1 m before the end."""

@@ -22,13 +22,12 @@ from sumo3dviz_pt.world.memory import digest_of
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons, quad_polygons
 from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, distance_to
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, distance_to, is_driven
 from sumo3dviz_pt.world.roads.wear.lanes import (
     TRACK_PLACE,
     DrivenJunction,
     brightness,
     built_inside,
-    is_driven,
     near_junctions,
 )
 

@@ -24,7 +24,7 @@ from sumo3dviz_pt.world.memory import digest_of
 from sumo3dviz_pt.world.roads.cells import Polygons, quad_polygons
 from sumo3dviz_pt.world.roads.graded import NOTHING, Graded, clipped, graded_on, joined, whole_quads
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, distance_to
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, distance_to, is_driven
 from sumo3dviz_pt.world.roads.wear.stains import patchy
 
 TRACK_PLACE, TRACK_WIDTH, TRACK_LOSS = 0.85, 0.30, 0.17
@@ -98,12 +98,6 @@ def lane_wear(
                 worn = _worn(rows, focus=focus)
                 chosen.setdefault(strip.look.surface, []).append(worn)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
-
-
-def is_driven(strip: Strip) -> bool:
-    """Return whether motor vehicles drive on a strip."""
-    allowed = strip.lane.allowed
-    return not strip.look.rails and (not allowed or bool(allowed & {"passenger", "bus", "truck"}))
 
 
 def _strength(edge: str, strip: Strip) -> float:
