@@ -228,8 +228,8 @@ class PaneEye:
     def __init__(self, eye: Eye, pane: Pane, origin: Floats) -> None:
         self._eye, self.is_blurred = eye, eye.is_blurred
         matrix = pane.world_from_pane.matrix
-        self._foot = _pane_eye_vector(matrix[:3, 3] - origin)
-        self._ahead = _pane_eye_vector(matrix[:3, 2])
+        self._foot = _vector(matrix[:3, 3] - origin)
+        self._ahead = _vector(matrix[:3, 2])
 
     def ray(self, place: Any, on_lens: Any) -> Any:
         """Return mirrored rays through places of the picture; arguments as the eye's."""
@@ -243,8 +243,3 @@ class PaneEye:
     def lead(self, ray: Any) -> Any:
         """Return 0: rays begin on the pane [m]."""
         return mi.Float(0.0)
-
-
-def _pane_eye_vector(values: Floats) -> Any:
-    """Return a vector that is no part of the kernel's code."""
-    return mi.Vector3f(*(dr.opaque(mi.Float, float(value)) for value in values))
