@@ -89,7 +89,7 @@ def test_check_tells_what_is_there_and_what_it_costs(tmp_path):
     costs = {name: cost["cpu_seconds_per_frame"] for name, cost in shot["forecast"].items()}
     assert costs["draft"] < costs["standard"] < costs["reference"]
     words = in_words(report)
-    assert "1 persons, 6 vehicles" in words and "left out" in words and "draft" in words
+    assert "1 person, 6 vehicles" in words and "left out" in words and "draft" in words
 
 
 def test_check_tells_what_leaving_out_saves(tmp_path):
