@@ -42,7 +42,8 @@ MEASURES: Mapping[str, str] = MappingProxyType(
         "signal_changes": "changes of traffic lights",
     }
 )
-"""What is told of a whole film, in words; shares of classes stand beside."""
+"""What is told of a whole film, in words; the first nine are means of columns of the table
+`frames`. Shares of classes stand beside."""
 
 SHARE = "share "
 """Begins the names of measures that are shares of classes of things in the picture."""
