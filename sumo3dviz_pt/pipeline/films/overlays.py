@@ -26,14 +26,13 @@ from sumo3dviz_pt.job.overlays import OverlaySettings
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.overlays.drawing import TRAIL_REACH
-from sumo3dviz_pt.overlays.facts import FilmFacts, FrameFacts, named
 from sumo3dviz_pt.pipeline.films.frames import film_name
 from sumo3dviz_pt.pipeline.films.sound import Nearby, nearby
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.cast.fleet import Fleet
     from sumo3dviz_pt.overlays.drawing import ShownUsers
+    from sumo3dviz_pt.overlays.facts import FilmFacts, FrameFacts
     from sumo3dviz_pt.pipeline.production import Production
 
 
@@ -115,6 +114,7 @@ def film_facts(production: Production, wanted: OverlaySettings, *, rate: float) 
         rate: Frames per second.
     """
     from sumo3dviz_pt.cast.fleet import find_rider
+    from sumo3dviz_pt.overlays.facts import FilmFacts
 
     # Say which ids mean nobody; find whom the camera rides with, and where it is.
     for pattern in unknown_ids(wanted, production.shot.fleet.keys):
@@ -151,6 +151,8 @@ def unknown_ids(wanted: OverlaySettings, keys: Sequence[str]) -> list[str]:
         wanted: The overlays.
         keys: Of road users.
     """
+    from sumo3dviz_pt.overlays.facts import named
+
     groups = [each.ids for each in wanted.labels]
     groups += [each.ids for each in wanted.highlights]
     groups += [each.ids for each in wanted.trails]
@@ -161,6 +163,8 @@ def unknown_ids(wanted: OverlaySettings, keys: Sequence[str]) -> list[str]:
 
 def _reach(wanted: OverlaySettings) -> float:
     """Return how far the farthest road users are that an overlay may be about [m]."""
+    from sumo3dviz_pt.overlays.drawing import TRAIL_REACH
+
     reaches = [each.reach for each in wanted.labels]
     reaches += [each.reach for each in wanted.highlights]
     reaches += [TRAIL_REACH] if wanted.trails else []
@@ -178,6 +182,8 @@ def _frame(
     around: Nearby | None,
 ) -> FrameFacts:
     """Return what one frame shows."""
+    from sumo3dviz_pt.overlays.facts import FrameFacts
+
     present, fleet = production.shot.present_at(at), production.shot.fleet
     poses = np.column_stack([present.positions, present.yaws, present.pitches, present.speeds])
     keep = np.linalg.norm(poses[:, :3] - view.position, axis=1) <= reach

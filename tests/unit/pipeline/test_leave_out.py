@@ -1,5 +1,8 @@
 """A scene holds nothing that it does not need."""
 
+import subprocess
+import sys
+
 import pytest
 from builders import write_scenario
 
@@ -32,6 +35,14 @@ def test_without(tmp_path):
         assert not any(word in name for name in data.materials), word
     said = {item.what: item.why for item in data.left_out}
     assert {"persons", "guard rails"} <= set(said) and any("signal" in what for what in said)
+
+
+def test_a_scene_without_overlays_loads_nothing_for_them():
+    code = (
+        "import sys, sumo3dviz_pt.pipeline.films.film, sumo3dviz_pt.pipeline.films.encoding;"
+        "assert not [m for m in sys.modules if m.startswith(('PIL', 'sumo3dviz_pt.overlays'))]"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 @pytest.mark.parametrize("kind", ["signals", "trees", "persons"])
