@@ -62,17 +62,17 @@ def _load_yaml(path: Path) -> Mapping[str, Any]:
     """
     text = path.read_bytes()
     folder = cache_root() / "catalogue" / hashlib.blake2b(text, digest_size=16).hexdigest()
-    kept = read_whole(folder)
-    if kept is not None:
-        content: Mapping[str, Any] = json.loads(kept[_JSON])
+    cached = read_whole(folder)
+    if cached is not None:
+        content: Mapping[str, Any] = json.loads(cached[_JSON])
         return content
     # The loader in C gives the same in a sixth of the time.
     content = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    _keep_json(folder, content)
+    _cache_json(folder, content)
     return content
 
 
-def _keep_json(folder: Path, content: Mapping[str, Any]) -> None:
+def _cache_json(folder: Path, content: Mapping[str, Any]) -> None:
     """Keep a value as JSON, if that says the same and there is room."""
     try:
         text = json.dumps(content)

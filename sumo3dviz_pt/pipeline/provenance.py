@@ -165,7 +165,7 @@ def _hash_all(paths: Iterable[Path], root: Path) -> str:
 
 def contents(path: Path) -> list[str]:
     """Return the hashes of a file and of all that it refers to, as long as they stay the same."""
-    return [_kept_hash(each, *_stamp(each)) for each in (path, *companions(path))]
+    return [_cached_hash(each, *_stamp(each)) for each in (path, *companions(path))]
 
 
 def file_hash(path: Path) -> str:
@@ -185,7 +185,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 
 @cache
-def _kept_hash(path: Path, changed: int, size: int) -> str:
+def _cached_hash(path: Path, changed: int, size: int) -> str:
     """Return a file's hash; large files are read once."""
     del changed, size
     return file_hash(path)

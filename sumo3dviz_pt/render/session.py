@@ -35,7 +35,7 @@ from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.passes.samples import Tally, frame_seed, report
 from sumo3dviz_pt.render.settings import AfterPass, Clock, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
-from sumo3dviz_pt.render.sky.baked import SkyMap, kept_sky, sky_light
+from sumo3dviz_pt.render.sky.baked import SkyMap, cached_sky, sky_light
 from sumo3dviz_pt.render.sky.weathered import (
     WeatheredSky,
     sky_entry,
@@ -253,7 +253,7 @@ class Session:
     def _sky_of(self, weather: Weather | None) -> SkyMap:
         """Return the sky of a frame's weather, and tell the scene of its air."""
         if self._weathered is None or weather is None:
-            return kept_sky(self.data.sky)
+            return cached_sky(self.data.sky)
         sky, self.loaded.veil = self._weathered.at(weather)
         return sky
 

@@ -39,7 +39,7 @@ from sumo3dviz_pt.sumo.belonging import coordinates_of, put_in_net
 from sumo3dviz_pt.sumo.formats import format_of
 from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 from sumo3dviz_pt.sumo.plausibility.log import TypeChanges, backward_steps, changed_types, row_twice
-from sumo3dviz_pt.sumo.reader import Drain, KeptLog, LogReader, keep_log, kept_log, place_of
+from sumo3dviz_pt.sumo.reader import CachedLog, Drain, LogReader, cache_log, cached_log, place_of
 from sumo3dviz_pt.sumo.rows import (
     Key,
     RowsOfUsers,
@@ -93,28 +93,28 @@ def read_trajectories(
     margin = 0.0 if begin is None and end is None else margin
     files = [Path(path) for path in paths]
     place = place_of(files, (asked, margin, location))
-    kept = None if place is None else kept_log(place)
-    if kept is None:
+    cached = None if place is None else cached_log(place)
+    if cached is None:
         log, whole, notes = _read_logs(files, asked, margin, allow_truncated, location)
-        kept = KeptLog(log, notes)
+        cached = CachedLog(log, notes)
         if place is not None and whole:
-            keep_log(place, kept)
-    for number, note in enumerate(kept.notes):
+            cache_log(place, cached)
+    for number, note in enumerate(cached.notes):
         once = {"once": f"disorder {number} of {files[0]}"}
         logger.warning("%s", note, extra=once)
-    return kept.log
+    return cached.log
 
 
 def whole_log(files: Sequence[Path], location: Location | None) -> TrafficLog | None:
-    """Return all of a log that was read before, as `read_trajectories` gave it, if it was kept.
+    """Return all of a log that was read before, as `read_trajectories` gave it, if it was cached.
 
     Args:
         files: Logs that belong together.
         location: Of the network.
     """
     place = place_of(files, ((-inf, inf), 0.0, location))
-    kept = None if place is None else kept_log(place)
-    return None if kept is None else kept.log
+    cached = None if place is None else cached_log(place)
+    return None if cached is None else cached.log
 
 
 class _Reading(NamedTuple):

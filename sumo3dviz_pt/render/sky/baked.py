@@ -282,10 +282,10 @@ def horizon_towards(horizon: Image, towards: Floats | Image) -> Image:
 
 _LOG = logging.getLogger(__name__)
 
-_KEPT_LEAST = 8_000_000
+_CACHED_LEAST = 8_000_000
 """Texels of a map that is worth keeping."""
 
-_KEPT_MOST = 600_000_000
+_CACHED_MOST = 600_000_000
 """What all skies may take, a dozen [bytes]."""
 
 _KINDS = kinds_in(Sky)
@@ -293,7 +293,7 @@ _KINDS = kinds_in(Sky)
 _DOME, _SUN = "dome.f32", "sun.json"
 
 
-def kept_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
+def cached_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
     """Return a baked sky: what was kept of it, or newly baked, and then kept if it is large.
 
     Args:
@@ -301,14 +301,14 @@ def kept_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
         size: Rows and columns of the map; default what the sky needs.
     """
     size = size or map_size(sky)
-    if sky.image is not None or size[0] * size[1] < _KEPT_LEAST:
+    if sky.image is not None or size[0] * size[1] < _CACHED_LEAST:
         return bake_sky(sky, size)
     folder, upper = _folder(sky, size), (size[0] // 2, size[1])
-    kept = _kept_dome(folder, upper)
-    if kept is None:
-        kept = bake_dome(sky, upper)
-        _keep_dome(folder, *kept)
-    return sky_of_dome(*kept)
+    dome = _cached_dome(folder, upper)
+    if dome is None:
+        dome = bake_dome(sky, upper)
+        _cache_dome(folder, *dome)
+    return sky_of_dome(*dome)
 
 
 def _folder(sky: Sky, size: tuple[int, int]) -> Path:
@@ -320,8 +320,8 @@ def _folder(sky: Sky, size: tuple[int, int]) -> Path:
     return catalog.cache_root() / "skies" / digest.hexdigest()
 
 
-def _kept_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] | None:
-    """Return a kept upper half and what stands in it; None if it is not there or damaged."""
+def _cached_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] | None:
+    """Return a cached upper half and what stands in it; None if it is not there or damaged."""
     files = read_whole(folder)
     if files is None:
         return None
@@ -333,7 +333,7 @@ def _kept_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] 
     )
 
 
-def _keep_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
+def _cache_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
     """Keep an upper half, and remove the oldest ones if there are too many."""
     about = sun and {
         "direction": sun.direction.tolist(),
@@ -346,6 +346,6 @@ def _keep_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
     }
     try:
         keep(folder, files)
-        make_room(folder, _KEPT_MOST)
+        make_room(folder, _CACHED_MOST)
     except OSError as error:
         _LOG.info("%s: the sky is not kept (%s)", folder, error)
