@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.atomic import Files, keep, read_whole
+from sumo3dviz_pt.files.atomic import Files, read_folder, write_folder
 from sumo3dviz_pt.library.people.people import figure
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedalling
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -54,11 +54,11 @@ def cached_files(folder: Path, build: Callable[[], Files]) -> Files:
         folder: From `cache_folder`.
         build: Makes the files.
     """
-    files = read_whole(folder)
+    files = read_folder(folder)
     if files is None:
         files = build()
         try:
-            keep(folder, files)
+            write_folder(folder, files)
             _forget(folder)
         except OSError as error:
             _say_uncached(folder.parent, error.strerror or str(error))

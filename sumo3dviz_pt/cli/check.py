@@ -212,7 +212,7 @@ def _kerb(options: argparse.Namespace) -> int:
     """Say which pairs pass a kerb, and propose a study."""
     import json
 
-    from sumo3dviz_pt.files.atomic import write_whole
+    from sumo3dviz_pt.files.atomic import write_atomically
     from sumo3dviz_pt.pipeline.production import check_target
     from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -235,7 +235,7 @@ def _kerb(options: argparse.Namespace) -> int:
     else:
         print("\n".join(kerb_lines(found)))
     if output is not None and study:
-        write_whole(output, study)
+        write_atomically(output, study)
         print(f"wrote {output}; next: sumo3dviz-pt study {output} -o OUT --dry-run")
     elif study and not options.json:
         print(f"\n{study}", end="")

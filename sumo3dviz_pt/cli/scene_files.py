@@ -162,9 +162,9 @@ def _check_target(options: argparse.Namespace) -> None:
 
 def _written(path: Path, text: str, notes: Sequence[str]) -> int:
     """Write a scene file, and say what there is to know about it; the exit code."""
-    from sumo3dviz_pt.files.atomic import write_whole
+    from sumo3dviz_pt.files.atomic import write_atomically
 
-    write_whole(path, text)
+    write_atomically(path, text)
     for note in notes:
         print(note)
     print(f"wrote {path}; next: {PROGRAM} check {path}")

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.motion import MARGIN
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, RecordOrder, SumoSettings, events
 from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS, replaced
@@ -171,7 +171,7 @@ def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: st
     """
     extra, log = part / EVENTS, str((part / LOG).absolute())
     place = _place(order) if _is_placed(settings, order) else ""
-    write_whole(extra, events(str((part / SIGNALS).absolute()), place))
+    write_atomically(extra, events(str((part / SIGNALS).absolute()), place))
     additional = [*settings.additional, extra]
     found = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
     found += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
@@ -208,7 +208,7 @@ def _where(settings: SumoSettings, order: RecordOrder, part: Path) -> list[str]:
         found += [f"--{_SHAPES}", _PLACE]
     if _EDGES in settings.given:
         names = part / "edges.txt"
-        write_whole(names, "".join(f"edge:{name}\n" for name in edge_names(settings.network)))
+        write_atomically(names, "".join(f"edge:{name}\n" for name in edge_names(settings.network)))
         found += [f"--{_EDGES}", str(names.absolute())]
     return found
 

@@ -17,7 +17,7 @@ from typing import IO, Any
 from xml.sax.saxutils import quoteattr
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
 
 _CONFIGURATION = "recording.sumocfg"
@@ -153,10 +153,10 @@ class Recorder:
         if self._lights is not None:
             _closed(self._lights, "tlsStates")
             self._part(SIGNALS).replace(self.folder / SIGNALS)
-            write_whole(self.folder / EVENTS, events(SIGNALS))
+            write_atomically(self.folder / EVENTS, events(SIGNALS))
         lit = self._lights is not None
         self._lights = None
-        write_whole(path, configuration(self._settings, self.folder, signals=lit))
+        write_atomically(path, configuration(self._settings, self.folder, signals=lit))
         return path
 
     def scene(self, **settings: Any) -> Any:

@@ -26,7 +26,7 @@ from typing import IO
 from xml.sax.saxutils import unescape
 
 from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError
-from sumo3dviz_pt.files.atomic import whole, write_whole
+from sumo3dviz_pt.files.atomic import atomic_path, write_atomically
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.recording.command import PEOPLE, arguments, end_of, read_settings
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
@@ -91,7 +91,7 @@ def _place(row: re.Match[str]) -> tuple[float, float]:
 
 def _rewrite(log: Path, keep: Keep) -> None:
     """Write a log again, with some rows of each step."""
-    with whole(log) as part, gzip.open(part, "wt", encoding="utf-8", newline="\n") as out:
+    with atomic_path(log) as part, gzip.open(part, "wt", encoding="utf-8", newline="\n") as out:
         out.write("<fcd-export>\n")
         for time, rows in _near_steps(log):
             out.write(f'    <timestep time="{time}">\n{"".join(keep(rows))}    </timestep>\n')
@@ -177,7 +177,7 @@ def record(path: Path, order: RecordOrder) -> tuple[Path, ...]:
     target = order.folder / path.name
     _check_place(order, target, path)
     kept = _kept(settings, order, program)
-    write_whole(target, configuration(settings, order.folder, signals=len(kept) > 1))
+    write_atomically(target, configuration(settings, order.folder, signals=len(kept) > 1))
     return (target, *kept)
 
 
@@ -214,7 +214,7 @@ def _recorded(settings: SumoSettings, order: RecordOrder, program: str) -> list[
         if signals.is_file():
             kept += [order.folder / SIGNALS, order.folder / EVENTS]
             signals.replace(kept[1])
-            write_whole(kept[2], events(SIGNALS))
+            write_atomically(kept[2], events(SIGNALS))
     return kept
 
 

@@ -34,7 +34,7 @@ from typing import Any
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError, InputError, cut
-from sumo3dviz_pt.files.atomic import open_plain, whole, write_whole
+from sumo3dviz_pt.files.atomic import atomic_path, open_plain, write_atomically
 from sumo3dviz_pt.job.settings import Job, ScenarioSettings
 from sumo3dviz_pt.job.study import TableSettings
 from sumo3dviz_pt.library.vehicles.user_mesh import companions
@@ -71,7 +71,7 @@ def write_study_inputs(folder: Path, plan: StudyPlan, *, variant: str) -> list[P
     texts = {**resolved(plan, places), README: _readme(plan, variant)}
     for name, text in texts.items():
         if not _holds(target / name, text):
-            write_whole(target / name, text)
+            write_atomically(target / name, text)
     return [target / name for name in (*texts, *map(str, places.files.values()))]
 
 
@@ -310,9 +310,9 @@ def _copy(source: Path, target: Path, places: Places) -> None:
         return
     target.parent.mkdir(parents=True, exist_ok=True)
     if target.name != source.name:
-        write_whole(target, _unrooted(source, places))
+        write_atomically(target, _unrooted(source, places))
     elif file_hash(target) != file_hash(source):
-        with whole(target) as part:
+        with atomic_path(target) as part:
             shutil.copyfile(source, part)
 
 
@@ -395,7 +395,7 @@ def pack_study(folder: Path, target: Path, *, frames: bool, overwrite: bool = Fa
     listed = _finished(folder)
     beside = {name: path for name, path in _frames(folder) if name not in listed}
     names = sorted({*listed, CHECKSUMS, *(beside if frames else ())})
-    with whole(target) as part, zipfile.ZipFile(part, "w") as archive:
+    with atomic_path(target) as part, zipfile.ZipFile(part, "w") as archive:
         for name in names:
             _add(archive, folder / name, name)
     size = sum(path.stat().st_size for path in beside.values())

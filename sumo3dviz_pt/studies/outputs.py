@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.job.study import CalibrationSettings, StudySettings
@@ -100,7 +100,7 @@ def write_calibration(
     clip, picture, note = place / "clip.mp4", place / "chart.png", place / "clip.json"
     encode(clip_frames(wanted, output.size, output.fps), clip, size=output.size, fps=output.fps)
     write_png(picture, chart(output.size), level=6)
-    write_whole(note, json.dumps(account(wanted, output.size, output.fps), indent=1) + "\n")
+    write_atomically(note, json.dumps(account(wanted, output.size, output.fps), indent=1) + "\n")
     return [clip, picture, note]
 
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import InputError, cut
-from sumo3dviz_pt.files.atomic import Files, keep, make_room, read_whole
+from sumo3dviz_pt.files.atomic import Files, make_room, read_folder, write_folder
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.sumo import values
 from sumo3dviz_pt.sumo.formats import ElementSink, format_of
@@ -295,7 +295,7 @@ def place_of(files: Sequence[Path], question: Iterable[Any]) -> Path | None:
 
 def cached_log(place: Path) -> CachedLog | None:
     """Return a log that was cached; None if it is not there or damaged."""
-    files = read_whole(place)
+    files = read_folder(place)
     if files is None:
         return None
     with contextlib.suppress(OSError):
@@ -311,7 +311,7 @@ def cache_log(place: Path, cached: CachedLog) -> None:
     if sum(len(trace.times) for trace in cached.log.traces) > _MOST_ROWS:
         return
     try:
-        keep(place, _packed(cached))
+        write_folder(place, _packed(cached))
         make_room(place, _MOST)
     except OSError as error:
         logger.info("%s: the log is not kept (%s)", place, error)

@@ -30,7 +30,7 @@ import numpy as np
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.job.cameras import FOV
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
@@ -555,7 +555,7 @@ def _replace(file: Path, content: bytes) -> None:
     try:
         if not os.access(file, os.W_OK):
             raise PermissionError(13, "it is write-protected")
-        with whole(file) as part:
+        with atomic_path(file) as part:
             with part.open("wb") as stream:
                 stream.write(content)
                 stream.flush()

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.atomic import keep, make_room, read_whole
+from sumo3dviz_pt.files.atomic import make_room, read_folder, write_folder
 from sumo3dviz_pt.files.values import kinds_in, packed, unpacked
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
@@ -93,7 +93,7 @@ def _folder(world: World, camera_path: CameraPath) -> Path:
 
 def _cached_place(folder: Path) -> BuiltPlace | None:
     """Return a cached place; None if it is not there, damaged or not of this kind."""
-    files = read_whole(folder)
+    files = read_folder(folder)
     if files is None:
         return None
     try:
@@ -109,7 +109,7 @@ def _cached_place(folder: Path) -> BuiltPlace | None:
 def _cache_place(folder: Path, place: BuiltPlace) -> None:
     """Keep a place, and remove the oldest ones if there are too many."""
     try:
-        keep(folder, packed(place, _KINDS))
+        write_folder(folder, packed(place, _KINDS))
         make_room(folder, _MOST)
     except (OSError, TypeError) as error:
         log.info("%s: the place is not kept (%s)", folder, error)

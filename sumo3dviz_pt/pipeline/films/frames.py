@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, cut
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.numbers import Ratio, ratio_of
 from sumo3dviz_pt.pipeline.provenance import differences
@@ -273,7 +273,7 @@ def write_json(path: Path, content: Account, *, indent: int | None = None) -> No
         content: What JSON can hold.
         indent: Spaces of each level; None writes a single line.
     """
-    write_whole(path, json.dumps(content, indent=indent))
+    write_atomically(path, json.dumps(content, indent=indent))
 
 
 def film_of(folder: Path) -> Account | None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.layers import (
     SURFACES,
     Box2d,
@@ -293,7 +293,7 @@ class LayerWriter:
         location = self.production.shot.fleet.location
         said = _said(seen, number, key=self.production.key, location=location)
         said["layers"] = sorted(wanted)
-        write_whole(said_file(self.folder, number), json.dumps(said))
+        write_atomically(said_file(self.folder, number), json.dumps(said))
 
     def finish(self) -> None:
         """Write what is said of the whole film, from what is said of its frames."""
@@ -301,7 +301,7 @@ class LayerWriter:
         said = [json.loads(said_file(self.folder, k).read_bytes()) for k in range(count)]
         wanted = self.production.job.output.layers
         cameras = [{"frame": one["frame"], "time": one["time"], **one["camera"]} for one in said]
-        write_whole(self.folder / "cameras.json", json.dumps(cameras, indent=1))
+        write_atomically(self.folder / "cameras.json", json.dumps(cameras, indent=1))
         rows = {(number, *thing) for one in said for number, thing in one["things"].items()}
         ordered = sorted(rows, key=lambda row: row[1:])
         _write_csv(self.folder / "instances.csv", ("number", "name", "label", "label_id"), ordered)
@@ -405,9 +405,9 @@ def _write_kitti(path: Path, seen: LayerFacts, production: Production, number: i
         kitti_line(box, around[box.name], labels[box.name], seen.frame.view, seen.size)
         for box in seen.boxes_3d
     ]
-    write_whole(path, "".join(f"{line}\n" for line in lines))
+    write_atomically(path, "".join(f"{line}\n" for line in lines))
     camera = camera_of(seen.frame.view, seen.size)
-    write_whole(_calibration(path), kitti_calibration(camera["focal"], camera["centre"]))
+    write_atomically(_calibration(path), kitti_calibration(camera["focal"], camera["centre"]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -438,7 +438,7 @@ OWN_FILES: Mapping[str, OwnFile] = {
 
 def _write_coco(folder: Path, said: Sequence[Mapping[str, Any]]) -> None:
     """Write the boxes of all frames as one COCO data set."""
-    write_whole(folder / "coco.json", json.dumps(_coco(said)))
+    write_atomically(folder / "coco.json", json.dumps(_coco(said)))
 
 
 def _write_lamps(folder: Path, said: Sequence[Mapping[str, Any]]) -> None:
@@ -519,4 +519,4 @@ def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]])
     table = csv.writer(text, lineterminator="\n")
     table.writerow(header)
     table.writerows(rows)
-    write_whole(path, text.getvalue())
+    write_atomically(path, text.getvalue())

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import InputError, RenderError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.job.overlays import OverlaySettings
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.network import Network
@@ -344,7 +344,7 @@ def note_overlays(folder: Path, production: Production, *, rate: float) -> None:
         return
     from sumo3dviz_pt.overlays.facts import facts_text
 
-    write_whole(path, facts_text(film_facts(production, production.job.overlays, rate=rate)))
+    write_atomically(path, facts_text(film_facts(production, production.job.overlays, rate=rate)))
 
 
 def write_captions(film: FilmFacts, path: Path) -> None:
@@ -352,7 +352,7 @@ def write_captions(film: FilmFacts, path: Path) -> None:
     if film.settings.captions:
         from sumo3dviz_pt.overlays.canvas import captions_text
 
-        write_whole(captions_file(path), captions_text(film.settings.captions, film))
+        write_atomically(captions_file(path), captions_text(film.settings.captions, film))
 
 
 def number_of(file: Path, film: FilmFacts) -> int:

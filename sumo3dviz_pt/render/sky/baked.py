@@ -19,7 +19,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.atomic import Files, keep, make_room, read_whole
+from sumo3dviz_pt.files.atomic import Files, make_room, read_folder, write_folder
 from sumo3dviz_pt.files.values import kinds_in, packed
 from sumo3dviz_pt.model.falling import SkyLight
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image
@@ -322,7 +322,7 @@ def _folder(sky: Sky, size: tuple[int, int]) -> Path:
 
 def _cached_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] | None:
     """Return a cached upper half and what stands in it; None if it is not there or damaged."""
-    files = read_whole(folder)
+    files = read_folder(folder)
     if files is None:
         return None
     with contextlib.suppress(OSError):
@@ -345,7 +345,7 @@ def _cache_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
         _SUN: json.dumps(about).encode(),
     }
     try:
-        keep(folder, files)
+        write_folder(folder, files)
         make_room(folder, _CACHED_MOST)
     except OSError as error:
         _LOG.info("%s: the sky is not kept (%s)", folder, error)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
@@ -202,7 +202,7 @@ def _plan(session: Session, subject: MeasuredSubject, work: _ConvergenceRun) -> 
         top = _affordable_top(session, subject, work)
         noise = _noise(session, subject, top)
         made = {**what, "top": top, "noise": noise, "target": noise / BETTER}
-        write_whole(path, json.dumps(made, indent=1))
+        write_atomically(path, json.dumps(made, indent=1))
     wanted = _groups(subject, made["top"])
     work.total = _samples(wanted) + _REFERENCE_SHARE * made["top"]
     return made

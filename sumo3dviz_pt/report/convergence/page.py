@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.convergence.ladder import MeasuredSubject, halves_flip
@@ -113,7 +113,7 @@ def write_page(folder: Path, rows: Sequence[TableRow], notes: PageNotes) -> Path
 
 def write_text(path: Path, lines: Sequence[str]) -> Path:
     """Write lines of text; the file's path."""
-    write_whole(path, "\n".join(lines).rstrip() + "\n")
+    write_atomically(path, "\n".join(lines).rstrip() + "\n")
     return path
 
 

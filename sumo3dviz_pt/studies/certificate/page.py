@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.certificate.comparison import PairVerdict, ThingDifference
 from sumo3dviz_pt.studies.certificate.evidence import MOST_BEYOND
 
@@ -65,7 +65,7 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
         content: Of `certificate.json`.
         verdicts: On all pairs.
     """
-    write_whole(path, page_text(path.parent, content, verdicts))
+    write_atomically(path, page_text(path.parent, content, verdicts))
     return path
 
 

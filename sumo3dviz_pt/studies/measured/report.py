@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import write_json
 from sumo3dviz_pt.studies.designs.profiles import associations, error_in_words
@@ -214,7 +214,7 @@ def write_page(path: Path, page: ReportPage) -> None:
         "</main></body></html>",
         "",
     ]
-    write_whole(path, "\n".join(lines))
+    write_atomically(path, "\n".join(lines))
 
 
 def _design(page: ReportPage) -> Iterator[str]:

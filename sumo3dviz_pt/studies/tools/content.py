@@ -18,7 +18,7 @@ from pathlib import Path
 from string import ascii_uppercase
 from typing import Any, TypeVar
 
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.studies.designs.trials import Playlist, Profile, Ranks, Trial
 
 
@@ -336,7 +336,7 @@ def write_table(
     coming = iter(rows)
     first = next(coming)
     columns = list(first)
-    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+    with atomic_path(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         stream.write(mark)
         writer = csv.writer(stream, delimiter=separator, lineterminator="\n")
         writer.writerow(columns)

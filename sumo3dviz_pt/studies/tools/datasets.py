@@ -24,7 +24,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.tools.content import (
     MEANINGS,
     Clip,
@@ -79,7 +79,7 @@ def write_psychds(folder: Path, content: StudyContent) -> list[Path]:
         ".psychds-ignore": "\n".join(_IGNORED) + "\n",
     }
     for name, text in texts.items():
-        write_whole(folder / name, text)
+        write_atomically(folder / name, text)
     return [folder / name for name in texts]
 
 
@@ -165,7 +165,7 @@ def write_bids(folder: Path, content: StudyContent) -> list[Path]:
     films = [_linked(folder / clip.file, here / _film(clip)) for clip in content.films]
     rows = [_row(content, clip) for clip in content.films]
     table = write_table(here / "stimuli.tsv", rows, separator="\t")
-    write_whole(here / "stimuli.json", json.dumps(_columns(content), indent=1) + "\n")
+    write_atomically(here / "stimuli.json", json.dumps(_columns(content), indent=1) + "\n")
     return [*films, table, here / "stimuli.json"]
 
 
@@ -251,7 +251,7 @@ def write_citation(folder: Path, words: Words, *, version: str) -> Path:
         version: Of this package.
     """
     path = folder / "CITATION.cff"
-    write_whole(path, citation(words, version=version))
+    write_atomically(path, citation(words, version=version))
     return path
 
 
@@ -298,7 +298,7 @@ def write_checksums(folder: Path, files: Iterable[Path]) -> Path:
         files: In it.
     """
     path = folder / CHECKSUMS
-    write_whole(path, _digests(folder, [file for file in files if file != path]))
+    write_atomically(path, _digests(folder, [file for file in files if file != path]))
     return path
 
 
@@ -310,7 +310,7 @@ def write_inputs(folder: Path, files: Iterable[Path]) -> Path:
         files: In it.
     """
     path = folder / INPUTS
-    write_whole(path, _digests(folder, files))
+    write_atomically(path, _digests(folder, files))
     return path
 
 

@@ -28,7 +28,7 @@ from typing import Any
 
 import yaml
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.designs.trials import Trial, dominated
 from sumo3dviz_pt.studies.tools.content import (
     Clip,
@@ -69,7 +69,7 @@ def own_texts() -> Mapping[str, Any]:
 def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
     """Write `index.html` into the study's folder, and jsPsych beside it where it is to be there."""
     files = [folder / "index.html"]
-    write_whole(files[0], page(content))
+    write_atomically(files[0], page(content))
     session = _session(content)
     if session.offline is not None:
         for name in (SCRIPT, STYLE):
@@ -276,5 +276,5 @@ def write_sheet(folder: Path, content: StudyContent, thumbnails: Mapping[str, st
             f"</video><figcaption><b>{html.escape(clip.name)}</b><br>{words}</figcaption></figure>"
         )
     path = folder / "contact_sheet.html"
-    write_whole(path, "\n".join([*lines, "</body></html>", ""]))
+    write_atomically(path, "\n".join([*lines, "</body></html>", ""]))
     return path

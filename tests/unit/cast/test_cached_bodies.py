@@ -9,7 +9,7 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.figures import cache_folder, cached_files
-from sumo3dviz_pt.files.atomic import read_whole
+from sumo3dviz_pt.files.atomic import read_folder
 
 LOOK = "girl"
 FILES = {"near.npz": b"arms and legs" * 20, "far.npz": b"a head" * 20}
@@ -121,7 +121,7 @@ def test_two_processes_build_at_once(cache, broken):
     both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
     assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
     (folder,) = cache.iterdir()
-    assert read_whole(folder) is not None
+    assert read_folder(folder) is not None
 
 
 def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):

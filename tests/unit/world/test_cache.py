@@ -145,7 +145,7 @@ def test_what_somebody_else_laid_there_runs_no_code(tmp_path, built, cache, name
     words = pickled(f"mkdir {made}", named)
     tree = ["kind", named, {"path": str(made), "command": f"mkdir {made}", "args": str(made)}]
     files = {"tree.json": json.dumps(tree).encode(), "arrays.bin": b""}
-    places.keep(folder, {**files, "place.pickle": words})
+    places.write_folder(folder, {**files, "place.pickle": words})
     places.place_around(world_in(tmp_path), EYE)
     assert len(built) == 2 and not made.exists()
 
