@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     """Validate a scene."""
     import json
 
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import WorkStep, checking_steps, reading_step
 
@@ -100,7 +100,7 @@ def _stress(options: argparse.Namespace) -> int:
     """Put a scene under stress; 1 if a case fails."""
     import json
 
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import WorkStep, building_steps

@@ -58,7 +58,7 @@ def run_assets(options: argparse.Namespace) -> int:
 def _sheets(options: argparse.Namespace) -> int:
     """Draw contact sheets."""
     from sumo3dviz_pt.inspection.catalogue import SheetOrder, draw_sheet, sheet_files
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.pipeline.still import check_free

@@ -44,7 +44,7 @@ def add_converge(commands: Any) -> None:
 
 def run_converge(options: argparse.Namespace) -> int:
     """Measure error against run time."""
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.production import Request, ready_renderer
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import WorkStep, opening_steps
@@ -90,7 +90,7 @@ def add_report(commands: Any) -> None:
 
 def run_report(options: argparse.Namespace) -> int:
     """Look at a film's frames, or compare two films."""
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.report.films.films import report_film
 

@@ -23,7 +23,7 @@ from sumo3dviz_pt.cli.options import (
     sumo_time,
 )
 from sumo3dviz_pt.errors import ConfigError, InstallationError
-from sumo3dviz_pt.model.news import Doing
+from sumo3dviz_pt.model.progress import Doing
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.job.settings import Job

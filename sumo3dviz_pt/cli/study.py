@@ -86,7 +86,7 @@ def verify(options: argparse.Namespace) -> int:
         InputError: If the folder is no study's, or what a replay needs is missing or cannot be
             loaded.
     """
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.studies.certificate.verify import VerifyOrder, verify_study
 
@@ -183,7 +183,7 @@ def _add_gaze(study: Any) -> None:
 
 def gaze(options: argparse.Namespace) -> int:
     """Write which things people look at."""
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.studies.measured.gaze import GazeOrder, write_gaze
 

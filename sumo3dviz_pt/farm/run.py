@@ -25,7 +25,7 @@ from sumo3dviz_pt.farm.state import (
     read_state,
 )
 from sumo3dviz_pt.installation.dependencies import threads
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.costs import time_in_words
 from sumo3dviz_pt.pipeline.films.frames import counted, frame_file, listed
 from sumo3dviz_pt.pipeline.steps import WorkStep

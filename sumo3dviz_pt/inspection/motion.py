@@ -17,7 +17,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import UNPLACED, Location, Network
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Scenario, Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Trajectory

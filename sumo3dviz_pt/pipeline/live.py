@@ -25,7 +25,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory

@@ -28,8 +28,8 @@ from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
 from sumo3dviz_pt.job.values import Finite, Positive, Seed, Size, Whole, check_variant
 from sumo3dviz_pt.model.camera import frame_step
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.numbers import MOST_FRAMES, Ratio, ratio_of
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts import account_of, key_of

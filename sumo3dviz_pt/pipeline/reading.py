@@ -26,7 +26,7 @@ from sumo3dviz_pt.job.settings import (
     ShotSettings,
 )
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.traffic import LogChoices, Scenario, ScenarioFiles, TypeGuess, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window

@@ -21,7 +21,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.settings import ScenarioSettings, default, meaning
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Location, Network
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.traffic import LogChoices, Polygon, Scenario, ScenarioFiles
 from sumo3dviz_pt.pipeline.reading import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.scene_file import LINE, make_job

@@ -27,7 +27,7 @@ from xml.sax.saxutils import unescape
 
 from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError
 from sumo3dviz_pt.files.atomic import atomic_path, write_atomically
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.recording.command import PEOPLE, arguments, end_of, read_settings
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
 from sumo3dviz_pt.recording.files import RecordOrder as RecordOrder

@@ -15,8 +15,8 @@ from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, ShotSettings
-from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.numbers import in_short
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.accounts import film_account
 from sumo3dviz_pt.pipeline.conditions import film_cost, forecast_factor, lacking
 from sumo3dviz_pt.pipeline.costs import (

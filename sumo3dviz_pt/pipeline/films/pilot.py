@@ -23,7 +23,7 @@ import numpy as np
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.costs import help_cost
 from sumo3dviz_pt.pipeline.films.frames import NOTE, film_of
 from sumo3dviz_pt.pipeline.production import Production, Request, opened

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import frame_file
 from sumo3dviz_pt.pipeline.films.traced import traced_by, write_traced
 from sumo3dviz_pt.pipeline.production import Production, opened
@@ -273,10 +273,10 @@ class Frames:
         if kept:
             self._tell(FrameDone(kept, len(self.wanted), 0.0, kept=True, cpu={}))
 
-    def _tell(self, news: FrameDone) -> None:
+    def _tell(self, event: FrameDone) -> None:
         """Say how far the film is."""
         if self.on_frame is not None:
-            self.on_frame(news)
+            self.on_frame(event)
 
 
 def _one_thread() -> ThreadPoolExecutor:

@@ -21,7 +21,7 @@ from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
     Request,

@@ -20,7 +20,7 @@ from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import LUMINANCE
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.still import check_free
 from sumo3dviz_pt.report.convergence.page import PAGE
 from sumo3dviz_pt.report.convergence.plan import CAP, TRIM, PictureLook

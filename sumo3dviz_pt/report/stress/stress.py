@@ -24,7 +24,7 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError, interrupted
 from sumo3dviz_pt.job.settings import Job, OutputSettings, Quality, SkySettings, SunSettings
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.accounts import preset_weather
 from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (

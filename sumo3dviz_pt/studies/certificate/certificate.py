@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films import layers
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, sealed
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder, write_json

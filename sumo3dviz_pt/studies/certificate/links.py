@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, digest_in
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.provenance import file_hash

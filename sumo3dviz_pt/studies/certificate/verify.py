@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST
 from sumo3dviz_pt.pipeline.films.film import render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder

@@ -31,7 +31,7 @@ from sumo3dviz_pt.image.layers import SURFACES, boxes_2d
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.values import Finite, Seconds
 from sumo3dviz_pt.model.layers import Thing
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.films.layers import beside, said_file
 from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers, read_frame

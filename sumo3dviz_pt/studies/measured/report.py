@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.files.atomic import write_atomically
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import write_json
 from sumo3dviz_pt.studies.designs.profiles import associations, error_in_words
 from sumo3dviz_pt.studies.measured.film import MEASURES, SHARE, TABLES, FilmMeasures, measure_film
