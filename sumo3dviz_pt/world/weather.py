@@ -92,9 +92,9 @@ def _weather_at(settings: WeatherSettings, time: float, base: float) -> Weather:
     """The weather of a moment that the course names."""
     numbers = _Numbers(settings, time)
     wetness = numbers.of(lambda said: said.wetness)
-    fallen: dict[str, Any] = {name: _part(numbers, name) for name in FALLING_KINDS}
+    falling: dict[str, Any] = {name: _part(numbers, name) for name in FALLING_KINDS}
     if wetness is None:
-        wetness = min(1.0, (0.0 if fallen["rain"] is None else fallen["rain"].rate) / _SOAKING)
+        wetness = min(1.0, (0.0 if falling["rain"] is None else falling["rain"].rate) / _SOAKING)
     puddles = numbers.of(lambda said: said.puddles)
     return Weather(
         fog=_fog(numbers, base),
@@ -102,7 +102,7 @@ def _weather_at(settings: WeatherSettings, time: float, base: float) -> Weather:
         puddles=_POOLS * wetness if puddles is None else puddles,
         wind=_wind(numbers),
         season=settings.season,
-        **fallen,
+        **falling,
     )
 
 

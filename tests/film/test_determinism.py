@@ -218,7 +218,7 @@ def test_a_scene_by_its_files_gives_the_commands_pixels(place, still):
 
 def test_films_over_the_api_equal_the_commands(place, whole):
     target = place.parent / "api.mp4"
-    events = []
+    steps = []
     (folder,) = sv.load(place).render(
         target,
         camera="post",
@@ -227,9 +227,9 @@ def test_films_over_the_api_equal_the_commands(place, whole):
         fps=10,
         spp=1,
         frames=(2, 4),
-        progress=events.append,
+        progress=steps.append,
     )
-    assert folder == place.parent / "api.frames" and len(events) == 2
+    assert folder == place.parent / "api.frames" and len(steps) == 2
     assert_equal_frames(frames_in(folder), frames_in(whole.parent / "whole.frames"))
 
 
