@@ -292,10 +292,10 @@ def _cell(value: str | int | float) -> str:
     return f"{value:.2f}"
 
 
-def _effect_table(found: Sequence[Effect], words: Mapping[str, str]) -> Iterator[str]:
+def _effect_table(rows: Sequence[Effect], words: Mapping[str, str]) -> Iterator[str]:
     """Yield a table with a row for each measure and a column for each factor."""
-    factors = dict.fromkeys(each.factor for each in found)
-    by_place = {(each.measure, each.factor): each for each in found}
+    factors = dict.fromkeys(each.factor for each in rows)
+    by_place = {(each.measure, each.factor): each for each in rows}
     yield '<div class="scroll"><table><caption>Eta squared, and means by level; bold above'
     yield f' {_STRONG:g}</caption><thead><tr><th scope="col">measure</th>'
     yield "".join(f'<th scope="col">{html.escape(name)}</th>' for name in factors)
@@ -390,10 +390,10 @@ def report_study(folder: Path, plan: StudyPlan) -> tuple[Path, ...]:
         )
         announce(Doing.MEASURE, number, len(plan.stimuli))
     films = _filled(films)
-    found = _effects(plan, films)
+    rows = _effects(plan, films)
     page = ReportPage(
         films,
-        found,
+        rows,
         settings.report.white,
         _words(films),
         safety_words(settings.report.connections),
@@ -422,10 +422,10 @@ def _effects(plan: StudyPlan, films: Sequence[FilmMeasures]) -> list[Effect]:
 
 def _associations(plan: StudyPlan) -> dict[str, dict[str, float]]:
     """Return how far any two factors tell each other."""
-    found = associations(plan.file.levels, plan.designed)
+    matrix = associations(plan.file.levels, plan.designed)
     return {
         name: dict(zip(plan.factors, row, strict=True))
-        for name, row in zip(plan.factors, found.tolist(), strict=True)
+        for name, row in zip(plan.factors, matrix.tolist(), strict=True)
     }
 
 

@@ -148,7 +148,7 @@ def traffic_at(
     logs = scenario.traffic.traces
     there = np.array([_is_near(each, inside) for each in logs], dtype=np.bool_)
     trajectories = motion.smooth(there)
-    traces = [trace for trace, kept in zip(logs, there.tolist(), strict=True) if kept]
+    traces = [trace for trace, present in zip(logs, there.tolist(), strict=True) if present]
     types = scenario.vehicle_types
     kinds = [types.get(each.type_id, UNKNOWN_TYPES[each.kind]) for each in trajectories]
     motions = [each.sample(times) for each in trajectories]
@@ -223,10 +223,10 @@ def ahead_row(traffic: Traffic, number: int, k: int) -> Row:
         "logged_speed": known(traffic.logged[k, number]),
         **dict.fromkeys(AHEAD, ""),
     }
-    found = leader(traffic, number, k)
-    if found is None:
+    ahead = leader(traffic, number, k)
+    if ahead is None:
         return row
-    other, gap = found
+    other, gap = ahead
     speed = float(traffic.speeds[other, number])
     turned = float(traffic.yaws[other, number] - traffic.yaws[k, number])
     closing = own - speed * float(np.cos(turned))
@@ -273,8 +273,8 @@ def leader(traffic: Traffic, number: int, k: int) -> tuple[int, float] | None:
     fits[k] = False
     if not fits.any():
         return None
-    found = np.flatnonzero(fits)
-    nearest = int(found[np.argmin(gaps[found])])
+    ahead = np.flatnonzero(fits)
+    nearest = int(ahead[np.argmin(gaps[ahead])])
     return nearest, float(gaps[nearest])
 
 
@@ -332,19 +332,19 @@ def _kept_at(job: Job, name: str, edit: RideEdit) -> float | str:
     assert edit.at is not None and edit.gap is not None
     _, scenario = read_files(job, begin=edit.at, end=edit.at + edit.gap)
     try:
-        kept = kept_gap(job, scenario, name, edit)
+        gap = kept_gap(job, scenario, name, edit)
     except ConfigError:  # the one behind is nowhere near then, which a note has said
         return ""
-    return "" if kept is None else round(kept, 3)
+    return "" if gap is None else round(gap, 3)
 
 
 def _spread(name: str, values: Floats) -> Row:
     """Return mean, least and largest of values; empty cells of none."""
     if not values.size:
         return dict.fromkeys((f"{name}_mean", f"{name}_min", f"{name}_max"), "")
-    found = (values.mean(), values.min(), values.max())
+    numbers = (values.mean(), values.min(), values.max())
     return {
-        f"{name}_{word}": known(x) for word, x in zip(("mean", "min", "max"), found, strict=True)
+        f"{name}_{word}": known(x) for word, x in zip(("mean", "min", "max"), numbers, strict=True)
     }
 
 

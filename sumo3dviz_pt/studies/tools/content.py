@@ -282,11 +282,11 @@ def _wide_row(content: StudyContent, trial: Trial, *, several: bool) -> Record:
     """Return a trial in one row; `several` says whether any trial has several alternatives."""
     row: dict[str, str | int | float] = {"block": trial.block, "task": trial.task}
     for place, cells in enumerate(_alternatives(content, trial), start=1):
-        kept = {key: cell for key, cell in cells.items() if key not in ("block", "task")}
+        rest = {key: cell for key, cell in cells.items() if key not in ("block", "task")}
         if several:
-            row |= {f"{key}_{place}": cell for key, cell in kept.items() if key != "alternative"}
+            row |= {f"{key}_{place}": cell for key, cell in rest.items() if key != "alternative"}
         else:
-            row |= {key: cell for key, cell in kept.items() if key not in ("alternative", "none")}
+            row |= {key: cell for key, cell in rest.items() if key not in ("alternative", "none")}
     return row
 
 

@@ -86,7 +86,7 @@ def write_psychds(folder: Path, content: StudyContent) -> list[Path]:
 def _description(content: StudyContent, columns: list[str]) -> Mapping[str, object]:
     """Return the data set's description in JSON-LD."""
     words = content.words
-    found: dict[str, object] = {
+    dataset: dict[str, object] = {
         "@context": "https://schema.org/",
         "@type": "Dataset",
         "name": words.title,
@@ -95,14 +95,14 @@ def _description(content: StudyContent, columns: list[str]) -> Mapping[str, obje
         "variableMeasured": [_variable(content, column) for column in columns],
     }
     if words.authors:
-        found["author"] = [{"@type": "Person", "name": name} for name in words.authors]
+        dataset["author"] = [{"@type": "Person", "name": name} for name in words.authors]
     if words.licence:
-        found["license"] = words.licence
+        dataset["license"] = words.licence
     if words.keywords:
-        found["keywords"] = list(words.keywords)
+        dataset["keywords"] = list(words.keywords)
     if content.url:
-        found["url"] = content.url
-    return found
+        dataset["url"] = content.url
+    return dataset
 
 
 def _variable(content: StudyContent, column: str) -> Mapping[str, object]:
@@ -110,15 +110,15 @@ def _variable(content: StudyContent, column: str) -> Mapping[str, object]:
     stem, _, place = column.rpartition("_")
     name = stem if place.isdecimal() and column not in content.factors else column
     where = f" of alternative {place}" if name != column else ""
-    found: dict[str, object] = {"@type": "PropertyValue", "name": column}
+    variable: dict[str, object] = {"@type": "PropertyValue", "name": column}
     if name in content.factors:
         about = content.factors[name] or "a factor of the design"
-        found["description"] = f"{about}{where}; levels: {', '.join(content.levels[name])}"
-        return found
-    found["description"] = f"{MEANINGS[name]}{where}"
+        variable["description"] = f"{about}{where}; levels: {', '.join(content.levels[name])}"
+        return variable
+    variable["description"] = f"{MEANINGS[name]}{where}"
     if name == "duration":
-        found["unitText"] = "s"
-    return found
+        variable["unitText"] = "s"
+    return variable
 
 
 def _readme(content: StudyContent) -> str:

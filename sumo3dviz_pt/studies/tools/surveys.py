@@ -109,12 +109,12 @@ def question(content: StudyContent, position: int, playlist: str) -> str:
     """
     words = content.words
     several = content.most_alternatives > 1
-    asked = words.choice if several else f"{words.question} ({words.low} ... {words.high})"
+    label = words.choice if several else f"{words.question} ({words.low} ... {words.high})"
     source = html.escape(f"{content.url}{SCRIPT}", quote=True)
     return (
         f'<div class="films" data-playlist="{playlist}" data-position="{position}">'
         "The films need a script that this survey does not let through.</div>"
-        f'<p>{html.escape(asked)}</p><script src="{source}"></script>'
+        f'<p>{html.escape(label)}</p><script src="{source}"></script>'
     )
 
 
@@ -286,12 +286,12 @@ def _columns(content: StudyContent) -> list[str]:
 
 def _placed(content: StudyContent, row: Record, columns: Sequence[str]) -> Record:
     """Return a row in which films stand by where oTree finds them."""
-    found = dict(row)
+    placed = dict(row)
     for column in columns:
-        file = str(found[column])
+        file = str(placed[column])
         static = f"{_STATIC}/{PurePosixPath(file).name}"
-        found[column] = "" if not file else f"{content.url}{file}" if content.url else static
-    return found
+        placed[column] = "" if not file else f"{content.url}{file}" if content.url else static
+    return placed
 
 
 def _study(content: StudyContent) -> Mapping[str, object]:
