@@ -328,8 +328,8 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
 
 def _near(tree: shapely.STRtree, shape: shapely.Geometry, *, distance: float = 2 * _REACH) -> Ints:
     """Numbers of what lies beside a shape, ascending; a tree gives them in an order of its own."""
-    found = tree.query(shape, predicate="dwithin", distance=distance)
-    return np.asarray(np.sort(found), dtype=np.int64)
+    index = tree.query(shape, predicate="dwithin", distance=distance)
+    return np.asarray(np.sort(index), dtype=np.int64)
 
 
 def _core(strip: Strip) -> shapely.Geometry:
