@@ -69,10 +69,10 @@ def met_through(
     down = mi.Float(row) + dr.opaque(mi.Float, at[1])
     point = mi.Point2f(across / mi.Float(columns), down / mi.Float(rows))
     ray = eye.ray(point, mi.Point2f(0.5))
-    found = place.solids.nearest(ray, True)
+    hit = place.solids.nearest(ray, True)
     # Rays may begin a little before the eye.
-    found.t += eye.lead(ray)
-    met = Met(place, found, ray)
+    hit.t += eye.lead(ray)
+    met = Met(place, hit, ray)
     channels = {name: of(met) for name, of in RAYS.items() if name in wanted}
     dr.schedule(channels)
     return {
@@ -338,9 +338,9 @@ class Kernel:
             tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
             of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.eval(of_all, of_first)
-            found = [_of_all(channel, spp) for channel in of_all]
-            found += [_of_first(channel, spp) for channel in of_first]
-            parts.append(self._rows(found, (count, columns)))
+            means = [_of_all(channel, spp) for channel in of_all]
+            means += [_of_first(channel, spp) for channel in of_first]
+            parts.append(self._rows(means, (count, columns)))
         if len(parts) == 1:
             return parts[0]
         return merged(parts, lambda *rows: np.concatenate(rows))
@@ -367,13 +367,13 @@ class Kernel:
             channels: Arrays of Dr.Jit, which also puts those of a layer side by side.
             size: Rows, and columns [px].
         """
-        found = {name: channels[place] for name, place in self._channels.places.items()}
+        layers = {name: channels[place] for name, place in self._channels.places.items()}
         flat = {
             name: some[0] if len(some) == 1 else dr.ravel(mi.Color3f(*some))
-            for name, some in found.items()
+            for name, some in layers.items()
         }
         dr.schedule(flat)
-        shapes = {name: size if len(some) == 1 else (*size, 3) for name, some in found.items()}
+        shapes = {name: size if len(some) == 1 else (*size, 3) for name, some in layers.items()}
         return Layers({name: np.array(one).reshape(shapes[name]) for name, one in flat.items()})
 
 

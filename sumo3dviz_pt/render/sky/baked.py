@@ -273,11 +273,11 @@ def horizon_towards(horizon: Image, towards: Floats | Image) -> Image:
     whole = np.floor(place)
     right = np.asarray(place - whole, dtype=np.float32)
     left = whole.astype(np.intp)
-    found = np.empty((3, *right.shape), dtype=np.float32)
-    for one, channel in zip(found, np.asarray(horizon.T, dtype=np.float32), strict=True):
+    colours = np.empty((3, *right.shape), dtype=np.float32)
+    for one, channel in zip(colours, np.asarray(horizon.T, dtype=np.float32), strict=True):
         before = np.take(channel, left, mode="wrap")
         one[...] = before + (np.take(channel, left + 1, mode="wrap") - before) * right
-    return np.moveaxis(found, 0, -1)
+    return np.moveaxis(colours, 0, -1)
 
 
 _LOG = logging.getLogger(__name__)

@@ -127,8 +127,8 @@ class WeatheredSky:
         if hidden <= 0.0 or self._closed is None:
             return dome, sun
         wanted = self._under_cloud(weather)
-        given = float(dome_irradiance(self._closed) @ LUMINANCE)
-        share = np.float32(hidden * wanted / max(given, 1e-30))
+        light = float(dome_irradiance(self._closed) @ LUMINANCE)
+        share = np.float32(hidden * wanted / max(light, 1e-30))
         dome = dome * np.float32(1.0 - hidden) + self._closed * share
         if self._from_below is not None:
             dome = dome + self._from_below * np.float32(hidden)
