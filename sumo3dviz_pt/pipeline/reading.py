@@ -84,10 +84,10 @@ def guess_notes(guesses: Sequence[TypeGuess]) -> list[str]:
 
 def type_lines(guesses: Sequence[TypeGuess]) -> list[str]:
     """Return the lines of a scene file's section `vehicles` that keep what was guessed."""
-    told = [each for each in guesses if each.vclass and each.type_id]
-    if not told:
+    guessed = [each for each in guesses if each.vclass and each.type_id]
+    if not guessed:
         return []
-    lines = [f"    {_quoted(each.type_id)}: {each.vclass}  # {each.why}" for each in told]
+    lines = [f"    {_quoted(each.type_id)}: {each.vclass}  # {each.why}" for each in guessed]
     return ["vehicles:", "  types:  # no file defines these; correct what is wrong", *lines]
 
 
@@ -95,12 +95,12 @@ def _in_words(group: Sequence[TypeGuess]) -> str:
     """Return what the vehicles of types of one class are drawn as."""
     first = group[0]
     count = sum(each.count for each in group)
-    told = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
+    how = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
     if not first.type_id:
-        return f"{count} without a type drawn as {told}"
+        return f"{count} without a type drawn as {how}"
     names = ", ".join(repr(each.type_id) for each in group[:_NAMED])
     more = f" and {len(group) - _NAMED} more" if len(group) > _NAMED else ""
-    return f"{names}{more} ({count} of them) drawn as {told}"
+    return f"{names}{more} ({count} of them) drawn as {how}"
 
 
 def _quoted(text: str) -> str:
@@ -276,8 +276,8 @@ def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario
         for trace, name in pairs
         if trace.times[0] <= high and trace.times[-1] >= low
     )
-    told = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
-    return replace(whole, traffic=replace(log, traces=there, euler=told))
+    euler = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
+    return replace(whole, traffic=replace(log, traces=there, euler=euler))
 
 
 @dataclass(frozen=True, slots=True)
@@ -345,12 +345,12 @@ def _named_in(files: ScenarioFiles) -> Iterator[Path]:
 
 def stamps_of(paths: Iterable[Path]) -> tuple[tuple[str, int, int], ...]:
     """Return name, time of the last change [ns] and size [bytes] of each file that exists."""
-    found = []
+    stamps = []
     for path in paths:
         if path.exists():
             stat = path.stat()
-            found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
-    return tuple(found)
+            stamps.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
+    return tuple(stamps)
 
 
 _SLACK = 1e-6
@@ -408,11 +408,11 @@ def check_companions(
         camera = job.cameras[shot.camera]
         if not camera.rides_with:
             continue
-        found = whereabouts(logs, camera.rides_with)
-        absent = _outside(times, found.spans) & (times <= found.end + _SLACK)
-        if absent.any() or not found.spans:
+        presence = whereabouts(logs, camera.rides_with)
+        absent = _outside(times, presence.spans) & (times <= presence.end + _SLACK)
+        if absent.any() or not presence.spans:
             missing = float(times[np.argmax(absent)])
-            raise _absent(camera.rides_with, found, missing, name=shot.camera)
+            raise _absent(camera.rides_with, presence, missing, name=shot.camera)
 
 
 def check_known(name: str, logs: Sequence[Path]) -> None:
@@ -427,22 +427,22 @@ def check_known(name: str, logs: Sequence[Path]) -> None:
     """
     from sumo3dviz_pt.sumo import whereabouts
 
-    found = whereabouts(logs, name)
-    if not found.spans:
-        hint = _hint(name, found.ids)
+    presence = whereabouts(logs, name)
+    if not presence.spans:
+        hint = _hint(name, presence.ids)
         raise ConfigError(f"no vehicle or person is called {cut(name)!r}{hint}")
 
 
-def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
+def _absent(vehicle: str, there: Whereabouts, missing: float, *, name: str) -> ConfigError:
     """Return an error that says why a camera cannot ride with a road user at a time [s]."""
     shown = repr(cut(vehicle))
     key = f"cameras.{name}.vehicle"
-    if not found.spans:
-        hint = _hint(vehicle, found.ids)
+    if not there.spans:
+        hint = _hint(vehicle, there.ids)
         return ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
-    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in found.spans[:_MOST_SPANS])
-    lives += " and later" if len(found.spans) > _MOST_SPANS else ""
-    inside = any(begin <= missing <= end for begin, end in found.spans)
+    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in there.spans[:_MOST_SPANS])
+    lives += " and later" if len(there.spans) > _MOST_SPANS else ""
+    inside = any(begin <= missing <= end for begin, end in there.spans)
     why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""
     why = why or "is not there at {:g} s"
     return ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)

@@ -315,7 +315,7 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
     """
     applied = request.applied(job)
     size = applied.output.size
-    found: list[WorkStep] = []
+    steps: list[WorkStep] = []
     for shot, path in shots_of(job, request, order):
         count = len(order.pace(job, shot).times(shot))
         quality = quality_preset(applied.quality, spp=request.spp, together=count > 1)
@@ -323,10 +323,10 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing))
-        found += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
+        steps += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
         megapixels = len(wanted) * size[0] * size[1] / 1e6
-        found.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
-    return tuple(found)
+        steps.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
+    return tuple(steps)
 
 
 def still_steps(job: Job, request: Request) -> tuple[WorkStep, ...]:

@@ -352,9 +352,9 @@ def why_other(stored: Account, wanted: Account) -> str:
     """Return what tells a stored frame from the one that is wanted, in a few words."""
     if "scene" not in stored or "scene" not in wanted:
         return "an older version made them"
-    found = differences(stored, wanted, stored=True)
-    more = f" and {len(found) - 2} more" if len(found) > 2 else ""
-    return "; ".join(found[:2]) + more if found else "something that they do not tell"
+    reasons = differences(stored, wanted, stored=True)
+    more = f" and {len(reasons) - 2} more" if len(reasons) > 2 else ""
+    return "; ".join(reasons[:2]) + more if reasons else "something that they do not tell"
 
 
 def listed(numbers: Iterable[int]) -> str:

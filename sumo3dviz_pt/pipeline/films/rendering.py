@@ -269,9 +269,9 @@ class Frames:
 
     def tell_kept(self) -> None:
         """Say how many frames were there before."""
-        kept = len(self.wanted) - len(self.missing)
-        if kept:
-            self._tell(FrameDone(kept, len(self.wanted), 0.0, kept=True, cpu={}))
+        there = len(self.wanted) - len(self.missing)
+        if there:
+            self._tell(FrameDone(there, len(self.wanted), 0.0, kept=True, cpu={}))
 
     def _tell(self, event: FrameDone) -> None:
         """Say how far the film is."""
