@@ -124,13 +124,13 @@ def _words(name: str) -> list[str]:
 def _said(words: list[str], kind: str) -> str | None:
     """Return the class of the telling word with the first rank; pairs tell more than words."""
     pairs = [first + second for first, second in pairwise(words)]
-    found = {_CLASSES[pair] for pair in pairs if pair in _CLASSES}
-    found = found or {_CLASSES[word] for word in words if word in _CLASSES}
+    classes = {_CLASSES[pair] for pair in pairs if pair in _CLASSES}
+    classes = classes or {_CLASSES[word] for word in words if word in _CLASSES}
     if kind == "person":
-        found &= _OF_PEOPLE
+        classes &= _OF_PEOPLE
     elif kind != "vehicle":
         return None
-    return min(found, key=_RANK.__getitem__, default=None)
+    return min(classes, key=_RANK.__getitem__, default=None)
 
 
 _DEFAULT_OF = {vclass: type_id for type_id, vclass in DEFAULT_TYPES.items()}
@@ -174,9 +174,9 @@ class TypesOfUsers:
 
     def _class_of(self, kind: str, name: str, type_id: str) -> str | None:
         """Return the vClass of a road user without a defined type; None where nothing tells."""
-        given = self._given(type_id or name)
-        if given is not None and kind == "vehicle":
-            return given
+        declared = self._given(type_id or name)
+        if declared is not None and kind == "vehicle":
+            return declared
         return class_of_type(type_id, kind) if type_id else class_of_vehicle(name, kind)
 
     def _given(self, name: str) -> str | None:
@@ -189,12 +189,12 @@ class TypesOfUsers:
     def typed(self, traces: Iterable[Trace]) -> tuple[tuple[Trace, ...], dict[str, VehicleType]]:
         """Return traces that all have a type id, and the types that they have by id."""
         types: dict[str, VehicleType] = {}
-        found: list[Trace] = []
+        retyped: list[Trace] = []
         for trace in traces:
             own = self.of(trace.kind, trace.id, trace.type_id)
             types[own.id] = own
-            found.append(trace if own.id == trace.type_id else replace(trace, type_id=own.id))
-        return tuple(found), types
+            retyped.append(trace if own.id == trace.type_id else replace(trace, type_id=own.id))
+        return tuple(retyped), types
 
     def guesses(self, traces: Iterable[Trace]) -> tuple[TypeGuess, ...]:
         """Return the types of vehicles that neither a file nor the scene file tells, by their ids.
@@ -309,9 +309,9 @@ def _with_use(guess: TypeGuess, use: _TypeUse, network: Network, *, fast: bool) 
         network: The roads.
         fast: Whether some vehicles of the log are as fast as cars.
     """
-    said = _by_ids(use)
-    if said:
-        return replace(guess, vclass=said, why="the ids of the vehicles say so")
+    vclass = _by_ids(use)
+    if vclass:
+        return replace(guess, vclass=vclass, why="the ids of the vehicles say so")
     own = _by_lanes(use, network)
     if own:
         return replace(guess, vclass=own, why="the vehicles keep to lanes that are closed to cars")
@@ -323,10 +323,10 @@ def _with_use(guess: TypeGuess, use: _TypeUse, network: Network, *, fast: bool) 
 
 def _by_ids(use: _TypeUse) -> str | None:
     """Return the class that almost all ids of vehicles say, or None."""
-    said = Counter(class_of_vehicle(trace.id, trace.kind) for trace in use.traces)
-    if not said:
+    classes = Counter(class_of_vehicle(trace.id, trace.kind) for trace in use.traces)
+    if not classes:
         return None
-    vclass, count = said.most_common(1)[0]
+    vclass, count = classes.most_common(1)[0]
     return vclass if vclass and count >= _MOST * len(use.traces) else None
 
 

@@ -248,12 +248,12 @@ class RegularSteps:
     def _step(self, data: bytes) -> Iterable[bytes]:
         """Take a step, or leave it to the parser."""
         line = 1 + self._parsed + self.lines
-        found = self._rows(data, line)
-        if found is None:
+        step = self._rows(data, line)
+        if step is None:
             # Where a comment or section ends can be told only by parsing all.
             self._given_up = b"<!" in data or b"<?" in data
             return self._parse(data)
-        time, runs = found
+        time, runs = step
         self.line = line + data.count(b"\n", 0, data.find(b"<"))
         self._sink.take(STEP, {"time": time})
         for rows in runs:
