@@ -221,15 +221,15 @@ def _run(plan: FarmPlan, output: Path) -> int:
     from sumo3dviz_pt.pipeline.films.rendering import stoppable
 
     write_plan(plan)
-    told: list[str] = []
+    lines: list[str] = []
     try:
         with stoppable(), progress(output.name, farm_steps(plan, read_state(plan))):
-            state = run_farm(plan, tell=told.append)
+            state = run_farm(plan, tell=lines.append)
     except KeyboardInterrupt:
         hint = "it goes on without this command" if plan.engine.name == "slurm" else "stopped"
         print(f"{hint}: {PROGRAM} farm {_next(plan)} {output}")
         raise
-    print(told[0])
+    print(lines[0])
     return _told(plan, state, output)
 
 

@@ -120,8 +120,8 @@ def run_compare(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.provenance import differences
 
     one, other = account_in(options.one), account_in(options.other)
-    found = differences(one, other)
-    print("\n".join(found or ["nothing differs"]))
+    lines = differences(one, other)
+    print("\n".join(lines or ["nothing differs"]))
     if one.get("command") != other.get("command"):
         print(f"commands: {one.get('command') or '-'}\n          {other.get('command') or '-'}")
-    return 1 if found else 0
+    return 1 if lines else 0

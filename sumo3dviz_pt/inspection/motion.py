@@ -73,7 +73,7 @@ def pop_ups(
         shots = [(name, *life_of(camera, lives)) for name, camera in job.cameras.items()]
     aspect = job.output.size[1] / job.output.size[0]
     location = scenario.network.location
-    found = []
+    rows = []
     for name, start, end in shots:
         camera = _camera(job.cameras[name], job, scenario, trajectories)
         seen = [
@@ -81,8 +81,8 @@ def pop_ups(
             for events in (births, deaths)
         ]
         nearest = [tuple(sorted(some, key=lambda each: each.value)) for some in seen]
-        found.append(PopUps(name, start, end, *nearest))
-    return tuple(found)
+        rows.append(PopUps(name, start, end, *nearest))
+    return tuple(rows)
 
 
 def _between(events: Sequence[MotionFinding], start: float, end: float) -> list[MotionFinding]:
@@ -342,10 +342,10 @@ def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step
             curves[_STRAY] = _strays(user, keeping, motion, times, step=step)
         for name, values in curves.items():
             census.tallies[name].add(values)
-            found = laws.largest(values, times)
+            highest = laws.largest(values, times)
             old = [peaks[name]] if name in peaks else []
-            if found:
-                peaks[name] = max(*old, *found, key=_size) if old else found[0]
+            if highest:
+                peaks[name] = max(*old, *highest, key=_size) if old else highest[0]
     for name, peak in peaks.items():
         if name not in (_JUMP, _STRAY) or peak.value > 0.0:
             census.tallies[name].worst.append(user.found(name, peak.time, peak.value))
@@ -396,10 +396,10 @@ def _strays(
     As this takes long, most times are left out; they are NaN.
     """
     every = max(1, round(_STRAY_STEP / step))
-    found = np.full(len(times), np.nan)
+    strays = np.full(len(times), np.nan)
     places = motion.positions[::every, :2]
-    found[::every] = keeping.strays(user.trace, user.trajectory, times[::every], places)
-    return found
+    strays[::every] = keeping.strays(user.trace, user.trajectory, times[::every], places)
+    return strays
 
 
 def _ends(

@@ -172,12 +172,12 @@ def corner(scouting: Scouting) -> StandingEye | None:
 
 def flight(scouting: Scouting) -> Flight | None:
     """Return a gentle descent along the main road or around the place, or None without room."""
-    found = scouting.found
-    if found.end - found.start < SHORTEST_FLIGHT:
+    spot = scouting.found
+    if spot.end - spot.start < SHORTEST_FLIGHT:
         return None
     ways = _ways(scouting)
     # Rate each way by all of its key frames; one bad frame spoils a film.
-    place = found.place
+    place = spot.place
     eyes = np.concatenate(ways)
     aims = np.tile(place + np.array([0.0, 0.0, 1.0]), (len(eyes), 1))
     poses = ViewPoses(eyes, aims, _FOV)
@@ -187,7 +187,7 @@ def flight(scouting: Scouting) -> Flight | None:
     if chosen is None:
         return None
     way = ways[chosen]
-    times = np.linspace(found.start, found.end, len(way))
+    times = np.linspace(spot.start, spot.end, len(way))
     return Flight(times, way, aims[: len(way)], _FOV)
 
 

@@ -104,7 +104,7 @@ class Recorder:
         Args:
             step: Length of a step [s].
         """
-        domain, found = self._connection.vehicle, []
+        domain, rows = self._connection.vehicle, []
         ids = domain.getIDList()
         before, self._sideways = self._sideways, {}
         for id_ in ids:
@@ -113,8 +113,8 @@ class Recorder:
                 speed = self._sideways[id_] = domain.getLateralSpeed(id_)
                 change = (speed - before.get(id_, 0.0)) / step
                 more = {"accelerationLat": f"{change:.3f}"}
-            found.append(_vehicle(domain, id_, more, heights=self._has.heights))
-        return found
+            rows.append(_vehicle(domain, id_, more, heights=self._has.heights))
+        return rows
 
     def _note_signals(self, time: float) -> None:
         """Keep the signals that have changed."""

@@ -302,10 +302,10 @@ def _measured(
             continue
         if work.over:
             break
-        found = _rows_of_group(session, subject, work, group, reference)
-        for row in found:
+        measured = _rows_of_group(session, subject, work, group, reference)
+        for row in measured:
             append_row(path, row)
-        rows += found
+        rows += measured
     return rows
 
 

@@ -217,10 +217,10 @@ def _slopes(rows: Sequence[TableRow]) -> list[str]:
 
 def _slope_cells(fit: Slope, sampler: str, column: str) -> list[str]:
     """Return a line of the table of slopes."""
-    found = verdict(fit, sampler) if column == "rmse_capped" else "-"
+    word = verdict(fit, sampler) if column == "rmse_capped" else "-"
     rungs = f"{fit.spp[0]} to {fit.spp[1]}"
     return [sampler, plain_title(column), f"{fit.value:+.3f}", _interval(fit), rungs,
-            str(fit.seeds), found]  # fmt: skip
+            str(fit.seeds), word]  # fmt: skip
 
 
 def _interval(fit: Slope) -> str:

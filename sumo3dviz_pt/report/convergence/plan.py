@@ -370,10 +370,10 @@ def _as_used(name: str, quality: Quality, top: int) -> list[SeedGroup]:
     if not quality.accumulate:
         return [SeedGroup(name, quality, (quality.denoise,))]
     still = quality.by_itself
-    found = [SeedGroup(name, quality, (quality.denoise,), seeds=FILM_SEEDS)]
+    used = [SeedGroup(name, quality, (quality.denoise,), seeds=FILM_SEEDS)]
     if still.spp <= top:
-        found.append(SeedGroup(f"{name} {STILL}", still, (quality.denoise,)))
-    return found
+        used.append(SeedGroup(f"{name} {STILL}", still, (quality.denoise,)))
+    return used
 
 
 def digest(wanted: list[SeedGroup]) -> str:

@@ -264,8 +264,8 @@ def _production(scene: _UserScene, case: Case) -> Production:
     output: OutputSettings = made.job.output
     if case.weather is not None:
         job = job.model_copy(update={"weather": preset_weather(case.weather)})
-    asked = (case.spot, case.moment, case.size, case.film)
-    if job is not scene.job or asked != ("shot", "shot", SIZE, False):
+    wanted = (case.spot, case.moment, case.size, case.film)
+    if job is not scene.job or wanted != ("shot", "shot", SIZE, False):
         if case.spot != "shot":
             name = _STRESS_CAMERA
             stand = SPOTS[case.spot](scene.facts, case)
