@@ -137,9 +137,9 @@ def _written(parts: tuple[Part, ...], poses: Poses) -> bytes:
     }
     for number, part in enumerate(parts):
         mesh = part.mesh
-        given = {"normals": mesh.normals, "uvs": mesh.uvs, "tint": part.tint}
+        optional = {"normals": mesh.normals, "uvs": mesh.uvs, "tint": part.tint}
         arrays |= {f"{number}/vertices": mesh.vertices, f"{number}/faces": mesh.faces}
-        arrays |= {f"{number}/{key}": some for key, some in given.items() if some is not None}
+        arrays |= {f"{number}/{key}": some for key, some in optional.items() if some is not None}
     stream = io.BytesIO()
     np.savez(stream, **arrays)
     return stream.getvalue()

@@ -41,12 +41,12 @@ def own_folder(path: Path) -> Path:
     path.mkdir(mode=0o700, exist_ok=True)
     if os.name == "nt":  # temporary folders are the user's own there
         return path
-    found = path.lstat()
-    if not stat.S_ISDIR(found.st_mode):
+    status = path.lstat()
+    if not stat.S_ISDIR(status.st_mode):
         why = "it is a link"
-    elif found.st_uid != os.getuid():
+    elif status.st_uid != os.getuid():
         why = "it belongs to somebody else"
-    elif found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    elif status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         why = "others may write to it"
     else:
         path.chmod(0o700)
@@ -245,14 +245,14 @@ def make_room(newest: Path, most: int) -> None:
         newest: The folder.
         most: How large all may be [bytes].
     """
-    kept: list[tuple[float, int, Path]] = []
+    folders: list[tuple[float, int, Path]] = []
     for folder in newest.parent.iterdir():
         # Another process may remove it at the same time.
         with contextlib.suppress(OSError):
             size = sum(file.stat().st_size for file in folder.iterdir())
-            kept.append((folder.stat().st_mtime, size, folder))
+            folders.append((folder.stat().st_mtime, size, folder))
     room = most
-    for _, size, folder in sorted(kept, reverse=True):
+    for _, size, folder in sorted(folders, reverse=True):
         room -= size
         if room < 0 and folder != newest:
             shutil.rmtree(folder, ignore_errors=True)

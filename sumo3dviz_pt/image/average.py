@@ -212,12 +212,12 @@ def seen_by(
     wanted.reshape(-1)[moving] &= motion.known[band.of(centre.numbers)[moving]]
     pixels = listed(wanted)
     places = places_of(pixels, band, centre, other, motion)
-    found, planes = seen_at(places, band, centre, other)
-    found &= wanted.reshape(-1)[pixels]
+    hits, planes = seen_at(places, band, centre, other)
+    hits &= wanted.reshape(-1)[pixels]
     flat = change.reshape(-1)
     moved = band.of(centre.levels)[pixels] - centre.levels_of(planes)
-    flat[pixels] = np.where(found, moved, flat[pixels])
-    return Seen(same, pixels, found, planes, change)
+    flat[pixels] = np.where(hits, moved, flat[pixels])
+    return Seen(same, pixels, hits, planes, change)
 
 
 def _corresponding(

@@ -320,13 +320,13 @@ def boxes_2d(owner: Ints, names: Sequence[str]) -> tuple[Box2d, ...]:
     from scipy import ndimage
 
     counts = np.bincount(owner.ravel(), minlength=len(names))
-    found = []
+    boxes = []
     for number, box in enumerate(ndimage.find_objects(owner.astype(np.int32)), start=1):
         if box is not None:
             rows, columns = box
             edges = (columns.start, rows.start, columns.stop, rows.stop)
-            found.append(Box2d(names[number], *edges, int(counts[number])))
-    return tuple(found)
+            boxes.append(Box2d(names[number], *edges, int(counts[number])))
+    return tuple(boxes)
 
 
 def box_3d(name: str, part: str, bounds: Floats, world_from_body: Transform) -> Box3d:
