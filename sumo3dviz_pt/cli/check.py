@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         return _stress(options)
     if options.camera is not None or options.time is not None or options.only:
         raise ConfigError("--camera, --time and --only belong to --stress", key="check")
-    job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    job = load_job(options.scene, {**_overrides(options), **overrides_of(options)})
     if options.motion:
         read = reading_step(job)
         with progress(options.scene.name, (read, WorkStep(Doing.MEASURE, read.seconds))):
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _asked(options: argparse.Namespace) -> dict[str, str]:
+def _overrides(options: argparse.Namespace) -> dict[str, str]:
     """Return the size, frame rate and preset as values of the scene file."""
     overrides = {"output.fps": options.fps, "quality": options.quality}
     if options.size is not None:
@@ -114,7 +114,7 @@ def _stress(options: argparse.Namespace) -> int:
 
     cases = chosen(options.only)
     ready_renderer(options.variant)
-    job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    job = load_job(options.scene, {**_overrides(options), **overrides_of(options)})
     order = StressOrder(options.camera, options.time, options.variant)
     steps = (*building_steps(job), WorkStep(Doing.MEASURE, _CASE * len(cases)))
     with progress(options.scene.name, steps), without_notes():

@@ -230,7 +230,7 @@ def _run(plan: FarmPlan, output: Path) -> int:
         print(f"{hint}: {PROGRAM} farm {_next(plan)} {output}")
         raise
     print(lines[0])
-    return _told(plan, state, output)
+    return _reported(plan, state, output)
 
 
 def _next(plan: FarmPlan) -> str:
@@ -238,7 +238,7 @@ def _next(plan: FarmPlan) -> str:
     return "status" if plan.engine.name == "slurm" else "resume"
 
 
-def _told(plan: FarmPlan, state: FarmState, output: Path) -> int:
+def _reported(plan: FarmPlan, state: FarmState, output: Path) -> int:
     """Say how a farm ended; return the exit code."""
     from sumo3dviz_pt.farm.run import problems_of
 

@@ -77,10 +77,10 @@ def listening() -> Iterator[Orders]:
     """Finish the frame that is being rendered, and then end, on Ctrl-C and SIGTERM."""
     orders = Orders()
 
-    def told(*_: object) -> None:
+    def on_signal(*_: object) -> None:
         orders.stop = True
 
-    before = {which: signal.signal(which, told) for which in (signal.SIGINT, *SIGNALS)}
+    before = {which: signal.signal(which, on_signal) for which in (signal.SIGINT, *SIGNALS)}
     try:
         yield orders
     finally:

@@ -221,7 +221,7 @@ class User:
     lane_names: Sequence[str]
     location: Location = UNPLACED
 
-    def found(
+    def finding(
         self, kind: str, time: float, value: float, *, end: float | None = None
     ) -> MotionFinding:
         """Return a finding about it, at the position of the sample nearest in time.
@@ -348,7 +348,7 @@ def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step
                 peaks[name] = max(*old, *highest, key=_size) if old else highest[0]
     for name, peak in peaks.items():
         if name not in (_JUMP, _STRAY) or peak.value > 0.0:
-            census.tallies[name].worst.append(user.found(name, peak.time, peak.value))
+            census.tallies[name].worst.append(user.finding(name, peak.time, peak.value))
 
 
 def _size(peak: laws.Peak) -> float:
@@ -411,9 +411,9 @@ def _ends(
     for user in users:
         for piece in user.trajectory.pieces:
             if piece.begin > log.begin + margin:
-                births.append(user.found("birth", piece.begin, 0.0))
+                births.append(user.finding("birth", piece.begin, 0.0))
             if piece.end < log.end - margin:
-                deaths.append(user.found("death", piece.end, 0.0))
+                deaths.append(user.finding("death", piece.end, 0.0))
     return births, deaths
 
 
@@ -429,4 +429,4 @@ def _remarks(users: Sequence[User]) -> Iterator[MotionFinding]:
     """Yield everything that was noticed while smoothing."""
     for user in users:
         for remark in user.trajectory.remarks:
-            yield user.found(remark.kind, remark.begin, remark.value, end=remark.end)
+            yield user.finding(remark.kind, remark.begin, remark.value, end=remark.end)

@@ -144,7 +144,7 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         allow_truncated=job.scenario.allow_truncated,
         location=location,
     )
-    rows = (_said(user, location) for user in users)
+    rows = (_outside(user, location) for user in users)
     return Roster(sorted((user for user in rows if _fits(user, wanted)), key=order))
 
 
@@ -156,7 +156,7 @@ def _inside(point: Point | None, location: Location) -> Point | None:
     return replace(point, x=x, y=y)
 
 
-def _said(user: RoadUser, location: Location) -> RoadUser:
+def _outside(user: RoadUser, location: Location) -> RoadUser:
     """Return a road user whose place is in SUMO's coordinates."""
     if user.place is None:
         return user

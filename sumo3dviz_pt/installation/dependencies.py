@@ -257,7 +257,7 @@ def _candidates() -> Iterator[str]:
     }
     yield from map(str, sorted(paths, key=_version_by_name, reverse=True))
     own = _LOADERS_OWN.get(sys.platform, "")
-    if own and not _asked(own)[1]:
+    if own and not _version_of(own)[1]:
         yield own
 
 
@@ -279,7 +279,7 @@ def _version_by_name(path: Path) -> tuple[int, str]:
 
 def _examined(path: str) -> Library:
     """Return a libLLVM with its version, or with what is wrong with it."""
-    version, problem = _asked(path)
+    version, problem = _version_of(path)
     if problem:
         return Library(path, "", f"{path}, which cannot be loaded ({problem})")
     if int(version.split(".")[0]) < OLDEST:
@@ -287,7 +287,7 @@ def _examined(path: str) -> Library:
     return Library(path, version)
 
 
-def _asked(path: str) -> tuple[str, str]:
+def _version_of(path: str) -> tuple[str, str]:
     """Return the version that a library tells, `0.0.0` before 16, and why it tells none."""
     command = [sys.executable, "-I", "-S", "-c", _ASK, path]
     try:

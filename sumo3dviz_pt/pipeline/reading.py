@@ -206,8 +206,8 @@ def read_files(
     if whole is not None:
         scenario, recorded = (_living(whole, *span) for span in ((begin, end), wider))
     else:
-        scenario = _read_once(files, stamps, _AskedLog.of(job, begin, end))
-        recorded = scenario if wider == (begin, end) else _read(files, _AskedLog.of(job, *wider))
+        scenario = _read_once(files, stamps, _LogPart.of(job, begin, end))
+        recorded = scenario if wider == (begin, end) else _read(files, _LogPart.of(job, *wider))
     note_guesses(scenario.guesses, log=files.trajectories[0])
     lives = whole is not None
     return files, changed(job, scenario, recorded, begin=begin, end=end, whole=lives)
@@ -237,7 +237,7 @@ def _whole(
         _say_part("is large", files)
         return None
     try:
-        whole = _read_once(files, stamps, _AskedLog.of(job, None, None))
+        whole = _read_once(files, stamps, _LogPart.of(job, None, None))
     except InputError as error:
         _say_part(f"cannot be read whole ({cut(str(error))})", files)
         return None
@@ -281,7 +281,7 @@ def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario
 
 
 @dataclass(frozen=True, slots=True)
-class _AskedLog:
+class _LogPart:
     """What of a log is read, and how.
 
     Attributes:
@@ -299,7 +299,7 @@ class _AskedLog:
     classes: tuple[tuple[str, str], ...]
 
     @classmethod
-    def of(cls, job: Job, begin: float | None, end: float | None) -> _AskedLog:
+    def of(cls, job: Job, begin: float | None, end: float | None) -> _LogPart:
         """Return what a scene file asks for in a window [s]."""
         classes = tuple(job.vehicles.types.items())
         own = job.scenario
@@ -308,7 +308,7 @@ class _AskedLog:
 
 @lru_cache(maxsize=1)
 def _read_once(
-    files: ScenarioFiles, stamps: tuple[tuple[str, int, int], ...], log: _AskedLog
+    files: ScenarioFiles, stamps: tuple[tuple[str, int, int], ...], log: _LogPart
 ) -> Scenario:
     """Read a scenario; the last one is kept, because most shots of a scene file share it.
 
@@ -321,7 +321,7 @@ def _read_once(
     return _read(files, log)
 
 
-def _read(files: ScenarioFiles, log: _AskedLog) -> Scenario:
+def _read(files: ScenarioFiles, log: _LogPart) -> Scenario:
     """Read a scenario."""
     from sumo3dviz_pt.motion import MARGIN
     from sumo3dviz_pt.sumo import read_scenario

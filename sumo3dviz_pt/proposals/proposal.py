@@ -222,7 +222,7 @@ class Proposal:
     """What is worth looking at, and how.
 
     Attributes:
-        found: The moment and the place.
+        spot: The moment and the place.
         template: The look, and why.
         overview: From above.
         corner: At the height of people, or None.
@@ -231,7 +231,7 @@ class Proposal:
         unmet: Why kinds of road users have no ride.
     """
 
-    found: Busiest
+    spot: Busiest
     template: ChosenTemplate
     overview: StandingEye
     corner: StandingEye | None = None
@@ -243,19 +243,19 @@ class Proposal:
 def in_files(proposal: Proposal, location: Location) -> Proposal:
     """Return a proposal in SUMO's coordinates, as scene files have them."""
 
-    def said(places: Floats) -> Floats:
+    def outside(places: Floats) -> Floats:
         return location.outside(np.round(places, 2))
 
     def stood(stand: StandingEye) -> StandingEye:
-        return replace(stand, eye=said(stand.eye), aim=said(stand.aim))
+        return replace(stand, eye=outside(stand.eye), aim=outside(stand.aim))
 
     flight = proposal.flight
     return replace(
         proposal,
-        found=replace(proposal.found, place=said(proposal.found.place)),
+        spot=replace(proposal.spot, place=outside(proposal.spot.place)),
         overview=stood(proposal.overview),
         corner=proposal.corner and stood(proposal.corner),
-        flight=flight and replace(flight, eyes=said(flight.eyes), aims=said(flight.aims)),
+        flight=flight and replace(flight, eyes=outside(flight.eyes), aims=outside(flight.aims)),
     )
 
 
@@ -294,7 +294,7 @@ def scene_text(
         f'# sky: {{sun: {{date: 2026-06-21, time: "17:30", place: {_here(scenario)}}}}}',
         "# ground: {texture: ground_grass}",
         *type_lines(scenario.guesses),
-        *_place_lines(proposal.found),
+        *_place_lines(proposal.spot),
         "cameras:",
         *_stand_lines("overview", proposal.overview, "from above"),
         *_stand_lines("corner", proposal.corner, "at the height of people, beside the road"),
@@ -401,7 +401,7 @@ def _flight_lines(flight: Flight | None) -> list[str]:
 
 def _shot_lines(proposal: Proposal) -> list[str]:
     """Return one shot for each camera; a film needs more than one moment."""
-    spot = proposal.found
+    spot = proposal.spot
     if spot.start == spot.end:
         return ["shots: []                       # the log is one moment: `still` shows it"]
     windows = [("overview", spot.start, spot.end)]
@@ -508,7 +508,7 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
 
 def _notes(proposal: Proposal) -> list[str]:
     """Say what was chosen and why, and what could not be proposed."""
-    spot, look = proposal.found, proposal.template
+    spot, look = proposal.spot, proposal.template
     notes = [f"template {look.name}: {look.why}"]
     if spot.movers:
         where = f"junction {spot.junction}" if spot.junction else "the place"

@@ -176,12 +176,12 @@ def record(path: Path, order: RecordOrder) -> tuple[Path, ...]:
     program = sumo_program()
     target = order.folder / path.name
     _check_place(order, target, path)
-    files = _kept(settings, order, program)
+    files = _simulated(settings, order, program)
     write_atomically(target, configuration(settings, order.folder, signals=len(files) > 1))
     return (target, *files)
 
 
-def _kept(settings: SumoSettings, order: RecordOrder, program: str) -> list[Path]:
+def _simulated(settings: SumoSettings, order: RecordOrder, program: str) -> list[Path]:
     """Run a simulation and keep its logs; a folder that was not there goes if that fails."""
     new = not order.folder.exists()
     order.folder.mkdir(parents=True, exist_ok=True)

@@ -54,14 +54,14 @@ class PixelFacts:
     """What one place of each pixel shows.
 
     Attributes:
-        found: What was asked for, by the names of `RAYS` in `render/kernel/integrator.py`, as
+        layers: What was asked for, by the names of `RAYS` in `render/kernel/integrator.py`, as
             arrays (h, w) or (h, w, c).
         owner: Number at each pixel of the thing that stands, or the part of what moves, (h, w);
             0 where there is none. None where nobody asked for `OWNERS`.
         owners: Names of all numbers.
     """
 
-    found: Mapping[str, Any]
+    layers: Mapping[str, Any]
     owner: Ints | None = None
     owners: Owners | None = None
 
@@ -108,7 +108,7 @@ def points_of(facts: PixelFacts, frame: FrameState, size: tuple[int, int]) -> Fl
         frame: That was shown.
         size: Width, height [px].
     """
-    return np.asarray(frame.view.points(facts.found["depth"], size))
+    return np.asarray(frame.view.points(facts.layers["depth"], size))
 
 
 def carried(
@@ -138,17 +138,17 @@ def carried(
         if then is None:
             known[here] = False
         elif loaded.takes_poses(before[name]):
-            face = facts.found["face"][here]
+            face = facts.layers["face"][here]
             own = facts.owners.own_faces(face)
-            moved[here] = loaded.place_on(then, own, facts.found["corners"][here])
+            moved[here] = loaded.place_on(then, own, facts.layers["corners"][here])
         else:
             step = then.world_from_body.matrix @ np.linalg.inv(before[name].world_from_body.matrix)
             moved[here] = points[here] @ step[:3, :3].T + step[:3, 3]
     for name, (first, faces) in facts.owners.windswept.items():
-        plants, face = loaded.plants(name), facts.found["face"].astype(np.int64) - first
-        here = (face >= 0) & (face < faces) & (facts.found["depth"] > 0.0)
+        plants, face = loaded.plants(name), facts.layers["face"].astype(np.int64) - first
+        here = (face >= 0) & (face < faces) & (facts.layers["depth"] > 0.0)
         if plants is not None and here.any():
-            moved[here] = plants.place_on(frames[1], face[here], facts.found["corners"][here])
+            moved[here] = plants.place_on(frames[1], face[here], facts.layers["corners"][here])
     return moved, known
 
 

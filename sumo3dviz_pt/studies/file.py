@@ -37,7 +37,7 @@ _SERVICES: Mapping[str, str | None] = {
 """Where the kinds of endpoints listen, unless the study file says it."""
 
 
-_ASKED = ("text", "choice", "low", "high", "none")
+_PARTS = ("text", "choice", "low", "high", "none")
 """Words of a question that a language has, where the study file has none of its own."""
 
 
@@ -45,7 +45,7 @@ def words_of(settings: StudySettings) -> Words:
     """Return what people are asked, in the language of the study."""
     question, about = settings.question, settings.about
     usual = texts_of(settings).question
-    own = {key: usual[key] if (text := getattr(question, key)) is None else text for key in _ASKED}
+    own = {key: usual[key] if (text := getattr(question, key)) is None else text for key in _PARTS}
     return Words(
         question=own["text"],
         choice=own["choice"],

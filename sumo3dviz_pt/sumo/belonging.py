@@ -274,7 +274,7 @@ _NEAR = 1000.0
 _COORDINATES_MOST = 0.9
 """Smallest share of places that must be near the network."""
 
-_SAID = re.compile(rb'<fcd-output\.(geo|utm) value="(?:true|1|yes|on|x|t)"')
+_DECLARED = re.compile(rb'<fcd-output\.(geo|utm) value="(?:true|1|yes|on|x|t)"')
 
 
 class Coordinates(Enum):
@@ -297,7 +297,7 @@ def coordinates_of(file: Path, location: Location | None) -> Mapping[str, Coordi
     """
     if location is None or not any(location.boundary):
         return {}
-    rows, declared = first_rows(file), _said(file)
+    rows, declared = first_rows(file), _declared(file)
     systems = {
         kind: _judged(_of_kind(rows, kind), location, declared if kind == "vehicle" else None)
         for kind in dict.fromkeys(rows.kinds)
@@ -396,10 +396,10 @@ def _of_kind(rows: LogRows, kind: str) -> Floats:
     return np.array([p for p, own in zip(rows.places, rows.kinds, strict=True) if own == kind])
 
 
-def _said(file: Path) -> Coordinates | None:
+def _declared(file: Path) -> Coordinates | None:
     """Return what the configuration in a log's head says, if there is one."""
     with suppress(InputError):
         for chunk in islice(chunks(file), 1):
-            match = _SAID.search(chunk.partition(b"<timestep")[0])
+            match = _DECLARED.search(chunk.partition(b"<timestep")[0])
             return Coordinates[match[1].decode().upper()] if match else None
     return None

@@ -174,12 +174,12 @@ class TypesOfUsers:
 
     def _class_of(self, kind: str, name: str, type_id: str) -> str | None:
         """Return the vClass of a road user without a defined type; None where nothing tells."""
-        declared = self._given(type_id or name)
+        declared = self._declared(type_id or name)
         if declared is not None and kind == "vehicle":
             return declared
         return class_of_type(type_id, kind) if type_id else class_of_vehicle(name, kind)
 
-    def _given(self, name: str) -> str | None:
+    def _declared(self, name: str) -> str | None:
         """Return the class that the scene file gives, or None."""
         if name in self.classes:
             return self.classes[name]
@@ -206,7 +206,7 @@ class TypesOfUsers:
         counts = Counter(
             (trace.type_id, self._class_of(trace.kind, trace.id, trace.type_id) or "")
             for trace in traces
-            if trace.kind == "vehicle" and not self._told(trace)
+            if trace.kind == "vehicle" and not self._is_known(trace)
         )
         return tuple(
             TypeGuess(type_id, count, vclass, "the names say so" if vclass else "")
@@ -214,10 +214,10 @@ class TypesOfUsers:
             if type_id or vclass
         )
 
-    def _told(self, trace: Trace) -> bool:
+    def _is_known(self, trace: Trace) -> bool:
         """Return whether a file or the scene file tells the class of a vehicle."""
         known = trace.type_id in self.defined or trace.type_id in DEFAULT_TYPES
-        return known or self._given(trace.type_id or trace.id) is not None
+        return known or self._declared(trace.type_id or trace.id) is not None
 
 
 def _default_id(vclass: str) -> str:

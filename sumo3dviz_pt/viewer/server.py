@@ -410,10 +410,10 @@ def _on_signals(act: Callable[[], None]) -> Iterator[None]:
         yield
         return
 
-    def told(_number: int, _frame: FrameType | None) -> None:
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
         act()
 
-    before = {which: signal.signal(which, told) for which in (signal.SIGINT, signal.SIGTERM)}
+    before = {which: signal.signal(which, on_signal) for which in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:

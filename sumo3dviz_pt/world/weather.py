@@ -31,7 +31,7 @@ from sumo3dviz_pt.model.weather import (
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.sky import read_clouds
 
-_Said = WeatherMoment | WeatherSettings
+_Stated = WeatherMoment | WeatherSettings
 
 _NEARLY_ALL = 95.0
 """Share of roads on which fog is as dense as said; a viaduct may rise above [%]."""
@@ -121,7 +121,7 @@ class _Numbers:
     def __init__(self, settings: WeatherSettings, time: float) -> None:
         self.settings, self.time = settings, time
 
-    def of(self, read: Callable[[_Said], float | None]) -> float | None:
+    def of(self, read: Callable[[_Stated], float | None]) -> float | None:
         """Return a number by those who say it: moments, or else the scene file; None if nobody."""
         moments = [(moment.time, read(moment)) for moment in self.settings.course]
         known = [(time, value) for time, value in moments if value is not None]
@@ -130,12 +130,12 @@ class _Numbers:
         times, values = zip(*known, strict=True)
         return float(np.interp(self.time, times, values))
 
-    def anyone(self, read: Callable[[_Said], object | None]) -> bool:
+    def anyone(self, read: Callable[[_Stated], object | None]) -> bool:
         """Return whether the scene file or a moment says something."""
         moments = self.settings.course
         return read(self.settings) is not None or any(read(each) is not None for each in moments)
 
-    def word(self, read: Callable[[_Said], str | None]) -> str | None:
+    def word(self, read: Callable[[_Stated], str | None]) -> str | None:
         """Return a word: that of the last moment that says it and has come."""
         value = read(self.settings)
         for moment in self.settings.course:
@@ -167,7 +167,7 @@ def _fall(fog: FogSettings) -> float | None:
 def _part(numbers: _Numbers, name: str) -> WeatherKind | None:
     """A kind of weather whose numbers and words have the same names in the scene file."""
 
-    def said_of(field: str) -> Callable[[_Said], Any]:
+    def reader(field: str) -> Callable[[_Stated], Any]:
         return lambda state: getattr(getattr(state, name), field, None)
 
     if not numbers.anyone(lambda state: getattr(state, name)):
@@ -176,7 +176,7 @@ def _part(numbers: _Numbers, name: str) -> WeatherKind | None:
     values: dict[str, Any] = {}
     for each in fields(kind):
         ask = numbers.word if isinstance(each.default, str) else numbers.of
-        value = ask(said_of(each.name))
+        value = ask(reader(each.name))
         if value is not None:
             values[each.name] = value
     return kind(**values)
@@ -187,7 +187,7 @@ def _wind(numbers: _Numbers) -> Wind | None:
     whole = numbers.settings.wind
     usual = _WEST if whole is None or whole.bearing is None else whole.bearing
 
-    def blowing(state: _Said) -> Wind | None:
+    def blowing(state: _Stated) -> Wind | None:
         if state.wind is None:
             return None
         bearing = usual if state.wind.bearing is None else state.wind.bearing

@@ -173,7 +173,7 @@ class LayerFacts:
         facts, view = self.facts, self.frame.view
         points = points_of(facts, self.frame, self.size)
         moved, known = carried(facts, self.session.loaded, (self.frame, after), points)
-        sky = facts.found["depth"] <= 0.0
+        sky = facts.layers["depth"] <= 0.0
         flow, ahead = flow_of(moved, view.directions(self.size), sky, view=after.view)
         flow[~known] = 0.0
         return flow, known & ahead
@@ -326,7 +326,7 @@ def _parts(seen: LayerFacts) -> dict[str, dict[str, Any]]:
     parts: dict[str, dict[str, Any]] = {}
     for layer, kind in LAYER_KINDS.items():
         if kind.channels and layer in seen.wanted:
-            values = seen.numbers if layer == "instance" else seen.facts.found[layer]
+            values = seen.numbers if layer == "instance" else seen.facts.layers[layer]
             stored = np.atleast_3d(values.astype(kind.dtype))
             parts[layer] = {letter: stored[..., k] for k, letter in enumerate(kind.channels)}
     return parts

@@ -61,13 +61,13 @@ def stoppable() -> Iterator[None]:
     """
     state = _Asked()
 
-    def told(*_: object) -> None:
+    def on_signal(*_: object) -> None:
         state.asked = True
         if not state.busy:
             raise KeyboardInterrupt
 
     main = threading.current_thread() is threading.main_thread()
-    before = {which: signal.signal(which, told) for which in SIGNALS if main}
+    before = {which: signal.signal(which, on_signal) for which in SIGNALS if main}
     token = _ASKED.set(state)
     try:
         yield

@@ -107,7 +107,7 @@ class Halos:
             room=self._room,
             seen=(start + origin, origin),
         )
-        power = _given(sources, directions, start + origin, fading=frame.weather.extinction)
+        power = _scattered(sources, directions, start + origin, fading=frame.weather.extinction)
         total = power.sum(axis=1, keepdims=True)
         chances = power / np.where(total > 0.0, total, 1.0)
         self._columns = dr.opaque(mi.UInt32, directions.shape[1])
@@ -264,7 +264,7 @@ def _spread(directions: Floats) -> float:
     return float(np.arccos(np.clip(np.median(cosine), -1.0, 1.0)))
 
 
-def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) -> Floats:
+def _scattered(sources: Sources, directions: Floats, eye: Floats, *, fading: float) -> Floats:
     """Return what lamps scatter along rays, about, (rays, lamps).
 
     Args:

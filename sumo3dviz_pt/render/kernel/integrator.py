@@ -89,18 +89,18 @@ class Met:
 
     Attributes:
         place: What they went through.
-        found: Mitsuba's word for what each of them met first.
+        hit: Mitsuba's word for what each of them met first.
         ray: The rays.
     """
 
     place: Place
-    found: Any
+    hit: Any
     ray: Any
 
     @cached_property
     def surface(self) -> Any:
         """The surfaces that they met."""
-        return self.place.surfaces.met(self.found, self.ray, mi.Bool(True))
+        return self.place.surfaces.met(self.hit, self.ray, mi.Bool(True))
 
     def there(self, channels: Any) -> list[Any]:
         """Return channels where something was met, else 0."""
@@ -109,28 +109,28 @@ class Met:
 
 def _instance(met: Met) -> list[Any]:
     """Return Mitsuba's numbers of instances."""
-    number = dr.reinterpret_array(mi.UInt32, met.found.instance)
-    return [dr.select(mi.Bool(met.found.is_valid()), number, 0)]
+    number = dr.reinterpret_array(mi.UInt32, met.hit.instance)
+    return [dr.select(mi.Bool(met.hit.is_valid()), number, 0)]
 
 
 def _corners(met: Met) -> list[Any]:
     """Return where in the faces they were met."""
-    there = mi.Bool(met.found.is_valid())
-    return [dr.select(there, one, 0.0) for one in met.found.prim_uv]
+    there = mi.Bool(met.hit.is_valid())
+    return [dr.select(there, one, 0.0) for one in met.hit.prim_uv]
 
 
 def _albedo(met: Met) -> list[Any]:
     """Return reflectances."""
     albedo, foreign = met.surface.finish.colour, met.surface.foreign
     if met.place.surfaces.foreign:
-        si = met.found.compute_surface_interaction(met.ray, mi.RayFlags.All, foreign)
+        si = met.hit.compute_surface_interaction(met.ray, mi.RayFlags.All, foreign)
         theirs = si.bsdf().eval_diffuse_reflectance(si, foreign)
         albedo = dr.select(foreign, theirs, albedo)
     return met.there(albedo)
 
 
 RAYS: Mapping[str, Callable[[Met], list[Any]]] = {
-    "depth": lambda met: [dr.select(mi.Bool(met.found.is_valid()), met.found.t, 0.0)],
+    "depth": lambda met: [dr.select(mi.Bool(met.hit.is_valid()), met.hit.t, 0.0)],
     "face": lambda met: [dr.select(met.surface.there, met.surface.face, 0)],
     "instance": _instance,
     "corners": _corners,

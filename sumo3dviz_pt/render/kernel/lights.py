@@ -189,7 +189,7 @@ class Lights:
         if self._loaded.sky_changes:
             self._sky_given = self._light_of_sky()
         weights = np.array([_weight(parameters, name) for name in self._names])
-        self._choice.follow(weights, self._given(), self._grid())
+        self._choice.follow(weights, self._powers(), self._grid())
         if self._lamps is not None:
             self._lamps.follow()
         if self._beams is not None:
@@ -208,7 +208,7 @@ class Lights:
         grid = grid_of(frame.view, CELLS)
         return np.array([*(grid.corner - frame.origin[:2]), 1.0 / grid.step])
 
-    def _given(self) -> Floats:
+    def _powers(self) -> Floats:
         """Return what each emitter gives to each cell, (emitters, cells)."""
         if not self.many:
             return np.zeros((1, 1))

@@ -123,14 +123,14 @@ class RowMaker:
             painted: Whether its tint is the colour of the instance that was hit.
         """
         try:
-            return Row(**self._said(bsdf, painted=painted))
+            return Row(**self._fields(bsdf, painted=painted))
         except _ForeignError:
             return Row(MaterialKind.FOREIGN)
 
-    def _said(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
+    def _fields(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
         """Return the fields of a row."""
         if bsdf.get("type") == "twosided" and set(bsdf) == {"type", "bsdf"}:
-            inner = self._said(bsdf["bsdf"], painted=painted)
+            inner = self._fields(bsdf["bsdf"], painted=painted)
             return inner | {"kind": inner["kind"] | MaterialKind.OPEN}
         makers = {
             "principled": self._principled,

@@ -144,7 +144,7 @@ def picked(glow: Glow, grid: Grid, shine: Shine | None = None) -> Picks:
     if not len(lit):
         return Picks(density, chance, np.zeros(cells**2))
     middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
-    power = _given(glow, lit, middles, grid.step)
+    power = _powers(glow, lit, middles, grid.step)
     if shine is not None:
         mirrored = _mirrored(glow.places[lit], middles, grid.step, shine.eye)
         power *= 1.0 + shine.wetness * _SHINY * mirrored
@@ -158,7 +158,7 @@ def picked(glow: Glow, grid: Grid, shine: Shine | None = None) -> Picks:
     return Picks(density, chance, total)
 
 
-def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
+def _powers(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
     """Return what units give to cells, (c * c, m): power over squared distance, less behind them.
 
     Args:

@@ -88,7 +88,7 @@ class FilmTest:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Delivered:
+class _Delivery:
     """What an account says of a delivered film."""
 
     path: Path
@@ -115,7 +115,7 @@ def film_faults(
         develop: Whether frames are developed again.
     """
     try:
-        claims = {path: _said(path, account) for path in _films_of(film, account)}
+        claims = {path: _delivered(path, account) for path in _films_of(film, account)}
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         return FilmTest(
             (FilmFault(film, f"its account does not tell its pictures ({error})"),), 0, 0
@@ -145,7 +145,7 @@ def replayed_faults(film: Path, account: Account, frame: Path) -> list[FilmFault
         account: Its account.
         frame: Rendered anew, beside all that help it.
     """
-    claims = {path: _said(path, account) for path in _films_of(film, account)}
+    claims = {path: _delivered(path, account) for path in _films_of(film, account)}
     return _again(film, account, claims, [frame])[0]
 
 
@@ -154,7 +154,7 @@ def _films_of(film: Path, account: Account) -> list[Path]:
     return [film, *([plain_twin(film)] if account.get("overlays") else [])]
 
 
-def _said(path: Path, account: Account) -> _Delivered:
+def _delivered(path: Path, account: Account) -> _Delivery:
     """Return what an account says of a film.
 
     Raises:
@@ -167,7 +167,7 @@ def _said(path: Path, account: Account) -> _Delivered:
     if not all(math.isfinite(value) for each in own["pictures"] for value in each["codec_error"]):
         raise ValueError("a codec's error is no number")
     whole = bool(account.get("overlays")) and ".plain" not in path.suffixes[-2:-1]
-    return _Delivered(
+    return _Delivery(
         path,
         str(own["sha256"]),
         codec_named(str(own["codec"]), path=path),
@@ -182,7 +182,7 @@ def _said(path: Path, account: Account) -> _Delivered:
 # What was delivered -----------------------------------------------------------------------
 
 
-def _pictures(film: _Delivered) -> tuple[list[FilmFault], int]:
+def _pictures(film: _Delivery) -> tuple[list[FilmFault], int]:
     """Return which pictures of a film are not those that were developed; and how many it has."""
     from sumo3dviz_pt.video.prints import Apart, film_prints
 
@@ -203,7 +203,7 @@ def _pictures(film: _Delivered) -> tuple[list[FilmFault], int]:
     return faults, len(decoded.prints)
 
 
-def _form(decoded: FilmPrints, film: _Delivered) -> Iterator[FilmFault]:
+def _form(decoded: FilmPrints, film: _Delivery) -> Iterator[FilmFault]:
     """Yield that a film has another length, size, rhythm or other colours for players."""
     from sumo3dviz_pt.video.containers import container_faults
 
@@ -218,7 +218,7 @@ def _form(decoded: FilmPrints, film: _Delivered) -> Iterator[FilmFault]:
         yield FilmFault(film.path, what, None if picture is None else picture - film.before)
 
 
-def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], film: _Delivered) -> FilmFault:
+def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], film: _Delivery) -> FilmFault:
     """Return which pictures are not those that were developed; named by the one farthest away."""
     from sumo3dviz_pt.video.prints import Apart
 
@@ -240,7 +240,7 @@ def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], film: _Deliv
 
 
 def _again(
-    film: Path, account: Account, claims: Mapping[Path, _Delivered], frames: Sequence[Path]
+    film: Path, account: Account, claims: Mapping[Path, _Delivery], frames: Sequence[Path]
 ) -> tuple[list[FilmFault], int]:
     """Develop frames; return which of them are not the film's, and how many were developed."""
     from sumo3dviz_pt.video.encoder import planes_of

@@ -452,7 +452,7 @@ def orthogonal_array(counts: Sequence[int], *, strength: int = 2) -> Rows:
     Raises:
         ConfigError: If none is smaller than all combinations, or none was found.
     """
-    rows = _found(tuple(counts), strength)
+    rows = _smallest(tuple(counts), strength)
     if rows is not None:
         return rows.copy()
     whole, text = prod(counts), " x ".join(map(str, counts))
@@ -469,7 +469,7 @@ def orthogonal_array(counts: Sequence[int], *, strength: int = 2) -> Rows:
 
 
 @cache
-def _found(counts: tuple[int, ...], strength: int) -> Rows | None:
+def _smallest(counts: tuple[int, ...], strength: int) -> Rows | None:
     """Return the smallest array that is found, or None."""
     for runs in _sizes(counts, strength):
         rows = linear_array(counts, runs, strength=strength) if runs <= _LARGEST_LINEAR else None

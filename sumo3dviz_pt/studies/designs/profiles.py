@@ -342,7 +342,7 @@ def choice_tasks(
     profiles = _candidates(levels, exclude, seed)
     search = _TaskSearch(levels, profiles, request)
     search.check()
-    designs = [search.found(seed, start) for start in range(_STARTS)]
+    designs = [search.improved(seed, start) for start in range(_STARTS)]
     best = max(range(_STARTS), key=lambda n: (round(designs[n][0], 5), -n))
     if not np.isfinite(designs[best][0]):
         raise ConfigError(
@@ -389,7 +389,7 @@ class _TaskSearch:
                 key="choices.tasks",
             )
 
-    def found(self, seed: int, start: int) -> tuple[float, list[list[int]]]:
+    def improved(self, seed: int, start: int) -> tuple[float, list[list[int]]]:
         """Return the logarithm of the determinant, and the profiles of each task."""
         tasks = self._begun(seed, start)
         worth = -np.inf

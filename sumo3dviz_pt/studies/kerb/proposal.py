@@ -197,10 +197,10 @@ def as_study(made: KerbProposal, scene: str) -> str:
         )
         lines.append(f"      {name}:")
         lines.append(f"        traffic: {{rides: {{{_word(pair.then.id)}: {ride}}}}}")
-    return "\n".join([*lines, *_ASKED, ""])
+    return "\n".join([*lines, *_QUESTION, ""])
 
 
-_ASKED = (
+_QUESTION = (
     "question:",
     "  during:",
     "    keys: [space]",

@@ -165,7 +165,7 @@ class ReportPage:
 
     Attributes:
         films: All with the same measures.
-        found: What factors do to measures.
+        effects: What factors do to measures.
         white: Luminance of the display's white [cd/m2].
         words: What measures mean, in order.
         safety: What the numbers mean that ethics boards ask for, in order.
@@ -174,7 +174,7 @@ class ReportPage:
     """
 
     films: Sequence[FilmMeasures]
-    found: Sequence[Effect]
+    effects: Sequence[Effect]
     white: float
     words: Mapping[str, str]
     safety: Mapping[str, str]
@@ -200,7 +200,7 @@ def write_page(path: Path, page: ReportPage) -> None:
         _ABOUT.format(white=page.white, tables=f"<ul>{listed}</ul>"),
         "<h2>What factors do to measures</h2>",
         _EFFECTS,
-        *_effect_table(page.found, page.words),
+        *_effect_table(page.effects, page.words),
         *_design(page),
         *_gaps(page.films),
         *_arrivals(page.films),
@@ -479,7 +479,7 @@ def _write(folder: Path, page: ReportPage) -> Path:
         "measures": dict(page.words),
         "films": {film.name: _null(film.whole) for film in page.films},
         "effects": [
-            {**asdict(each), "eta_squared": round(each.eta_squared, 6)} for each in page.found
+            {**asdict(each), "eta_squared": round(each.eta_squared, 6)} for each in page.effects
         ],
         "gaps": {
             film.name: [{name: _short(value) for name, value in row.items()} for row in gaps]

@@ -74,7 +74,7 @@ class FastForward:
         head, start = b"", 0
         if not self._dropping:
             # Everything before the first step, the root element above all, is kept.
-            start = _found(data, _FORWARD_OPEN, 0, whole)
+            start = _index(data, _FORWARD_OPEN, 0, whole)
             head = data[:start]
             self._dropping = start < whole
         rest = self._first_needed(data, start, whole)
@@ -84,14 +84,14 @@ class FastForward:
 
     def _first_needed(self, data: bytes, start: int, end: int) -> int:
         """Return where the first step of the window begins, or the log ends; else `end`."""
-        at = _found(data, _FORWARD_OPEN, start, end)
+        at = _index(data, _FORWARD_OPEN, start, end)
         while at < end:
             time = _time_of(data, at)
             if time is None or time >= self._begin:
                 return at
             self._steps.append(time)
-            at = _found(data, _FORWARD_OPEN, at + 1, end)
-        return _found(data, _FORWARD_CLOSE, start, end)
+            at = _index(data, _FORWARD_OPEN, at + 1, end)
+        return _index(data, _FORWARD_CLOSE, start, end)
 
 
 def _end_of_whole_tags(data: bytes) -> int:
@@ -100,7 +100,7 @@ def _end_of_whole_tags(data: bytes) -> int:
     return len(data) if last < 0 or data.find(b">", last) >= 0 else last
 
 
-def _found(data: bytes, word: bytes, start: int, end: int) -> int:
+def _index(data: bytes, word: bytes, start: int, end: int) -> int:
     at = data.find(word, start, end)
     return end if at < 0 else at
 

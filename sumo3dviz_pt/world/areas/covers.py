@@ -219,7 +219,7 @@ class Areas:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _CoverFound:
+class _CoverShape:
     """A polygon that covers ground, before areas are ordered.
 
     Attributes:
@@ -246,7 +246,7 @@ def areas_of(polygons: Sequence[Polygon], covers: LandCovers, *, seed: int) -> A
         covers: What their types mean.
         seed: Chooses among the colours of a cover.
     """
-    mapped: list[_CoverFound] = []
+    mapped: list[_CoverShape] = []
     unknown: dict[str, int] = {}
     for item in polygons:
         if item.source == SLABS or kind_of(item.type, item.source) is not None:
@@ -254,7 +254,7 @@ def areas_of(polygons: Sequence[Polygon], covers: LandCovers, *, seed: int) -> A
         row = covers.row_of(item.type)
         if row is None:
             unknown[item.type or "(none)"] = unknown.get(item.type or "(none)", 0) + 1
-        elif (one := _found(item, row)) is not None:
+        elif (one := _cover(item, row)) is not None:
             mapped.append(one)
     ordered = _ordered(mapped)
     areas = tuple(
@@ -284,7 +284,7 @@ def colour_for(cover: Cover, name: str, seed: int) -> Colour | None:
     return cover.colours[int(share_of(seed, "area", name) * len(cover.colours))]
 
 
-def _found(item: Polygon, row: TypeRow) -> _CoverFound | None:
+def _cover(item: Polygon, row: TypeRow) -> _CoverShape | None:
     """The ground that a polygon covers, or None."""
     points, cover = item.shape[:, :2], row.cover
     closed = len(points) > 3 and bool(np.allclose(points[0], points[-1]))
@@ -297,7 +297,7 @@ def _found(item: Polygon, row: TypeRow) -> _CoverFound | None:
         return None
     if cover == AS_IS or shape.area <= _SMALLEST:
         return None
-    return _CoverFound(item, cover, shape, _layer(item))
+    return _CoverShape(item, cover, shape, _layer(item))
 
 
 def _layer(item: Polygon) -> float:
@@ -308,7 +308,7 @@ def _layer(item: Polygon) -> float:
         return 0.0
 
 
-def _ordered(areas: Sequence[_CoverFound]) -> list[_CoverFound]:
+def _ordered(areas: Sequence[_CoverShape]) -> list[_CoverShape]:
     """Areas by layer, then by how many of their layer they lie in, then as they come."""
     if not areas:
         return []

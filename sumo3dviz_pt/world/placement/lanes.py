@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, evenly_along, from_
 from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.world.roads.strips import is_footway
 
-_ASKED = 4
+_NEAREST = 4
 """Points that are looked at; places in a plane seldom have more nearest ones."""
 
 
@@ -37,7 +37,7 @@ class Nearest:
 
     def query(self, places: Floats) -> tuple[Floats, Ints]:
         """Return distances of places, (m, 2) [m], to the nearest points, and their indices."""
-        count = min(_ASKED, len(self._first))
+        count = min(_NEAREST, len(self._first))
         away, index = self._tree.query(settled(places), k=range(1, count + 1))
         away, first = settled(away), self._first[index]
         nearest = away.min(axis=1)

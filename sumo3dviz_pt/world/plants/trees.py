@@ -210,8 +210,8 @@ def plant(network: Network, plot: Plot, *, around: Surroundings) -> Planting:
     # The ground's texture begins at whole tiles.
     origin = _TILE * np.floor(np.array(network.location.boundary[:2]) / _TILE)
     _hedgerows(around, origin, nursery)
-    trees = _kept(nursery.trees, plot, around, tall=True)
-    shrubs = _kept(nursery.shrubs, plot, around, tall=False)
+    trees = _chosen(nursery.trees, plot, around, tall=True)
+    shrubs = _chosen(nursery.shrubs, plot, around, tall=False)
     return Planting((*trees, *shrubs))
 
 
@@ -295,7 +295,7 @@ def _hedgerows(around: Surroundings, origin: Floats, nursery: _Nursery) -> None:
                     nursery.shrubs.append(_Candidate(name, place, shrub))
 
 
-def _kept(
+def _chosen(
     candidates: Sequence[_Candidate], plot: Plot, around: Surroundings, *, tall: bool
 ) -> list[Poi]:
     """Candidates that stand free, can be seen and hide nothing, the nearest to a camera."""

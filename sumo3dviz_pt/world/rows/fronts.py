@@ -383,7 +383,7 @@ def _in_tile(
     blocks = [block for block in blocks if block.land.area > _SMALLEST and not block.room.is_empty]
     # Divide its borders into lots and build on them.
     taken = around.memory.of((SOURCE, "taken"), partial(_taken, fixed))
-    growth = _Found(union([block.room for block in blocks]), taken, around)
+    growth = _Growing(union([block.room for block in blocks]), taken, around)
     lots: list[Lot] = []
     for block in blocks:
         for lot in block.lots(partial(streets.fit, reach=setback + 14.0), around.seed):
@@ -412,7 +412,7 @@ def _trees(pois: Sequence[Poi]) -> Floats:
     return np.array(places, dtype=np.float64).reshape(-1, 2)
 
 
-class _Found:
+class _Growing:
     """Houses while they are built."""
 
     def __init__(

@@ -262,7 +262,7 @@ def site_of(
         ground: Everything else.
         supports: Feet of signals, (n, 2) [m].
     """
-    known = around.memory.of(("street", "given"), partial(_given, scenario))
+    known = around.memory.of(("street", "given"), partial(_obstacles, scenario))
     taken = np.concatenate([known.taken, supports.reshape(-1, 2)])
     standing = standing_height(roads, ground)
     return Site(around, standing, known.crossings, taken, known.lines)
@@ -277,7 +277,7 @@ class _Obstacles:
     lines: shapely.STRtree
 
 
-def _given(scenario: Scenario) -> _Obstacles:
+def _obstacles(scenario: Scenario) -> _Obstacles:
     """What a scenario brings."""
     trees = [poi.position for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
     lines = [
