@@ -220,14 +220,7 @@ def test_films_over_the_api_equal_the_commands(place, whole):
     target = place.parent / "api.mp4"
     steps = []
     (folder,) = sv.load(place).render(
-        target,
-        camera="post",
-        start=4,
-        end=4.8,
-        fps=10,
-        spp=1,
-        frames=(2, 4),
-        progress=steps.append,
+        target, camera="post", start=4, end=4.8, fps=10, spp=1, frames=(2, 4), progress=steps.append
     )
     assert folder == place.parent / "api.frames" and len(steps) == 2
     assert_equal_frames(frames_in(folder), frames_in(whole.parent / "whole.frames"))
