@@ -120,7 +120,7 @@ def changed(
         done += rides
     ends = {} if whole else {"begin": begin, "end": end}
     log_now = _replaced(scenario.traffic, recorded.traffic, done, **ends)
-    scenario = replace(scenario, traffic=replace(log_now, traces=_kept(job, log_now.traces)))
+    scenario = replace(scenario, traffic=replace(log_now, traces=_visible(job, log_now.traces)))
     for ride in done:
         for span in _shown(job, begin, end):
             _check_free(job, scenario, ride, span)
@@ -176,7 +176,7 @@ def _within(trace: Trace, begin: float, end: float) -> Trace | None:
 # Fewer ------------------------------------------------------------------------------------
 
 
-def _kept(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
+def _visible(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
     """Return the road users that are shown."""
     shown = shows(job)
     return tuple(trace for trace in traces if shown(trace.kind, trace.id))
@@ -358,7 +358,7 @@ def in_the_way(job: Job, scenario: Scenario, *, begin: float, end: float) -> tup
         done += rides
     scenario = replace(
         scenario,
-        traffic=replace(scenario.traffic, traces=_kept(job, scenario.traffic.traces)),
+        traffic=replace(scenario.traffic, traces=_visible(job, scenario.traffic.traces)),
     )
     hits = (hit for ride in done for hit in _collisions(job, scenario, ride, (begin, end)))
     return tuple(dict.fromkeys(other for _, other, _ in hits))

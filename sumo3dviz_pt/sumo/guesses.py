@@ -95,7 +95,7 @@ def class_of_type(type_id: str, kind: str) -> str | None:
         type_id: SUMO's id, such as `veh_bus` or `Linienbus12m`.
         kind: `vehicle`, `person` or `container`; a person is never taken for a vehicle.
     """
-    return _said(_words(type_id), kind)
+    return _best(_words(type_id), kind)
 
 
 @cache
@@ -111,7 +111,7 @@ def class_of_vehicle(name: str, kind: str) -> str | None:
     words = _words(name)
     while words and words[0] in _EMPTY:
         words.pop(0)
-    return _said(words[:2], kind) if "".join(words[:2]) in _CLASSES else _said(words[:1], kind)
+    return _best(words[:2], kind) if "".join(words[:2]) in _CLASSES else _best(words[:1], kind)
 
 
 def _words(name: str) -> list[str]:
@@ -121,7 +121,7 @@ def _words(name: str) -> list[str]:
     return ["".join(c for c in word if not unicodedata.combining(c)) for word in plain]
 
 
-def _said(words: list[str], kind: str) -> str | None:
+def _best(words: list[str], kind: str) -> str | None:
     """Return the class of the telling word with the first rank; pairs tell more than words."""
     pairs = [first + second for first, second in pairwise(words)]
     classes = {_CLASSES[pair] for pair in pairs if pair in _CLASSES}

@@ -247,10 +247,10 @@ class RenderThread:
             except ConfigError as error:
                 client.warn(error)
         self._tick(client, clock.perf_counter())
-        if client.state.frames is not client.told:
+        if client.state.frames is not client.sent:
             # Once for all orders, so that many added key frames do not make as many notes.
-            client.told = client.state.frames
-            client.tell("keyframes", frames=frames_said(client.told))
+            client.sent = client.state.frames
+            client.tell("keyframes", frames=frames_said(client.sent))
         if client.ready:
             self._projector.picture(client)
             self._detail(client)

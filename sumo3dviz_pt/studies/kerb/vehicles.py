@@ -89,10 +89,10 @@ def kerb_lines(report: KerbReport) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
     more = len(report.pairs) - len(shown)
-    return [*lines, *([f"and {more} more; --json has all"] if more else []), "", *_told(report)]
+    return [*lines, *([f"and {more} more; --json has all"] if more else []), "", *_pick(report)]
 
 
-def _told(report: KerbReport) -> list[str]:
+def _pick(report: KerbReport) -> list[str]:
     """Return which pair is proposed, or why none is."""
     made = report.proposal
     if made is None:

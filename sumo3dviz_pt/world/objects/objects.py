@@ -207,7 +207,7 @@ def _sorted_out(
         keep &= ~gone
         if these:
             left_out.append(Gone(LeftOut(f"{len(these)} {kind.name}", why), kind, these))
-    for lost in (each.said for each in left_out):
+    for lost in (each.left_out for each in left_out):
         _LOG.log(_LEVELS.get(lost.why, logging.INFO), "left out %s: %s", lost.what, lost.why)
     return [item for item, stays in zip(items, keep, strict=True) if stays], left_out
 

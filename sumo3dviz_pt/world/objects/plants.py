@@ -130,7 +130,7 @@ class ObjectGroup:
 class Gone:
     """Objects of a kind that are not drawn, and why."""
 
-    said: LeftOut
+    left_out: LeftOut
     kind: Kind
     items: Sequence[Item]
 
@@ -143,11 +143,11 @@ class Gone:
                 would move as far as the nearest.
         """
         if not self.items:
-            return self.said
+            return self.left_out
         demand = _Demand.of(self.kind, self.items, around)
         others = min(shrinks.values(), default=_MOST_STRETCH)
         shrink = shrinks.get(self.kind.name, others)
-        return replace(self.said, triangles=round(demand.triangles(shrink)))
+        return replace(self.left_out, triangles=round(demand.triangles(shrink)))
 
 
 def shrunk_levels(
