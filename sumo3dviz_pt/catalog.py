@@ -21,7 +21,7 @@ import platformdirs
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import keep, read_whole
+from sumo3dviz_pt.files.atomic import read_folder, write_folder
 from sumo3dviz_pt.library.vehicles.recipe import varied
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -62,17 +62,17 @@ def _load_yaml(path: Path) -> Mapping[str, Any]:
     """
     text = path.read_bytes()
     folder = cache_root() / "catalogue" / hashlib.blake2b(text, digest_size=16).hexdigest()
-    kept = read_whole(folder)
-    if kept is not None:
-        content: Mapping[str, Any] = json.loads(kept[_JSON])
+    cached = read_folder(folder)
+    if cached is not None:
+        content: Mapping[str, Any] = json.loads(cached[_JSON])
         return content
     # The loader in C gives the same in a sixth of the time.
     content = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    _keep_json(folder, content)
+    _cache_json(folder, content)
     return content
 
 
-def _keep_json(folder: Path, content: Mapping[str, Any]) -> None:
+def _cache_json(folder: Path, content: Mapping[str, Any]) -> None:
     """Keep a value as JSON, if that says the same and there is room."""
     try:
         text = json.dumps(content)
@@ -80,7 +80,7 @@ def _keep_json(folder: Path, content: Mapping[str, Any]) -> None:
         return
     if json.loads(text) == content:
         with contextlib.suppress(OSError):
-            keep(folder, {_JSON: text.encode()})
+            write_folder(folder, {_JSON: text.encode()})
 
 
 @cache

@@ -316,8 +316,8 @@ def models_for(wanted: Mapping[str, Sequence[str]]) -> tuple[Model, ...]:
             word = "car" if vclass == "passenger" else vclass
             message = f"no {word} is called {name!r}{catalog.did_you_mean(name, serving)}"
             raise ConfigError(message, key=_key_of(vclass))
-    kept = [replace(model, vclasses=_kept(model, named)) for model in known]
-    return tuple(model for model in kept if model.vclasses)
+    models = [replace(model, vclasses=_classes_left(model, named)) for model in known]
+    return tuple(model for model in models if model.vclasses)
 
 
 def looks_for(wanted: Sequence[str]) -> tuple[PersonLook, ...]:
@@ -355,7 +355,7 @@ def _key_of(vclass: str) -> str:
     return "vehicles.passenger" if vclass == "passenger" else f"vehicles.models.{vclass}"
 
 
-def _kept(model: Model, named: Mapping[str, frozenset[str]]) -> frozenset[str]:
+def _classes_left(model: Model, named: Mapping[str, frozenset[str]]) -> frozenset[str]:
     """The classes that a model may still serve."""
     return frozenset(
         vclass for vclass in model.vclasses if vclass not in named or model.name in named[vclass]

@@ -136,10 +136,10 @@ def own_palette(colours: Sequence[str]) -> Palette:
     if not colours:
         raise ConfigError("the list of colours is empty", key="vehicles.colours")
     try:
-        found = tuple(reflectance(colour_of(colour)) for colour in colours)
+        tints = tuple(reflectance(colour_of(colour)) for colour in colours)
     except ConfigError as error:
         raise ConfigError(str(error), key="vehicles.colours") from None
-    return Palette(found, (1.0,) * len(found))
+    return Palette(tints, (1.0,) * len(tints))
 
 
 def reflectance(colour: Colour) -> Colour:

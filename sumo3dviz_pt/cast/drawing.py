@@ -328,13 +328,13 @@ def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     Returns:
         `<name>/full` and `<name>/wheel` by their names.
     """
-    found = {}
+    bodies = {}
     for name in sorted(names):
         levels = read_levels(catalog.find("vehicles", name).folder / FULL)
         for level, meshes in levels.items():
             parts = tuple(Part(mesh, material) for material, mesh in meshes.items())
-            found[f"{name}/{level}"] = Prototype(f"{name}/{level}", parts, ())
-    return found
+            bodies[f"{name}/{level}"] = Prototype(f"{name}/{level}", parts, ())
+    return bodies
 
 
 def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
@@ -345,22 +345,22 @@ def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
     """
     wanted = {unit.full: unit for unit in units}
     made = full_prototypes({unit.source for unit in wanted.values()})
-    found = {}
+    bodies = {}
     for name, unit in wanted.items():
         body = made[f"{unit.source}/full"]
         if unit.given is not None:
             body = stretched(body, unit.given, name=name)
-        found[name] = replace(body, lamps=unit.prototype.lamps)
-        found[unit.wheel] = made[unit.wheel]
-    return found
+        bodies[name] = replace(body, lamps=unit.prototype.lamps)
+        bodies[unit.wheel] = made[unit.wheel]
+    return bodies
 
 
 def counted(prototype: Prototype) -> dict[str, int]:
     """Return the triangles of a body by material."""
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for part in prototype.parts:
-        found[part.material] = found.get(part.material, 0) + len(part.mesh.faces)
-    return found
+        counts[part.material] = counts.get(part.material, 0) + len(part.mesh.faces)
+    return counts
 
 
 def counted_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
@@ -369,12 +369,12 @@ def counted_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
     Args:
         units: Of models that have full detail.
     """
-    found = {}
+    bodies = {}
     for unit in units:
         meta = catalog.find("vehicles", unit.source).meta
-        found[unit.full] = _shapeless(unit.full, meta["full"], unit.prototype.lamps)
-        found[unit.wheel] = _shapeless(unit.wheel, meta["wheel"])
-    return found
+        bodies[unit.full] = _shapeless(unit.full, meta["full"], unit.prototype.lamps)
+        bodies[unit.wheel] = _shapeless(unit.wheel, meta["wheel"])
+    return bodies
 
 
 def _shapeless(

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.atomic import Files, keep, read_whole
+from sumo3dviz_pt.files.atomic import Files, read_folder, write_folder
 from sumo3dviz_pt.library.people.people import figure
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedalling
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -31,10 +31,10 @@ from sumo3dviz_pt.model.scene import Part, Poses, Prototype
 _LOG = logging.getLogger(__name__)
 
 _DIGITS = 16  # of a digest
-_KEPT = 30 * 86_400.0  # how long a body of another version stays [s]
+_LIFETIME = 30 * 86_400.0  # how long a body of another version stays [s]
 
 
-def kept_folder(entry: catalog.Entry, family: str) -> Path:
+def cache_folder(entry: catalog.Entry, family: str) -> Path:
     """Return where a body lies in the cache: its recipe and our code are in the name.
 
     Args:
@@ -47,26 +47,26 @@ def kept_folder(entry: catalog.Entry, family: str) -> Path:
     return catalog.cache_root() / family / f"{entry.name}-{digest.hexdigest()}"
 
 
-def kept_files(folder: Path, build: Callable[[], Files]) -> Files:
+def cached_files(folder: Path, build: Callable[[], Files]) -> Files:
     """Return a body's files from the cache; build and keep them if they are not whole.
 
     Args:
-        folder: From `kept_folder`.
+        folder: From `cache_folder`.
         build: Makes the files.
     """
-    files = read_whole(folder)
+    files = read_folder(folder)
     if files is None:
         files = build()
         try:
-            keep(folder, files)
+            write_folder(folder, files)
             _forget(folder)
         except OSError as error:
-            _say_unkept(folder.parent, error.strerror or str(error))
+            _say_uncached(folder.parent, error.strerror or str(error))
     return files
 
 
 @cache
-def _say_unkept(root: Path, why: str) -> None:
+def _say_uncached(root: Path, why: str) -> None:
     """Say once that nothing can be kept."""
     _LOG.warning(
         "%s cannot be written (%s): bodies are built anew each time;"
@@ -83,7 +83,7 @@ def _forget(target: Path) -> None:
     for folder in left:
         # Another process may have been faster.
         with contextlib.suppress(FileNotFoundError):
-            if folder != target and time.time() - folder.stat().st_mtime > _KEPT:
+            if folder != target and time.time() - folder.stat().st_mtime > _LIFETIME:
                 shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -101,7 +101,7 @@ def person(look: str) -> Prototype:
     entry = catalog.find("people", look)
     recipe = entry.meta["recipe"]
     made = {"near": lambda: figure(recipe), "far": lambda: figure(recipe, "far")}
-    levels = _kept(entry, "people", made)
+    levels = _cached(entry, "people", made)
     (parts, poses), (far, far_poses) = levels["near"], levels["far"]
     return Prototype(look, parts, far, poses=poses, far_poses=far_poses)
 
@@ -112,10 +112,10 @@ def cyclist(entry: catalog.Entry) -> Posed:
     Args:
         entry: Of the catalogue's family `vehicles`.
     """
-    return _kept(entry, "riders", {"near": lambda: pedalling(entry.meta)})["near"]
+    return _cached(entry, "riders", {"near": lambda: pedalling(entry.meta)})["near"]
 
 
-def _kept(
+def _cached(
     entry: catalog.Entry, family: str, made: Mapping[str, Callable[[], Posed]]
 ) -> dict[str, Posed]:
     """Return levels of detail by their names, from the cache if they are there."""
@@ -124,7 +124,7 @@ def _kept(
         """Build all levels, as files."""
         return {f"{name}.npz": _written(*make()) for name, make in made.items()}
 
-    files = kept_files(kept_folder(entry, family), build)
+    files = cached_files(cache_folder(entry, family), build)
     return {name: _read(files[f"{name}.npz"]) for name in made}
 
 
@@ -137,9 +137,9 @@ def _written(parts: tuple[Part, ...], poses: Poses) -> bytes:
     }
     for number, part in enumerate(parts):
         mesh = part.mesh
-        given = {"normals": mesh.normals, "uvs": mesh.uvs, "tint": part.tint}
+        optional = {"normals": mesh.normals, "uvs": mesh.uvs, "tint": part.tint}
         arrays |= {f"{number}/vertices": mesh.vertices, f"{number}/faces": mesh.faces}
-        arrays |= {f"{number}/{key}": some for key, some in given.items() if some is not None}
+        arrays |= {f"{number}/{key}": some for key, some in optional.items() if some is not None}
     stream = io.BytesIO()
     np.savez(stream, **arrays)
     return stream.getvalue()

@@ -93,7 +93,7 @@ def fitted_model(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoi
     if entry.meta.get("build") == "cycle":
         return _scaled(entry, prototypes, choice)
     if "stretch" in entry.meta:
-        return _given(entry, prototypes, choice)
+        return _stretched(entry, prototypes, choice)
     size = choice.size
     if choice.vclass in _OF_NO_HEIGHT and size[2] == DEFAULT_CAR[2]:
         size = (*size[:2], choice.model.size[2] * size[0] / choice.model.size[0])
@@ -109,7 +109,7 @@ def _scaled(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -
     return Fitted((_unit(entry, prototypes, at=0.0),), scale, sizes(scale * choice.model.size))
 
 
-def _given(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -> Fitted:
+def _stretched(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -> Fitted:
     """Where it may give, so that cab and wheels keep their shape; as wide as its vType."""
     length, width, height = choice.model.size
     across = float(np.sqrt(choice.size[1] / width * choice.size[2] / height))

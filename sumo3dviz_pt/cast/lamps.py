@@ -154,11 +154,11 @@ def _held(sets: Bools, clears: Bools) -> Bools:
 
 def _open(on: Bools, least: int) -> Bools:
     """Runs of fewer than so many steps are dropped, (n,)."""
-    kept = on.copy()
+    lit = on.copy()
     for first, last in _runs(on):
         if last - first < least and first > 0 and last < len(on):
-            kept[first:last] = False
-    return kept
+            lit[first:last] = False
+    return lit
 
 
 def _runs(on: Bools) -> Iterator[tuple[int, int]]:
@@ -237,23 +237,23 @@ def _during(remarks: Iterable[Remark], kind: str) -> Spans:
 
 def _without(spans: Spans, others: Spans) -> Spans:
     """Spans that end where one of others begins."""
-    kept = []
+    left = []
     for begin, end in spans:
         cuts = [first for first, last in others if first < end and last > begin]
         if not cuts or min(cuts) > begin:
-            kept.append((begin, min([end, *cuts])))
-    return tuple(kept)
+            left.append((begin, min([end, *cuts])))
+    return tuple(left)
 
 
 def _merged(spans: Iterable[tuple[float, float]]) -> Spans:
     """Spans in order; those that meet, or nearly, are one."""
-    found: list[tuple[float, float]] = []
+    joined: list[tuple[float, float]] = []
     for begin, end in sorted(spans):
-        if found and begin <= found[-1][1] + 1.0:
-            found[-1] = (found[-1][0], max(end, found[-1][1]))
+        if joined and begin <= joined[-1][1] + 1.0:
+            joined[-1] = (joined[-1][0], max(end, joined[-1][1]))
         else:
-            found.append((begin, end))
-    return tuple(found)
+            joined.append((begin, end))
+    return tuple(joined)
 
 
 BLINKS_PER_SECOND = 1.5
@@ -475,12 +475,12 @@ def _with_fog_lamps(body: Prototype, *, left_hand: bool) -> Prototype:
         sorted((lamp for lamp in body.lamps if lamp.role == role), key=lambda lamp: lamp.at[1])
         for role in ("head", "tail")
     )
-    found = []
+    lamps = []
     if len(tails) >= 2:
-        found.append(_below(tails[0 if left_hand else -1], _FOG))
+        lamps.append(_below(tails[0 if left_hand else -1], _FOG))
     if len(heads) >= 2:
-        found += [_below(head, _FRONT_FOG) for head in (heads[0], heads[-1])]
-    return replace(body, lamps=(*body.lamps, *found)) if found else body
+        lamps += [_below(head, _FRONT_FOG) for head in (heads[0], heads[-1])]
+    return replace(body, lamps=(*body.lamps, *lamps)) if lamps else body
 
 
 def _below(lamp: VehicleLamp, role: str) -> VehicleLamp:

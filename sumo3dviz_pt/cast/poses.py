@@ -208,7 +208,7 @@ class Presence:
         lives = [(piece.begin, piece.end) for _, piece in owned]
         self.lives: Floats = np.array(lives, dtype=np.float64).reshape(-1, 2)
         self._times = np.empty(0) if times is None else np.asarray(times, dtype=np.float64)
-        self._kept: tuple[int, _MotionBlock] | None = None
+        self._cached: tuple[int, _MotionBlock] | None = None
 
     def at(self, time: float) -> Present:
         """Return all road users that exist at a time [s]."""
@@ -226,11 +226,11 @@ class Presence:
         if index == len(self._times) or self._times[index] != time:
             return self._sampled(np.array([time]))
         number = index // BLOCK
-        kept = self._kept
-        if kept is None or kept[0] != number:
-            kept = number, self._sampled(self._times[number * BLOCK : (number + 1) * BLOCK])
-            self._kept = kept
-        return kept[1]
+        cached = self._cached
+        if cached is None or cached[0] != number:
+            cached = number, self._sampled(self._times[number * BLOCK : (number + 1) * BLOCK])
+            self._cached = cached
+        return cached[1]
 
     def _sampled(self, times: Floats) -> _MotionBlock:
         """Sample all road users that exist at some of the times."""

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     """Validate a scene."""
     import json
 
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import WorkStep, checking_steps, reading_step
 
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
         return _stress(options)
     if options.camera is not None or options.time is not None or options.only:
         raise ConfigError("--camera, --time and --only belong to --stress", key="check")
-    job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    job = load_job(options.scene, {**_overrides(options), **overrides_of(options)})
     if options.motion:
         read = reading_step(job)
         with progress(options.scene.name, (read, WorkStep(Doing.MEASURE, read.seconds))):
@@ -88,19 +88,19 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _asked(options: argparse.Namespace) -> dict[str, str]:
+def _overrides(options: argparse.Namespace) -> dict[str, str]:
     """Return the size, frame rate and preset as values of the scene file."""
-    asked = {"output.fps": options.fps, "quality": options.quality}
+    overrides = {"output.fps": options.fps, "quality": options.quality}
     if options.size is not None:
-        asked["output.size"] = str(list(options.size))
-    return {key: value for key, value in asked.items() if value is not None}
+        overrides["output.size"] = str(list(options.size))
+    return {key: value for key, value in overrides.items() if value is not None}
 
 
 def _stress(options: argparse.Namespace) -> int:
     """Put a scene under stress; 1 if a case fails."""
     import json
 
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import WorkStep, building_steps
@@ -114,7 +114,7 @@ def _stress(options: argparse.Namespace) -> int:
 
     cases = chosen(options.only)
     ready_renderer(options.variant)
-    job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    job = load_job(options.scene, {**_overrides(options), **overrides_of(options)})
     order = StressOrder(options.camera, options.time, options.variant)
     steps = (*building_steps(job), WorkStep(Doing.MEASURE, _CASE * len(cases)))
     with progress(options.scene.name, steps), without_notes():
@@ -194,25 +194,25 @@ _FLAGS = {"start": "--from", "end": "--to", "output": "-o"}
 
 def run_vehicles(options: argparse.Namespace) -> int:
     """List road users, say whom one of them follows, or who passes a kerb."""
-    asked = _LIST
+    task = _LIST
     if options.follow is not None:
-        asked = _FOLLOW
+        task = _FOLLOW
     elif options.kerb is not None:
-        asked = _KERB
+        task = _KERB
     for name, fitting in _GOES_WITH.items():
-        if getattr(options, name) is not None and asked not in fitting:
+        if getattr(options, name) is not None and task not in fitting:
             raise ConfigError(
-                f"goes with {' and '.join(fitting)}, not with {asked}",
+                f"goes with {' and '.join(fitting)}, not with {task}",
                 key=_FLAGS.get(name, f"--{name}"),
             )
-    return {_LIST: _list, _FOLLOW: _follow, _KERB: _kerb}[asked](options)
+    return {_LIST: _list, _FOLLOW: _follow, _KERB: _kerb}[task](options)
 
 
 def _kerb(options: argparse.Namespace) -> int:
     """Say which pairs pass a kerb, and propose a study."""
     import json
 
-    from sumo3dviz_pt.files.atomic import write_whole
+    from sumo3dviz_pt.files.atomic import write_atomically
     from sumo3dviz_pt.pipeline.production import check_target
     from sumo3dviz_pt.pipeline.reading import spare_inputs
     from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -228,14 +228,14 @@ def _kerb(options: argparse.Namespace) -> int:
             raise ConfigError(f"{output} is the scene file", key="-o")
     window = {"begin": options.start, "end": options.end}
     with progress(options.scene.name, (reading_step(job),)):
-        found = at_kerb(job, options.kerb, **window, pick=options.pick)
-    study = "" if found.proposal is None else as_study(found.proposal, _from(output, options.scene))
+        kerb = at_kerb(job, options.kerb, **window, pick=options.pick)
+    study = "" if kerb.proposal is None else as_study(kerb.proposal, _from(output, options.scene))
     if options.json:
-        print(json.dumps({**kerb_dicts(found), "study": study or None}, indent=1))
+        print(json.dumps({**kerb_dicts(kerb), "study": study or None}, indent=1))
     else:
-        print("\n".join(kerb_lines(found)))
+        print("\n".join(kerb_lines(kerb)))
     if output is not None and study:
-        write_whole(output, study)
+        write_atomically(output, study)
         print(f"wrote {output}; next: sumo3dviz-pt study {output} -o OUT --dry-run")
     elif study and not options.json:
         print(f"\n{study}", end="")
@@ -287,8 +287,8 @@ def _list(options: argparse.Namespace) -> int:
     job = load_job(options.scene, overrides_of(options))
     near = None if options.near is None else point_of(job, options.near)
     with progress(options.scene.name, (reading_step(job),)):
-        found = roster(job, RosterQuery(options.type or "*", options.at, near, options.sort))
-    print(json.dumps(as_dicts(found), indent=1) if options.json else found)
+        users = roster(job, RosterQuery(options.type or "*", options.at, near, options.sort))
+    print(json.dumps(as_dicts(users), indent=1) if options.json else users)
     return 0
 
 

@@ -221,16 +221,16 @@ def _run(plan: FarmPlan, output: Path) -> int:
     from sumo3dviz_pt.pipeline.films.rendering import stoppable
 
     write_plan(plan)
-    told: list[str] = []
+    lines: list[str] = []
     try:
         with stoppable(), progress(output.name, farm_steps(plan, read_state(plan))):
-            state = run_farm(plan, tell=told.append)
+            state = run_farm(plan, tell=lines.append)
     except KeyboardInterrupt:
         hint = "it goes on without this command" if plan.engine.name == "slurm" else "stopped"
         print(f"{hint}: {PROGRAM} farm {_next(plan)} {output}")
         raise
-    print(told[0])
-    return _told(plan, state, output)
+    print(lines[0])
+    return _reported(plan, state, output)
 
 
 def _next(plan: FarmPlan) -> str:
@@ -238,7 +238,7 @@ def _next(plan: FarmPlan) -> str:
     return "status" if plan.engine.name == "slurm" else "resume"
 
 
-def _told(plan: FarmPlan, state: FarmState, output: Path) -> int:
+def _reported(plan: FarmPlan, state: FarmState, output: Path) -> int:
     """Say how a farm ended; return the exit code."""
     from sumo3dviz_pt.farm.run import problems_of
 

@@ -58,7 +58,7 @@ def run_assets(options: argparse.Namespace) -> int:
 def _sheets(options: argparse.Namespace) -> int:
     """Draw contact sheets."""
     from sumo3dviz_pt.inspection.catalogue import SheetOrder, draw_sheet, sheet_files
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.pipeline.still import check_free
@@ -93,23 +93,23 @@ def run_doctor(options: argparse.Namespace) -> int:
 
     if options.yes and not options.install:
         raise ConfigError("goes with --install", key="--yes")
-    found = examine()
-    if options.install and _mended(found, yes=options.yes):
-        found = examine()
-    print("\n".join(found.lines))
-    return 0 if found.healthy else 1
+    diagnosis = examine()
+    if options.install and _mended(diagnosis, yes=options.yes):
+        diagnosis = examine()
+    print("\n".join(diagnosis.lines))
+    return 0 if diagnosis.healthy else 1
 
 
-def _mended(found: Diagnosis, *, yes: bool) -> bool:
+def _mended(diagnosis: Diagnosis, *, yes: bool) -> bool:
     """Install what is lacking; return whether anything was tried."""
     from sumo3dviz_pt.installation.packages import carry_out, order_for
 
-    if not found.lacks:
+    if not diagnosis.lacks:
         return False
-    _tell(f"missing: {' and '.join(found.lacks)}")
+    _tell(f"missing: {' and '.join(diagnosis.lacks)}")
     interactive = sys.stdin is not None and sys.stdin.isatty()
     try:
-        order = order_for(found.lacks, interactive=interactive)
+        order = order_for(diagnosis.lacks, interactive=interactive)
         if not (yes or _agreed(order)):
             return False
         carry_out(order, tell=_tell)

@@ -44,7 +44,7 @@ def add_converge(commands: Any) -> None:
 
 def run_converge(options: argparse.Namespace) -> int:
     """Measure error against run time."""
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.production import Request, ready_renderer
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.pipeline.steps import WorkStep, opening_steps
@@ -90,7 +90,7 @@ def add_report(commands: Any) -> None:
 
 def run_report(options: argparse.Namespace) -> int:
     """Look at a film's frames, or compare two films."""
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.report.films.films import report_film
 
@@ -120,8 +120,8 @@ def run_compare(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.provenance import differences
 
     one, other = account_in(options.one), account_in(options.other)
-    found = differences(one, other)
-    print("\n".join(found or ["nothing differs"]))
+    lines = differences(one, other)
+    print("\n".join(lines or ["nothing differs"]))
     if one.get("command") != other.get("command"):
         print(f"commands: {one.get('command') or '-'}\n          {other.get('command') or '-'}")
-    return 1 if found else 0
+    return 1 if lines else 0

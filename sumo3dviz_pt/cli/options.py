@@ -96,13 +96,13 @@ class Parser(argparse.ArgumentParser):
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; options that do not exist are an error that suggests one."""
-        found, unknown = self.parse_known_args(args, namespace)
+        parsed, unknown = self.parse_known_args(args, namespace)
         if unknown:
-            command = _parser_of(self, getattr(found, "command", None))
+            command = _parser_of(self, getattr(parsed, "command", None))
             word = next((each for each in unknown if each.startswith("-")), unknown[0])
             hint = nearest(word.partition("=")[0], command._option_string_actions)
             command.error(f"{word!r} is not understood{hint}")
-        return found
+        return parsed
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Refuse what is no choice; suggest one."""
@@ -116,8 +116,8 @@ def _parser_of(parser: argparse.ArgumentParser, command: str | None) -> argparse
     """Return the parser of a command."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction) and command in action.choices:
-            found: argparse.ArgumentParser = action.choices[command]
-            return found
+            chosen: argparse.ArgumentParser = action.choices[command]
+            return chosen
     return parser
 
 
@@ -309,7 +309,7 @@ def command_in(words: Sequence[str]) -> str:
     So a film has the same bytes wherever it lies and in whatever parts it was rendered. Files stand
     by their names where a path would tell of this machine: whose it is, and where things lie.
     """
-    kept: list[str] = []
+    shown: list[str] = []
     skip = 0
     for word in words:
         if skip:
@@ -317,10 +317,10 @@ def command_in(words: Sequence[str]) -> str:
             continue
         follow = _unseen(word)
         if follow is None:
-            kept.append(_without_places(word))
+            shown.append(_without_places(word))
         else:
             skip = follow
-    return shlex.join([PROGRAM, *kept])
+    return shlex.join([PROGRAM, *shown])
 
 
 _PLACE = re.compile(r"(?<![\w.:/\\])(?:[A-Za-z]:[\\/]|[\\/~]|\.\.[\\/])[^\s\"'{}\[\],]*[\\/]")

@@ -110,8 +110,8 @@ def _bash(commands: _Commands) -> str:
     for name, command in commands.items():
         flags = " ".join(flag for word in command.words for flag in word.flags)
         arguments = (word for word in command.words if not word.flags)
-        given = " ".join(each for word in arguments for each in word.takes or ())
-        cases.append(f'    {name}) words="{flags} {given}" ;;')
+        words = " ".join(each for word in arguments for each in word.takes or ())
+        cases.append(f'    {name}) words="{flags} {words}" ;;')
     values = [
         f'    {"|".join(word.flags)}) words="{" ".join(word.takes or ())}" ;;'
         for word in _taking(commands)
@@ -302,8 +302,8 @@ def _check_output(options: argparse.Namespace) -> None:
     if output is None:
         return
     check_place(output)
-    given = [value if isinstance(value, list) else [value] for value in vars(options).values()]
-    named = [one for some in given for one in some if isinstance(one, Path) and one is not output]
+    values = [value if isinstance(value, list) else [value] for value in vars(options).values()]
+    named = [one for some in values for one in some if isinstance(one, Path) and one is not output]
     check_spared(output, named)
 
 

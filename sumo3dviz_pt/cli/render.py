@@ -100,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
         try:
             sound.append((scene, *_checked(options, scene, request)))
         except Sumo3dvizError as error:
-            worst = max(worst, _told(options, scene, error))
+            worst = max(worst, _reported(options, scene, error))
     if sound and not options.dry_run:
         ready_renderer(options.variant)
     began = 0.0
@@ -109,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
             with stoppable():
                 _work(options, job, request, order, began)
         except Sumo3dvizError as error:
-            worst = max(worst, _told(options, scene, error))
+            worst = max(worst, _reported(options, scene, error))
         began = spent()
     return worst
 
@@ -163,7 +163,7 @@ def order_of(options: argparse.Namespace, scene: Path) -> FilmOrder:
     return replace(order, path=options.output.with_name(name))
 
 
-def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> int:
+def _reported(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> int:
     """Tell what is wrong with one scene of a batch; return the exit code."""
     if len(options.scene) == 1:
         raise error

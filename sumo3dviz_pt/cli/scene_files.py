@@ -23,7 +23,7 @@ from sumo3dviz_pt.cli.options import (
     sumo_time,
 )
 from sumo3dviz_pt.errors import ConfigError, InstallationError
-from sumo3dviz_pt.model.news import Doing
+from sumo3dviz_pt.model.progress import Doing
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.job.settings import Job
@@ -162,9 +162,9 @@ def _check_target(options: argparse.Namespace) -> None:
 
 def _written(path: Path, text: str, notes: Sequence[str]) -> int:
     """Write a scene file, and say what there is to know about it; the exit code."""
-    from sumo3dviz_pt.files.atomic import write_whole
+    from sumo3dviz_pt.files.atomic import write_atomically
 
-    write_whole(path, text)
+    write_atomically(path, text)
     for note in notes:
         print(note)
     print(f"wrote {path}; next: {PROGRAM} check {path}")

@@ -86,7 +86,7 @@ def verify(options: argparse.Namespace) -> int:
         InputError: If the folder is no study's, or what a replay needs is missing or cannot be
             loaded.
     """
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.studies.certificate.verify import VerifyOrder, verify_study
 
@@ -96,20 +96,20 @@ def verify(options: argparse.Namespace) -> int:
     order = VerifyOrder(**{name: getattr(options, name) for name in names})
     with progress(f"verify {options.folder}", (WorkStep(Doing.MEASURE, 1.0),)):
         try:
-            found = verify_study(order)
+            verified = verify_study(order)
         except (InstallationError, RenderError) as error:
             # Exit code 1 would say that something is wrong with the folder.
             why = f"nothing was verified: {error}; --quick without --replay needs no renderer"
             raise InputError(why, file=options.folder) from error
     if options.json:
-        print(json.dumps(found.as_plain(), indent=1))
-        return 1 if found.faults else 0
-    for fault in found.faults:
+        print(json.dumps(verified.as_plain(), indent=1))
+        return 1 if verified.faults else 0
+    for fault in verified.faults:
         print(fault)
-    for note in found.notes:
+    for note in verified.notes:
         print(f"note: {note}")
-    print(found)
-    return 1 if found.faults else 0
+    print(verified)
+    return 1 if verified.faults else 0
 
 
 def add_packs(study: Any) -> None:
@@ -183,7 +183,7 @@ def _add_gaze(study: Any) -> None:
 
 def gaze(options: argparse.Namespace) -> int:
     """Write which things people look at."""
-    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.model.progress import Doing
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.studies.measured.gaze import GazeOrder, write_gaze
 

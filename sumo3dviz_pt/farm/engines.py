@@ -28,7 +28,7 @@ from sumo3dviz_pt.errors import ConfigError, MissingExtraError, RenderError
 from sumo3dviz_pt.farm.plan import FarmPlan, read_plan
 from sumo3dviz_pt.farm.state import FarmState, this_host
 from sumo3dviz_pt.farm.worker import Orders, work
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.installation.dependencies import threads
 
 _SPARE = 3
@@ -256,14 +256,14 @@ def write_scripts(plan: FarmPlan) -> Path:
     for name, tasks in (("frames", frames), ("films", films), ("rest", [])):
         if name == "films" and len(films) < 2:
             continue  # the last job makes it
-        write_whole(folder / f"{name}.sbatch", _script(plan, name, tasks))
+        write_atomically(folder / f"{name}.sbatch", _script(plan, name, tasks))
         place = shlex.quote((folder.resolve() / f"{name}.sbatch").as_posix())
         lines.append(f"{name}=$(sbatch --parsable{after} {place})")
         after = f" --dependency=afterany:${{{name}%%;*}}"
         ids.append(f"${{{name}%%;*}}")
     jobs = shlex.quote((folder.resolve() / _JOBS).as_posix())
     lines.append(f"echo {' '.join(ids)} >{jobs}")
-    write_whole(folder / "submit.sh", "\n".join([*lines, ""]))
+    write_atomically(folder / "submit.sh", "\n".join([*lines, ""]))
     return folder / "submit.sh"
 
 

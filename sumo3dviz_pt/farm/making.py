@@ -217,9 +217,9 @@ def _plan(
     )
 
 
-def _flag(name: str, said: bool) -> tuple[str, ...]:
+def _flag(name: str, on: bool) -> tuple[str, ...]:
     """Return an option that has no value."""
-    return (name,) if said else ()
+    return (name,) if on else ()
 
 
 def clear(plan: FarmPlan) -> None:

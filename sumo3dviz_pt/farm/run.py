@@ -25,7 +25,7 @@ from sumo3dviz_pt.farm.state import (
     read_state,
 )
 from sumo3dviz_pt.installation.dependencies import threads
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.costs import time_in_words
 from sumo3dviz_pt.pipeline.films.frames import counted, frame_file, listed
 from sumo3dviz_pt.pipeline.steps import WorkStep
@@ -152,17 +152,17 @@ def status_of(state: FarmState, *, now: float | None = None) -> FarmStatus:
 
 def counts(state: FarmState) -> Mapping[str, int]:
     """Return how many tasks are in each state that any is in."""
-    found = Counter(state.states)
-    return {str(one): found[one] for one in TaskState if found[one]}
+    tally = Counter(state.states)
+    return {str(one): tally[one] for one in TaskState if tally[one]}
 
 
 def problems_of(state: FarmState) -> tuple[Problem, ...]:
     """Return what will not be made without somebody's help."""
-    plan, found = state.plan, []
+    plan, problems = state.plan, []
     for number, film in enumerate(plan.films):
         if state.aside[number]:
             frames = state.aside[number]
-            found.append(
+            problems.append(
                 Problem(
                     f"{film.path}: set aside after {plan.tries} tries:"
                     f" {counted(len(frames))} ({listed(frames)}): {_why_aside(state, number)}",
@@ -173,8 +173,8 @@ def problems_of(state: FarmState) -> tuple[Problem, ...]:
         if one is TaskState.FAILED:
             last = state.last(number)
             log = None if last is None else log_file(plan.folder, last)
-            found.append(Problem(f"task {number} failed: {state.why(number)}", log))
-    return tuple(found)
+            problems.append(Problem(f"task {number} failed: {state.why(number)}", log))
+    return tuple(problems)
 
 
 def _blamed(state: FarmState, film: int) -> list[Try]:
@@ -190,8 +190,8 @@ def _blamed(state: FarmState, film: int) -> list[Try]:
 
 def _why_aside(state: FarmState, film: int) -> str:
     """Return what was said of a frame that is set aside."""
-    said = [one.end.said for one in _blamed(state, film) if one.end is not None and one.end.said]
-    return said[-1] if said else "nothing was said"
+    words = [one.end.said for one in _blamed(state, film) if one.end is not None and one.end.said]
+    return words[-1] if words else "nothing was said"
 
 
 def _log_of(state: FarmState, film: int) -> Path | None:
@@ -219,15 +219,15 @@ def _first_began(state: FarmState) -> float | None:
 
 def _times(plan: FarmPlan, state: FarmState) -> list[float]:
     """Return when frames were made [s, since 1970]."""
-    found = []
+    times = []
     for number, film in enumerate(plan.films):
         folder = plan.place / film.folder
         for frame in state.present[number]:
             try:
-                found.append(frame_file(folder, frame).stat().st_mtime)
+                times.append(frame_file(folder, frame).stat().st_mtime)
             except OSError:  # it was just replaced
                 continue
-    return found
+    return times
 
 
 def _left(state: FarmState, alive: tuple[Try, ...], now: float) -> float | None:

@@ -145,7 +145,7 @@ def finish(folder: Path, one: Try, end: End) -> bool:
 
 def tries_in(folder: Path) -> dict[int, list[Try]]:
     """Return the tries of each task that has any, in order."""
-    found: dict[int, list[Try]] = {}
+    tries: dict[int, list[Try]] = {}
     place = folder / TRIES
     names = sorted(path.name for path in place.glob("*.json"))
     ended = {name for name in names if name.endswith(_END)}
@@ -157,8 +157,8 @@ def tries_in(folder: Path) -> dict[int, list[Try]]:
         if task.isdecimal() and number.isdecimal():
             end = stem + _END
             one = _read(place / name, int(task), int(number), place / end if end in ended else None)
-            found.setdefault(one.task, []).append(one)
-    return found
+            tries.setdefault(one.task, []).append(one)
+    return tries
 
 
 def forget(folder: Path, task: int) -> None:
@@ -236,10 +236,10 @@ def _end(known: Mapping[str, Any]) -> End:
 def _json(path: Path) -> Mapping[str, Any]:
     """Return what a file holds; nothing while it is being written."""
     try:
-        found = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except (OSError, RecursionError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return content if isinstance(content, dict) else {}
 
 
 def _runs(pid: int) -> bool:

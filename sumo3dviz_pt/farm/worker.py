@@ -77,10 +77,10 @@ def listening() -> Iterator[Orders]:
     """Finish the frame that is being rendered, and then end, on Ctrl-C and SIGTERM."""
     orders = Orders()
 
-    def told(*_: object) -> None:
+    def on_signal(*_: object) -> None:
         orders.stop = True
 
-    before = {which: signal.signal(which, told) for which in (signal.SIGINT, *SIGNALS)}
+    before = {which: signal.signal(which, on_signal) for which in (signal.SIGINT, *SIGNALS)}
     try:
         yield orders
     finally:
@@ -205,14 +205,14 @@ def parts(
     Returns:
         First and after-last frame of each; all that hold a missing frame, or all if none does.
     """
-    found: list[tuple[int, int]] = []
+    spans: list[tuple[int, int]] = []
     first = frames[0]
     for stop in (*sorted(aside), frames[1]):
         if first < stop:
-            found.append((first, stop))
+            spans.append((first, stop))
         first = stop + 1
-    needed = [part for part in found if any(part[0] <= frame < part[1] for frame in missing)]
-    return needed or found
+    needed = [part for part in spans if any(part[0] <= frame < part[1] for frame in missing)]
+    return needed or spans
 
 
 def _judged(plan: FarmPlan, own: Try, end: End, *, before: int, aside: frozenset[int]) -> End:
@@ -246,26 +246,26 @@ def _run(plan: FarmPlan, own: Try, words: Sequence[str], orders: Orders) -> End:
             start_new_session=True,  # Ctrl-C comes from the worker, after the frame
         )
         code = _watched(plan, own, process, orders)
-        said = _last_line(stream, begin)
+        line = _last_line(stream, begin)
     if code == 0:
         return End(Outcome.DONE)
     if code == _INTERRUPTED or orders.stop:
         return End(Outcome.STOPPED)
     if code == _WRONG:
-        return End(Outcome.REFUSED, said=said)
+        return End(Outcome.REFUSED, said=line)
     how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
-    return End(Outcome.FAILED, said=said or how)
+    return End(Outcome.FAILED, said=line or how)
 
 
 def _watched(plan: FarmPlan, own: Try, process: subprocess.Popen[bytes], orders: Orders) -> int:
     """Wait for a command; give signs of life; pass on that it is to stop. Returns its exit code."""
-    asked, beaten = False, time.monotonic()
+    ending, beaten = False, time.monotonic()
     while process.poll() is None:
         if time.monotonic() - beaten > plan.lease / _BEATS:
             beat(plan.folder, own)
             beaten = time.monotonic()
-        if not asked and (orders.stop or (plan.folder / STOP).exists()):
-            asked = True
+        if not ending and (orders.stop or (plan.folder / STOP).exists()):
+            ending = True
             process.send_signal(SIGNALS[-1])
         time.sleep(_LOOK)
     return process.wait()
@@ -315,5 +315,5 @@ def _last_line(stream: IO[bytes], begin: int) -> str:
     stream.seek(max(begin, end - 20_000))
     text = stream.read().decode("utf-8", errors="replace")
     lines = [line.strip() for line in text.splitlines()]
-    told = [line for line in lines if line and not line.endswith(" left")]
-    return told[-1][:500] if told else ""
+    rest = [line for line in lines if line and not line.endswith(" left")]
+    return rest[-1][:500] if rest else ""

@@ -41,12 +41,12 @@ def own_folder(path: Path) -> Path:
     path.mkdir(mode=0o700, exist_ok=True)
     if os.name == "nt":  # temporary folders are the user's own there
         return path
-    found = path.lstat()
-    if not stat.S_ISDIR(found.st_mode):
+    status = path.lstat()
+    if not stat.S_ISDIR(status.st_mode):
         why = "it is a link"
-    elif found.st_uid != os.getuid():
+    elif status.st_uid != os.getuid():
         why = "it belongs to somebody else"
-    elif found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    elif status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         why = "others may write to it"
     else:
         path.chmod(0o700)
@@ -122,7 +122,7 @@ def read_plain(path: Path, *, most: int) -> bytes:
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[Path]:
+def atomic_path(path: Path) -> Iterator[Path]:
     """Give a path to write to; what lies there replaces `path` when the `with` statement ends.
 
     Nobody ever reads a half of the file. If writing fails, nothing stays of it, and a file that
@@ -140,13 +140,13 @@ def whole(path: Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_atomically(path: Path, text: str) -> None:
     """Write text in UTF-8, as a whole or not at all.
 
     Raises:
         OSError: If it cannot be written.
     """
-    with whole(path) as part:
+    with atomic_path(path) as part:
         part.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -207,7 +207,7 @@ Files = Mapping[str, bytes]
 """Content by name, such as `full/paint.ply`."""
 
 
-def read_whole(folder: Path) -> Files | None:
+def read_folder(folder: Path) -> Files | None:
     """Return the files of a folder; None if it does not exist, lacks one or holds a damaged one."""
     try:
         listed = json.loads((folder / _LIST).read_bytes())
@@ -217,7 +217,7 @@ def read_whole(folder: Path) -> Files | None:
     return files if listed == _digests(files) else None
 
 
-def keep(folder: Path, files: Files) -> None:
+def write_folder(folder: Path, files: Files) -> None:
     """Write a folder; one that is whole stays, one that is not is replaced.
 
     Args:
@@ -245,14 +245,14 @@ def make_room(newest: Path, most: int) -> None:
         newest: The folder.
         most: How large all may be [bytes].
     """
-    kept: list[tuple[float, int, Path]] = []
+    folders: list[tuple[float, int, Path]] = []
     for folder in newest.parent.iterdir():
         # Another process may remove it at the same time.
         with contextlib.suppress(OSError):
             size = sum(file.stat().st_size for file in folder.iterdir())
-            kept.append((folder.stat().st_mtime, size, folder))
+            folders.append((folder.stat().st_mtime, size, folder))
     room = most
-    for _, size, folder in sorted(kept, reverse=True):
+    for _, size, folder in sorted(folders, reverse=True):
         room -= size
         if room < 0 and folder != newest:
             shutil.rmtree(folder, ignore_errors=True)
@@ -265,7 +265,7 @@ def _put(work: Path, folder: Path) -> None:
     except OSError:
         if not folder.exists():
             raise
-        if read_whole(folder) is None:
+        if read_folder(folder) is None:
             aside = Path(tempfile.mkdtemp(dir=folder.parent, prefix=".broken-"))
             folder.rename(aside / folder.name)
             work.rename(folder)

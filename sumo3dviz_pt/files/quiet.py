@@ -14,7 +14,7 @@ from pathlib import Path
 def silenced() -> Iterator[None]:
     """Let nothing through to the console's standard error; libraries write past `sys.stderr`."""
     try:
-        kept = os.dup(2)
+        stderr = os.dup(2)
     except OSError:  # a program without a console has none
         yield
         return
@@ -23,19 +23,19 @@ def silenced() -> Iterator[None]:
             os.dup2(nowhere.fileno(), 2)
             yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(stderr, 2)
+        os.close(stderr)
 
 
 @contextmanager
-def overheard(said: list[bytes]) -> Iterator[None]:
+def overheard(output: list[bytes]) -> Iterator[None]:
     """Collect what comes to the console's standard error, and pass it on at the end.
 
     Args:
-        said: Is told it.
+        output: Is told it.
     """
     try:
-        kept = os.dup(2)
+        stderr = os.dup(2)
     except OSError:  # a program without a console has none
         yield
         return
@@ -44,11 +44,11 @@ def overheard(said: list[bytes]) -> Iterator[None]:
             os.dup2(heard.fileno(), 2)
             yield
         finally:
-            os.dup2(kept, 2)
+            os.dup2(stderr, 2)
             heard.seek(0)
-            said.append(heard.read())
-            with os.fdopen(kept, "wb") as console:
-                console.write(said[-1])
+            output.append(heard.read())
+            with os.fdopen(stderr, "wb") as console:
+                console.write(output[-1])
 
 
 @contextmanager

@@ -31,15 +31,15 @@ _NUMBERS = "biufU"
 
 def kinds_in(*roots: Any) -> Kinds:
     """Return all data classes that values of some types hold, as their annotations say."""
-    found: dict[str, type] = {}
+    kinds: dict[str, type] = {}
     waiting = list(roots)
     while waiting:
         kind = waiting.pop()
         waiting += get_args(kind)
-        if isinstance(kind, type) and is_dataclass(kind) and _name(kind) not in found:
-            found[_name(kind)] = kind
+        if isinstance(kind, type) and is_dataclass(kind) and _name(kind) not in kinds:
+            kinds[_name(kind)] = kind
             waiting += get_type_hints(kind).values()
-    return found
+    return kinds
 
 
 def packed(value: Any, kinds: Kinds) -> Files:
@@ -111,8 +111,8 @@ class _Packer:
             return ["shapes", self.node(value.geometries)]
         if self._kinds.get(_name(type(value))) is type(value):
             known: Any = value
-            given = [field.name for field in fields(known) if field.init]
-            return ["kind", _name(type(value)), {k: self.node(getattr(value, k)) for k in given}]
+            names = [field.name for field in fields(known) if field.init]
+            return ["kind", _name(type(value)), {k: self.node(getattr(value, k)) for k in names}]
         raise TypeError(f"{type(value).__module__}.{name} is no known kind")
 
     def _array(self, value: Any) -> list[Any]:
@@ -161,8 +161,8 @@ class _Reader:
             kind: Any = _COLLECTIONS[tag]
             return kind(dict(items)) if issubclass(kind, dict | MappingProxyType) else kind(items)
         if tag == "kind":
-            name, given = rest
-            return self._kinds[name](**{key: self.value(node) for key, node in given.items()})
+            name, fields_of = rest
+            return self._kinds[name](**{key: self.value(node) for key, node in fields_of.items()})
         makers: Mapping[str, Callable[..., Any]] = {
             "array": self._array,
             "items": self._items,

@@ -67,14 +67,14 @@ class Seen:
     Attributes:
         same: Pixels that correspond to themselves, (h, w).
         pixels: Those that were looked for elsewhere there, n of them.
-        found: Whether these show the same thing there, (n,).
+        hits: Whether these show the same thing there, (n,).
         planes: What is seen of them, (channels, n).
         change: Difference of the logarithms of luminance where there is anything, (h, w).
     """
 
     same: Bools
     pixels: Pixels
-    found: Bools
+    hits: Bools
     planes: Image
     change: Image
 
@@ -82,7 +82,7 @@ class Seen:
     def known(self) -> Bools:
         """Where there is anything, (h, w)."""
         known = self.same.copy()
-        known.reshape(-1)[self.pixels] |= self.found
+        known.reshape(-1)[self.pixels] |= self.hits
         return known
 
 
@@ -175,7 +175,7 @@ def _add(total: Image, seen: Seen, planes: Image, *, share: Image, core: slice) 
     if not isinstance(seen.pixels, slice):
         own = slice(*np.searchsorted(seen.pixels, (first, after)))
         pixels = seen.pixels[own] - first
-    moved = share.reshape(-1)[pixels] * seen.found[own]
+    moved = share.reshape(-1)[pixels] * seen.hits[own]
     for plane, more in zip(total.reshape(len(total), -1), seen.planes[:, own], strict=True):
         plane[pixels] += more * moved
 
@@ -212,12 +212,12 @@ def seen_by(
     wanted.reshape(-1)[moving] &= motion.known[band.of(centre.numbers)[moving]]
     pixels = listed(wanted)
     places = places_of(pixels, band, centre, other, motion)
-    found, planes = seen_at(places, band, centre, other)
-    found &= wanted.reshape(-1)[pixels]
+    hits, planes = seen_at(places, band, centre, other)
+    hits &= wanted.reshape(-1)[pixels]
     flat = change.reshape(-1)
     moved = band.of(centre.levels)[pixels] - centre.levels_of(planes)
-    flat[pixels] = np.where(found, moved, flat[pixels])
-    return Seen(same, pixels, found, planes, change)
+    flat[pixels] = np.where(hits, moved, flat[pixels])
+    return Seen(same, pixels, hits, planes, change)
 
 
 def _corresponding(

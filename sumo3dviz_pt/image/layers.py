@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.image.png import SIGNATURE, chunk
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints, Transform
 from sumo3dviz_pt.model.layers import LABELS, murmur3
@@ -69,7 +69,7 @@ def write_numbers(path: Path, numbers: NDArray[Any]) -> None:
         chunk(b"IDAT", zlib.compress(data, _LEVEL)),
         chunk(b"IEND", b""),
     ]
-    with whole(path) as part:
+    with atomic_path(path) as part:
         part.write_bytes(SIGNATURE + b"".join(content))
 
 
@@ -320,13 +320,13 @@ def boxes_2d(owner: Ints, names: Sequence[str]) -> tuple[Box2d, ...]:
     from scipy import ndimage
 
     counts = np.bincount(owner.ravel(), minlength=len(names))
-    found = []
+    boxes = []
     for number, box in enumerate(ndimage.find_objects(owner.astype(np.int32)), start=1):
         if box is not None:
             rows, columns = box
             edges = (columns.start, rows.start, columns.stop, rows.stop)
-            found.append(Box2d(names[number], *edges, int(counts[number])))
-    return tuple(found)
+            boxes.append(Box2d(names[number], *edges, int(counts[number])))
+    return tuple(boxes)
 
 
 def box_3d(name: str, part: str, bounds: Floats, world_from_body: Transform) -> Box3d:

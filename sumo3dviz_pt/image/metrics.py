@@ -80,13 +80,13 @@ def _is_ridge(steep: Floats, down: Floats, right: Floats) -> Bools:
     """Return where the gradient is largest along its own direction, (h, w)."""
     wide = np.pad(steep, 1)
     eighth = np.round(np.arctan2(down, right) / (np.pi / 4)).astype(int) % 4
-    found = np.zeros(steep.shape, dtype=np.bool_)
+    ridge = np.zeros(steep.shape, dtype=np.bool_)
     height, width = steep.shape
     for turn, (rows, columns) in enumerate(((0, 1), (1, 1), (1, 0), (1, -1))):
         ahead = wide[1 + rows : 1 + rows + height, 1 + columns : 1 + columns + width]
         behind = wide[1 - rows : 1 - rows + height, 1 - columns : 1 - columns + width]
-        found |= (eighth == turn) & (steep >= ahead) & (steep > behind)
-    return found
+        ridge |= (eighth == turn) & (steep >= ahead) & (steep > behind)
+    return ridge
 
 
 _SSIM_RADIUS = 5
@@ -137,8 +137,8 @@ def relative_mse(
     _same_shape(image, reference)
     truth = reference.astype(np.float64)
     error = ((image - truth) ** 2 / (truth**2 + epsilon)).mean(axis=-1).ravel()
-    kept = max(1, round(error.size * (1.0 - trim)))
-    return float(np.partition(error, kept - 1)[:kept].mean())
+    count = max(1, round(error.size * (1.0 - trim)))
+    return float(np.partition(error, count - 1)[:count].mean())
 
 
 def psnr(image: Image, reference: Image) -> float:
@@ -189,13 +189,13 @@ def mean_bias(image: Image, reference: Image, *, exempt: Bools | None = None) ->
             hold most of the energy by night and none of the transport.
     """
     _same_shape(image, reference)
-    kept = np.ones(image.shape[:2], dtype=bool) if exempt is None else ~exempt
-    if not kept.any():
+    mask = np.ones(image.shape[:2], dtype=bool) if exempt is None else ~exempt
+    if not mask.any():
         return float("nan")
-    found, truth = (float(picture[kept].mean(dtype=np.float64)) for picture in (image, reference))
+    mean, truth = (float(picture[mask].mean(dtype=np.float64)) for picture in (image, reference))
     if truth == 0.0:
-        return 0.0 if found == 0.0 else float("inf")
-    return found / truth - 1.0
+        return 0.0 if mean == 0.0 else float("inf")
+    return mean / truth - 1.0
 
 
 def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> Image:

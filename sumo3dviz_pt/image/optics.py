@@ -120,13 +120,13 @@ class Optics:
         return cls(vignetting, grain, round(lens.edges(1.0)[0], 9), eyes)
 
     @classmethod
-    def from_dict(cls, said: Mapping[str, Any] | None) -> Optics | None:
+    def from_dict(cls, content: Mapping[str, Any] | None) -> Optics | None:
         """Return what an account says; None where it says nothing."""
-        if said is None:
+        if content is None:
             return None
-        columns, rows = said["eyes"]
-        vignetting, grain = float(said["vignetting"]), float(said["grain"])
-        return cls(vignetting, grain, float(said["slope"]), (int(columns), int(rows)))
+        columns, rows = content["eyes"]
+        vignetting, grain = float(content["vignetting"]), float(content["grain"])
+        return cls(vignetting, grain, float(content["slope"]), (int(columns), int(rows)))
 
     def on(self, radiance: Image, *, exposure: float, seed: int) -> Image:
         """Return radiance with all that happens to it.
@@ -136,13 +136,13 @@ class Optics:
             exposure: At which it is developed [EV].
             seed: Of the grain: the frame's own.
         """
-        found = np.asarray(radiance, np.float32)
+        image = np.asarray(radiance, np.float32)
         if self.vignetting:
-            found = found * self._fall(found.shape[1], found.shape[0])[..., None]
+            image = image * self._fall(image.shape[1], image.shape[0])[..., None]
         if self.grain:
-            found = grained(found * np.float32(2.0**exposure), self.grain, seed)
-            found = found * np.float32(2.0**-exposure)
-        return found
+            image = grained(image * np.float32(2.0**exposure), self.grain, seed)
+            image = image * np.float32(2.0**-exposure)
+        return image
 
     def _fall(self, width: int, height: int) -> Image:
         """Return by what the light of each pixel is multiplied, (h, w)."""

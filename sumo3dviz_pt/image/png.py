@@ -60,17 +60,17 @@ def read_text(path: Path) -> dict[str, str]:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     if not data.startswith(SIGNATURE):
         raise InputError("is no PNG", file=path)
-    found, place = {}, len(SIGNATURE)
+    texts, place = {}, len(SIGNATURE)
     while place + 12 <= len(data):
         length, kind = struct.unpack(">I4s", data[place : place + 8])
         content, place = data[place + 8 : place + 8 + length], place + 12 + length
         if kind == b"iTXt":
             keyword, _, rest = content.partition(b"\x00")
             # Two flags about compression, then language and translated keyword, both empty.
-            found[keyword.decode("latin-1")] = rest[4:].decode("utf-8", errors="replace")
+            texts[keyword.decode("latin-1")] = rest[4:].decode("utf-8", errors="replace")
     if place != len(data):
         raise InputError("is cut short", file=path)
-    return found
+    return texts
 
 
 def encoded(

@@ -302,16 +302,16 @@ def unpacked(stored: Mapping[str, Image], text: str) -> TracedFrame:
         lacking = _LAYERS - set(stored)
         if lacking:
             raise ValueError(f"has no layer {min(lacking)}")
-        said = json.loads(text)
-        camera = Transform(_array(said["camera"], np.float64).reshape(4, 4))
-        view = View(camera, Lens.from_dict(said["lens"]))
-        poses = _array(said["poses"], np.float32).reshape(-1, 3, 4)
-        origin = np.array(said["origin"], dtype=np.float64)
+        content = json.loads(text)
+        camera = Transform(_array(content["camera"], np.float64).reshape(4, 4))
+        view = View(camera, Lens.from_dict(content["lens"]))
+        poses = _array(content["poses"], np.float32).reshape(-1, 3, 4)
+        origin = np.array(content["origin"], dtype=np.float64)
         parts = [
             MovingPart(str(name), _placement(pose, origin))
-            for name, pose in zip(said["parts"], poses, strict=True)
+            for name, pose in zip(content["parts"], poses, strict=True)
         ]
-        white, samples = float(said["white"]), int(said["samples"])
+        white, samples = float(content["white"]), int(content["samples"])
         return TracedFrame(Layers(stored), view, white, samples, tuple(parts))
     except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
         raise ValueError(f"does not say what it shows ({error})") from error

@@ -19,7 +19,7 @@ from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.library.materials import principled
 from sumo3dviz_pt.model.geometry import Floats, Image, Mesh, Transform
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Haze, Part, SceneData, Sky, StaticPart, View
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.still import check_target

@@ -81,13 +81,13 @@ def outlooks(
     for number, plan in enumerate(plans):
         near = [g for g in groups if any(shapely.dwithin(plan, plans[k], _TOGETHER) for k in g)]
         groups = [g for g in groups if g not in near] + [{number}.union(*near)]
-    found: list[Outlook | None] = [None] * len(outings)
+    views: list[Outlook | None] = [None] * len(outings)
     for group in groups:
         if len(group) > 1:
             joined = Outlook(CameraPath.joined([ways[k] for k in sorted(group)]))
             for k in group:
-                found[k] = joined
-    return found
+                views[k] = joined
+    return views
 
 
 def _way(
@@ -323,7 +323,7 @@ def in_words(report: dict[str, Any], *, details: bool = True) -> str:
     common = _common([shot["left_out"] for shot in shots])
     lines += _left_out_lines("left out of all shots", common, details=details)
     for shot in shots:
-        lines += _shot_lines(shot, told=common, details=details)
+        lines += _shot_lines(shot, known=common, details=details)
     return "\n".join(lines)
 
 
@@ -348,7 +348,7 @@ def _common(lists: Sequence[list[Any]]) -> list[Any]:
 
 
 def _shot_lines(
-    shot: dict[str, Any], *, told: Sequence[Any] = (), details: bool = True
+    shot: dict[str, Any], *, known: Sequence[Any] = (), details: bool = True
 ) -> list[str]:
     """Return one shot as people read it, without what was told of all shots."""
     triangles = dict(shot["triangles"])
@@ -365,7 +365,7 @@ def _shot_lines(
         lines.append(f"  parts     {parts}")
     if shot["over_budget"]:
         lines.append(f"  note      more than {TRIANGLE_BUDGET:,} triangles make every frame slower")
-    left_out = [item for item in shot["left_out"] if item not in told]
+    left_out = [item for item in shot["left_out"] if item not in known]
     lines += _left_out_lines("  left out", left_out, details=details)
     if details:
         lines += _compiled_lines(shot["not_compiled"])
@@ -374,12 +374,12 @@ def _shot_lines(
 
 def _saving(item: dict[str, Any]) -> str:
     """Return what was left out, why, and what that saves, if that is known."""
-    said = f"{item['what']}: {item['why']}"
+    line = f"{item['what']}: {item['why']}"
     if not item["triangles"]:
-        return said
+        return line
     seconds = item["cpu_seconds_per_frame"]
     felt = f" and {seconds:.2f} CPU-s a frame" if seconds >= _LEAST_TOLD else ""
-    return f"{said}; saves about {item['triangles']:,} triangles{felt}"
+    return f"{line}; saves about {item['triangles']:,} triangles{felt}"
 
 
 def _compiled_lines(absent: Sequence[dict[str, Any]]) -> list[str]:

@@ -77,8 +77,8 @@ def find_user(users: Sequence[User], name: str) -> User:
     Raises:
         ConfigError: If the log has none of that name; the message suggests some.
     """
-    found = find_trajectory([user.trajectory for user in users], name)
-    return next(user for user in users if user.trajectory is found)
+    trajectory = find_trajectory([user.trajectory for user in users], name)
+    return next(user for user in users if user.trajectory is trajectory)
 
 
 def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) -> Drive:
@@ -170,11 +170,11 @@ def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> M
 
 def _in_lane(places: Floats, lines: Sequence[Floats]) -> Floats:
     """Return signed distances from the lanes' centres, (n,) [m]; NaN outside the lanes."""
-    found = np.full(len(places), np.nan)
+    offsets = np.full(len(places), np.nan)
     known = np.isfinite(places).all(axis=1)
-    found[known] = laws.offsets(places[known], lines)
-    found[np.abs(found) > _OFF] = np.nan
-    return found
+    offsets[known] = laws.offsets(places[known], lines)
+    offsets[np.abs(offsets) > _OFF] = np.nan
+    return offsets
 
 
 def _roads(network: Network, places: Floats) -> list[Road]:

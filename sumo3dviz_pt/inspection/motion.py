@@ -17,7 +17,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import UNPLACED, Location, Network
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Scenario, Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Trajectory
@@ -73,7 +73,7 @@ def pop_ups(
         shots = [(name, *life_of(camera, lives)) for name, camera in job.cameras.items()]
     aspect = job.output.size[1] / job.output.size[0]
     location = scenario.network.location
-    found = []
+    rows = []
     for name, start, end in shots:
         camera = _camera(job.cameras[name], job, scenario, trajectories)
         seen = [
@@ -81,8 +81,8 @@ def pop_ups(
             for events in (births, deaths)
         ]
         nearest = [tuple(sorted(some, key=lambda each: each.value)) for some in seen]
-        found.append(PopUps(name, start, end, *nearest))
-    return tuple(found)
+        rows.append(PopUps(name, start, end, *nearest))
+    return tuple(rows)
 
 
 def _between(events: Sequence[MotionFinding], start: float, end: float) -> list[MotionFinding]:
@@ -221,7 +221,7 @@ class User:
     lane_names: Sequence[str]
     location: Location = UNPLACED
 
-    def found(
+    def finding(
         self, kind: str, time: float, value: float, *, end: float | None = None
     ) -> MotionFinding:
         """Return a finding about it, at the position of the sample nearest in time.
@@ -342,13 +342,13 @@ def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step
             curves[_STRAY] = _strays(user, keeping, motion, times, step=step)
         for name, values in curves.items():
             census.tallies[name].add(values)
-            found = laws.largest(values, times)
+            highest = laws.largest(values, times)
             old = [peaks[name]] if name in peaks else []
-            if found:
-                peaks[name] = max(*old, *found, key=_size) if old else found[0]
+            if highest:
+                peaks[name] = max(*old, *highest, key=_size) if old else highest[0]
     for name, peak in peaks.items():
         if name not in (_JUMP, _STRAY) or peak.value > 0.0:
-            census.tallies[name].worst.append(user.found(name, peak.time, peak.value))
+            census.tallies[name].worst.append(user.finding(name, peak.time, peak.value))
 
 
 def _size(peak: laws.Peak) -> float:
@@ -396,10 +396,10 @@ def _strays(
     As this takes long, most times are left out; they are NaN.
     """
     every = max(1, round(_STRAY_STEP / step))
-    found = np.full(len(times), np.nan)
+    strays = np.full(len(times), np.nan)
     places = motion.positions[::every, :2]
-    found[::every] = keeping.strays(user.trace, user.trajectory, times[::every], places)
-    return found
+    strays[::every] = keeping.strays(user.trace, user.trajectory, times[::every], places)
+    return strays
 
 
 def _ends(
@@ -411,9 +411,9 @@ def _ends(
     for user in users:
         for piece in user.trajectory.pieces:
             if piece.begin > log.begin + margin:
-                births.append(user.found("birth", piece.begin, 0.0))
+                births.append(user.finding("birth", piece.begin, 0.0))
             if piece.end < log.end - margin:
-                deaths.append(user.found("death", piece.end, 0.0))
+                deaths.append(user.finding("death", piece.end, 0.0))
     return births, deaths
 
 
@@ -429,4 +429,4 @@ def _remarks(users: Sequence[User]) -> Iterator[MotionFinding]:
     """Yield everything that was noticed while smoothing."""
     for user in users:
         for remark in user.trajectory.remarks:
-            yield user.found(remark.kind, remark.begin, remark.value, end=remark.end)
+            yield user.finding(remark.kind, remark.begin, remark.value, end=remark.end)

@@ -109,8 +109,8 @@ class Roster(Sequence[RoadUser]):
     @overload
     def __getitem__(self, index: slice) -> Roster: ...
     def __getitem__(self, index: int | slice) -> RoadUser | Roster:
-        found = self._users[index]
-        return Roster(found) if isinstance(found, tuple) else found
+        users = self._users[index]
+        return Roster(users) if isinstance(users, tuple) else users
 
     def __len__(self) -> int:
         return len(self._users)
@@ -144,8 +144,8 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         allow_truncated=job.scenario.allow_truncated,
         location=location,
     )
-    said = (_said(user, location) for user in users)
-    return Roster(sorted((user for user in said if _fits(user, wanted)), key=order))
+    rows = (_outside(user, location) for user in users)
+    return Roster(sorted((user for user in rows if _fits(user, wanted)), key=order))
 
 
 def _inside(point: Point | None, location: Location) -> Point | None:
@@ -156,7 +156,7 @@ def _inside(point: Point | None, location: Location) -> Point | None:
     return replace(point, x=x, y=y)
 
 
-def _said(user: RoadUser, location: Location) -> RoadUser:
+def _outside(user: RoadUser, location: Location) -> RoadUser:
     """Return a road user whose place is in SUMO's coordinates."""
     if user.place is None:
         return user
@@ -264,13 +264,13 @@ def as_dicts(users: Sequence[RoadUser]) -> list[dict[str, Any]]:
 
 def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a mapping without None and without needless digits."""
-    kept: dict[str, Any] = {}
+    content: dict[str, Any] = {}
     for key, value in values.items():
         if isinstance(value, dict):
-            kept[key] = _rounded(value)
+            content[key] = _rounded(value)
         elif value is not None:
-            kept[key] = round(value, 3) if isinstance(value, float) else value
-    return kept
+            content[key] = round(value, 3) if isinstance(value, float) else value
+    return content
 
 
 _HEAD = ("id", "type", "class", "from [s]", "to [s]", "drive [m]", "mean", "max [m/s]", "lanes")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.values import ONE_OR_MORE, all_models
 from sumo3dviz_pt.pipeline.scene_file import NAMES, names_for
@@ -54,7 +54,7 @@ def write_schema(path: Path, *, title: str = TITLE, text: str | None = None) -> 
     if path.exists() and not _is_ours(path, title):
         raise ConfigError(f"{path} is something else; move it away", key="output")
     try:
-        write_whole(path, schema_text() if text is None else text)
+        write_atomically(path, schema_text() if text is None else text)
     except OSError as error:
         raise ConfigError(f"{path} cannot be written: {error}", key="output") from error
 

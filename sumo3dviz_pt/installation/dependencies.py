@@ -144,9 +144,9 @@ def explained(package: str, error: BaseException) -> str:
 def missing_library(error: BaseException) -> str:
     """Return the shared library that is missing by an error, such as `libatomic.so.1`, or ''."""
     for cause in _import_errors(error):
-        found = _MISSING_LIBRARY.search(str(cause))
-        if found and ("cannot open shared object" in str(cause) or "not loaded" in str(cause)):
-            return found.group(1)
+        match = _MISSING_LIBRARY.search(str(cause))
+        if match and ("cannot open shared object" in str(cause) or "not loaded" in str(cause)):
+            return match.group(1)
     return ""
 
 
@@ -164,15 +164,15 @@ THREADS = "SUMO3DVIZ_PT_THREADS"
 
 def threads_asked() -> int | None:
     """Return the threads that the environment asks for; None where it asks for none."""
-    asked = os.environ.get(THREADS, "")
-    return int(asked) if asked.isdecimal() and 0 < int(asked) <= 4096 else None
+    value = os.environ.get(THREADS, "")
+    return int(value) if value.isdecimal() and 0 < int(value) <= 4096 else None
 
 
 def threads() -> int:
     """Return the threads that this process may use."""
-    asked = threads_asked()
-    if asked is not None:
-        return asked
+    wanted = threads_asked()
+    if wanted is not None:
+        return wanted
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -233,31 +233,31 @@ def find_llvm() -> Library:
     """
     chosen = os.environ.get(VARIABLE)
     if chosen:
-        found = _examined(chosen)
+        library = _examined(chosen)
         advice = f"let {VARIABLE} name version {OLDEST} or newer, or unset it"
-        problem = found.problem and f"{VARIABLE} names {found.problem}; {advice}"
-        return Library(chosen, found.version, problem)
+        problem = library.problem and f"{VARIABLE} names {library.problem}; {advice}"
+        return Library(chosen, library.version, problem)
     problems = []
     for path in _candidates():
-        found = _examined(path)
-        if not found.problem:
-            return found
-        problems.append(found.problem)
+        library = _examined(path)
+        if not library.problem:
+            return library
+        problems.append(library.problem)
     newest = f"the newest libLLVM is {problems[0]}" if problems else "there is no libLLVM"
     return Library("", "", f"{newest}; install one with: {MENDING}")
 
 
 def _candidates() -> Iterator[str]:
     """Yield files that may be libLLVM: the newest by name first, last what the loader finds."""
-    found = {
+    paths = {
         path.resolve()
         for folder in _folders()
         for path in folder.glob("*LLVM*")
         if _NAME.fullmatch(path.name)
     }
-    yield from map(str, sorted(found, key=_version_by_name, reverse=True))
+    yield from map(str, sorted(paths, key=_version_by_name, reverse=True))
     own = _LOADERS_OWN.get(sys.platform, "")
-    if own and not _asked(own)[1]:
+    if own and not _version_of(own)[1]:
         yield own
 
 
@@ -279,7 +279,7 @@ def _version_by_name(path: Path) -> tuple[int, str]:
 
 def _examined(path: str) -> Library:
     """Return a libLLVM with its version, or with what is wrong with it."""
-    version, problem = _asked(path)
+    version, problem = _version_of(path)
     if problem:
         return Library(path, "", f"{path}, which cannot be loaded ({problem})")
     if int(version.split(".")[0]) < OLDEST:
@@ -287,7 +287,7 @@ def _examined(path: str) -> Library:
     return Library(path, version)
 
 
-def _asked(path: str) -> tuple[str, str]:
+def _version_of(path: str) -> tuple[str, str]:
     """Return the version that a library tells, `0.0.0` before 16, and why it tells none."""
     command = [sys.executable, "-I", "-S", "-c", _ASK, path]
     try:
@@ -295,8 +295,8 @@ def _asked(path: str) -> tuple[str, str]:
     except (OSError, subprocess.TimeoutExpired) as error:
         return "", str(error)
     if done.returncode:
-        said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-        return "", said[-1].removeprefix("OSError: ")
+        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+        return "", lines[-1].removeprefix("OSError: ")
     return done.stdout.strip(), ""
 
 
@@ -357,5 +357,5 @@ def find_driver(load: Callable[[str], Any] = ctypes.CDLL) -> Driver:
 
 def _number(ask: Callable[[Any], int]) -> int:
     """Return the number that a function of the driver writes; 0 where it fails."""
-    found = ctypes.c_int(0)
-    return 0 if ask(ctypes.byref(found)) else found.value
+    number = ctypes.c_int(0)
+    return 0 if ask(ctypes.byref(number)) else number.value

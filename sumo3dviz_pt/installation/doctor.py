@@ -172,11 +172,11 @@ def _tried_in_another_process() -> LoadingTrial:
     except OSError as error:
         return LoadingTrial(problems=(f"no other process could be started: {error}",))
     if done.returncode == 0:
-        told = json.loads(done.stdout.splitlines()[-1])
-        problems, missing = tuple(told["problems"]), tuple(told["missing"])
-        return LoadingTrial(told["variant"], told["note"], problems, missing)
-    said = done.stderr.strip().splitlines() or ["nothing was said"]
-    return LoadingTrial(problems=(f"a trial ended with {_ending(done.returncode)}: {said[-1]}",))
+        trial = json.loads(done.stdout.splitlines()[-1])
+        problems, missing = tuple(trial["problems"]), tuple(trial["missing"])
+        return LoadingTrial(trial["variant"], trial["note"], problems, missing)
+    lines = done.stderr.strip().splitlines() or ["nothing was said"]
+    return LoadingTrial(problems=(f"a trial ended with {_ending(done.returncode)}: {lines[-1]}",))
 
 
 def _ending(code: int) -> str:

@@ -201,14 +201,14 @@ def carry_out(order: InstallOrder, tell: TellLine) -> None:
 
 def _packages(order: InstallOrder) -> tuple[list[str], list[str]]:
     """Return the packages to install, and the libraries for which the index has no package."""
-    found: list[str] = []
+    packages: list[str] = []
     lacking: list[str] = []
     for library in order.libraries:
         package = order.manager.packages[library]
         if library == LLVM and order.manager.listing:
             package = newest_llvm(_output(order.manager.listing), tested=package)
-        (found if package else lacking).append(package or library)
-    return found, lacking
+        (packages if package else lacking).append(package or library)
+    return packages, lacking
 
 
 def newest_llvm(listing: str, *, tested: str) -> str:

@@ -35,8 +35,8 @@ _PART = re.compile(r"\s*1\s*/\s*([0-9.]+)\s*(?:s)?\s*")
 
 def _part_of_second(value: Any) -> Any:
     """Return `1/50 s` as a number of seconds, and all else as it is."""
-    found = _PART.fullmatch(value) if isinstance(value, str) else None
-    return 1.0 / float(found[1]) if found and float(found[1]) > 0.0 else value
+    match = _PART.fullmatch(value) if isinstance(value, str) else None
+    return 1.0 / float(match[1]) if match and float(match[1]) > 0.0 else value
 
 
 FocalLength = Annotated[float, Quantity("m", 0.001, 2.0)]
@@ -190,8 +190,8 @@ class LensSettings(Settings):
         """Return how wide it sees, in a few words."""
         if self.width is not None:
             return f"a plan {self.width:g} m wide"
-        said = f"{self.degrees(FOV):g}° wide"
-        return said if self.projection == "perspective" else f"{said}, {self.projection}"
+        text = f"{self.degrees(FOV):g}° wide"
+        return text if self.projection == "perspective" else f"{text}, {self.projection}"
 
 
 class ShutterSettings(Settings):

@@ -126,8 +126,8 @@ def _alike(path: KeyPath, other: KeyPath) -> bool:
 
 def _alternatives(problems: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return what a value may be, where it may be several things."""
-    said = list(dict.fromkeys(map(_words, problems)))
-    return said[:1] + [words.removeprefix(_SHOULD) for words in said[1:]]
+    sentences = list(dict.fromkeys(map(_words, problems)))
+    return sentences[:1] + [words.removeprefix(_SHOULD) for words in sentences[1:]]
 
 
 def _words(problem: Mapping[str, Any]) -> str:
@@ -209,8 +209,8 @@ def _inner(kind: Any, part: str | int) -> Any:
     """Return the type of what stands under a key or in a place of a list."""
     for model in _models(kind):
         fields = model.model_fields.items()
-        found = (field for name, field in fields if part in (name, field.alias))
-        return next((field.annotation for field in found), None)
+        named = (field for name, field in fields if part in (name, field.alias))
+        return next((field.annotation for field in named), None)
     inner = [each for each in get_args(kind) if each is not Ellipsis]
     if isinstance(part, int) and part < len(inner):
         return inner[part]
@@ -245,17 +245,17 @@ def settle(choices: Any) -> None:
         ConfigError: If one is of a wrong type or out of range; names it.
     """
     model = _model_of(choices.__class__)
-    given = {item.name: getattr(choices, item.name) for item in fields(choices)}
-    given = {
+    values = {item.name: getattr(choices, item.name) for item in fields(choices)}
+    values = {
         name: value if is_dataclass(value) else plain(value, key=name)
-        for name, value in given.items()
+        for name, value in values.items()
     }
     try:
-        found = model.model_validate(given)
+        settled = model.model_validate(values)
     except ValidationError as error:
         raise explained(error, model, _NOWHERE) from error
-    for name in given:
-        object.__setattr__(choices, name, getattr(found, name))
+    for name in values:
+        object.__setattr__(choices, name, getattr(settled, name))
 
 
 def asked(kind: Any, value: Any, *, key: str) -> Any:
@@ -281,8 +281,8 @@ def made(kind: type[_T], choices: Mapping[str, Any]) -> _T:
     Raises:
         ConfigError: If a name is unknown, and suggests one, or a value is wrong.
     """
-    found, _ = split(kind, kind, choices)
-    return found
+    value, _ = split(kind, kind, choices)
+    return value
 
 
 def split(one: type[_T], other: type[_U], choices: Mapping[str, Any]) -> tuple[_T, _U]:

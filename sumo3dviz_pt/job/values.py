@@ -114,11 +114,11 @@ def _within(low: Fraction, high: Fraction) -> Callable[[Any], Fraction]:
     """Return a check of ratios between two bounds."""
 
     def checked(value: Any) -> Fraction:
-        found = ratio_of(value)
-        if not low <= found <= high:
+        ratio = ratio_of(value)
+        if not low <= ratio <= high:
             bounds = f"{in_short(low)} to {in_short(high)}"
-            raise ValueError(f"this should lie in {bounds}, not {in_short(found)}")
-        return found
+            raise ValueError(f"this should lie in {bounds}, not {in_short(ratio)}")
+        return ratio
 
     return checked
 
@@ -217,11 +217,11 @@ class Quantity:
 
     def _read(self, value: Any) -> float:
         """Return a value in the unit, within bounds."""
-        found = self._number(value)
-        if not self.low <= found <= self.high:
+        number = self._number(value)
+        if not self.low <= number <= self.high:
             bounds = f"{self.low:g} to {self.high:g} {self.unit}"
-            raise ValueError(f"this should lie in {bounds}, not {found:g} {self.unit}")
-        return found
+            raise ValueError(f"this should lie in {bounds}, not {number:g} {self.unit}")
+        return number
 
     def _number(self, value: Any) -> float:
         """Return a value in the unit."""
@@ -297,20 +297,20 @@ Size = Annotated[tuple[Whole, Whole], AfterValidator(_pixels)]
 
 def _date(value: Any) -> Any:
     """Return a date as people write it in all countries; plain numbers are none."""
-    found: dt.date | None
+    date: dt.date | None
     if isinstance(value, dt.date):
-        found = dt.date(value.year, value.month, value.day)
+        date = dt.date(value.year, value.month, value.day)
     else:
         match = _DATE.fullmatch(value) if isinstance(value, str) else None
         try:
-            found = dt.date(*map(int, match.groups())) if match else None
+            date = dt.date(*map(int, match.groups())) if match else None
         except ValueError:
-            found = None
-    if found is None:
+            date = None
+    if date is None:
         raise ValueError(f"a date is written like 2026-06-21, not {value!r}")
-    if not _YEARS[0] <= found.year < _YEARS[1]:
+    if not _YEARS[0] <= date.year < _YEARS[1]:
         raise ValueError(f"the year must lie from {_YEARS[0]} to {_YEARS[1] - 1}")
-    return found
+    return date
 
 
 def _time(value: Any) -> Any:

@@ -90,9 +90,9 @@ def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> C
     if isinstance(error, yaml.reader.ReaderError):
         return _unreadable(error, text, file)
     assert isinstance(error, yaml.MarkedYAMLError)
-    said = " ".join(filter(None, (error.context, error.problem)))
-    found = ((re.search(pattern, said, re.S), words) for pattern, words in _WORDS)
-    fits = next(((match, words) for match, words in found if match), None)
+    message = " ".join(filter(None, (error.context, error.problem)))
+    matches = ((re.search(pattern, message, re.S), words) for pattern, words in _WORDS)
+    fits = next(((match, words) for match, words in matches if match), None)
     words = _OTHERWISE if fits is None else fits[1].format(*map(cut, fits[0].groups()))
     mark = error.problem_mark
     if error.context_mark is not None and _AT_BEGIN.search(error.context or ""):

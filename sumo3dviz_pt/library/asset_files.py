@@ -64,8 +64,8 @@ def read_family(family: str, kind: type[_Asset]) -> dict[str, _Asset]:
         ConfigError: If a key is unknown or missing, or holds something of another type.
     """
     reader = TypeAdapter(kind)
-    found = {name: _read(reader, family, name) for name in catalog.names(family)}
-    return dict(sorted(found.items(), key=lambda item: item[1].order))
+    assets = {name: _read(reader, family, name) for name in catalog.names(family)}
+    return dict(sorted(assets.items(), key=lambda item: item[1].order))
 
 
 def read_asset(family: str, name: str, kind: type[_Asset]) -> _Asset:

@@ -147,13 +147,13 @@ def _read_materials() -> dict[str, Bsdf]:
     Raises:
         ConfigError: If two files have a material of the same name.
     """
-    found: dict[str, Bsdf] = {}
+    materials: dict[str, Bsdf] = {}
     for group, file in read_family("materials", _MaterialsFile).items():
         for name, finish in file.recipe.items():
-            if name in found:
+            if name in materials:
                 raise ConfigError(f"{name!r} is in another file, too", key=f"materials/{group}")
-            found[name] = finish.bsdf()
-    return found
+            materials[name] = finish.bsdf()
+    return materials
 
 
 MATERIALS: Mapping[str, Bsdf] = _read_materials()

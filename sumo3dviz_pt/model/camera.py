@@ -163,10 +163,10 @@ class CameraPath:
         """Return all views of several paths; at least one."""
 
         def joint(name: str, usual: Callable[[CameraPath], Floats]) -> Floats | None:
-            given = [getattr(path, name) for path in paths]
-            if all(each is None for each in given):
+            arrays = [getattr(path, name) for path in paths]
+            if all(each is None for each in arrays):
                 return None
-            some = zip(given, paths, strict=True)
+            some = zip(arrays, paths, strict=True)
             return np.concatenate([usual(path) if v is None else v for v, path in some])
 
         return cls(

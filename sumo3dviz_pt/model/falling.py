@@ -64,8 +64,8 @@ class Sizes:
             low: The least diameter [mm].
             high: The largest [mm].
         """
-        kept = -np.expm1(-self.slope * (np.asarray(high) - low))
-        return np.asarray(low - np.log1p(-share * kept) / self.slope)
+        share_below = -np.expm1(-self.slope * (np.asarray(high) - low))
+        return np.asarray(low - np.log1p(-share * share_below) / self.slope)
 
 
 def rain_sizes(rate: float) -> Sizes:

@@ -79,8 +79,8 @@ def _cofactors(matrix: Floats) -> Floats:
     x, y, z = matrix.T
     # Cross products of y and z, of z and x, and of x and y.
     one, other, after, last = np.array([y, z, x]), np.array([z, x, y]), [1, 2, 0], [2, 0, 1]
-    found = (one[:, after] * other[:, last] - one[:, last] * other[:, after]).T
-    return np.asarray(found * np.sign((x * found[:, 0]).sum()))
+    cross = (one[:, after] * other[:, last] - one[:, last] * other[:, after]).T
+    return np.asarray(cross * np.sign((x * cross[:, 0]).sum()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -308,9 +308,9 @@ def evenly_along(lines: Sequence[Floats], count: Callable[[Floats], Ints]) -> Al
     # Lines with as many vertices make one array.
     for size in np.unique(sizes):
         chosen = np.flatnonzero(sizes == size)
-        found, line = _divided(np.stack([lines[k] for k in chosen.tolist()]), count)
+        points, line = _divided(np.stack([lines[k] for k in chosen.tolist()]), count)
         numbers.append(chosen[line])
-        pieces.append(found)
+        pieces.append(points)
     order = np.argsort(np.concatenate(numbers), kind="stable")
     both = np.concatenate(pieces)[order]
     return AlongLines(both[:, :3], both[:, 3:])

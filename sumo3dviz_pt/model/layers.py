@@ -366,10 +366,10 @@ class Channels:
     @classmethod
     def in_order(cls, **widths: int) -> Channels:
         """Lay out layers one after the other; the values are their numbers of channels."""
-        found = cls({}, 0)
+        channels = cls({}, 0)
         for name, width in widths.items():
-            found += cls({name: slice(0, width)}, width)
-        return found
+            channels += cls({name: slice(0, width)}, width)
+        return channels
 
     def __add__(self, others: Channels) -> Channels:
         """These channels, then others."""
@@ -387,6 +387,6 @@ class Channels:
         """
         if traced.shape[2] != self.count:
             raise ValueError(f"{traced.shape[2]} channels, not {self.count}: {[*self.places]}")
-        found = {name: traced[..., place] for name, place in self.places.items()}
+        layers = {name: traced[..., place] for name, place in self.places.items()}
         single = {name for name, place in self.places.items() if place.stop - place.start == 1}
-        return Layers({n: layer[..., 0] if n in single else layer for n, layer in found.items()})
+        return Layers({n: layer[..., 0] if n in single else layer for n, layer in layers.items()})

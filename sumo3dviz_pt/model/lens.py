@@ -63,10 +63,10 @@ class Lens:
         return cls(float(np.radians(degrees)))
 
     @classmethod
-    def from_dict(cls, said: dict[str, Any]) -> Lens:
+    def from_dict(cls, content: dict[str, Any]) -> Lens:
         """Return a lens from what `as_dict` said of it."""
-        bent: Any = {"distortion": tuple(said.get("distortion", (0.0, 0.0)))}
-        return cls(**{**said, **bent})
+        bent: Any = {"distortion": tuple(content.get("distortion", (0.0, 0.0)))}
+        return cls(**{**content, **bent})
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values, without those that a pinhole has."""

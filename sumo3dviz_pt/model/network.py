@@ -147,21 +147,21 @@ class Location:
 
     def inside(self, places: ArrayLike) -> Floats:
         """Return our coordinates of SUMO's, (..., 2) or (..., 3) [m], without rounding errors."""
-        found = np.array(places, dtype=np.float64)
-        found[..., :2] = np.round(found[..., :2] - self.origin, _DIGITS) + 0.0
-        return found
+        moved = np.array(places, dtype=np.float64)
+        moved[..., :2] = np.round(moved[..., :2] - self.origin, _DIGITS) + 0.0
+        return moved
 
     def outside(self, places: ArrayLike) -> Floats:
         """Return SUMO's coordinates of ours, (..., 2) or (..., 3) [m]."""
-        found = np.array(places, dtype=np.float64)
-        found[..., :2] += self.origin
-        return found
+        moved = np.array(places, dtype=np.float64)
+        moved[..., :2] += self.origin
+        return moved
 
     def outside_pose(self, matrix: ArrayLike) -> Floats:
         """Return a transform into SUMO's coordinates of one into ours, (4, 4)."""
-        found = np.array(matrix, dtype=np.float64)
-        found[:3, 3] = self.outside(found[:3, 3])
-        return found
+        moved = np.array(matrix, dtype=np.float64)
+        moved[:3, 3] = self.outside(moved[:3, 3])
+        return moved
 
 
 UNPLACED = Location()

@@ -93,9 +93,9 @@ class Sky:
     def __post_init__(self) -> None:
         """Make the directions unit vectors."""
         for name in ("sun_direction", "moon_direction"):
-            given = getattr(self, name)
-            if given is not None:
-                direction = np.asarray(given, dtype=np.float64)
+            value = getattr(self, name)
+            if value is not None:
+                direction = np.asarray(value, dtype=np.float64)
                 object.__setattr__(self, name, frozen(direction / np.linalg.norm(direction)))
 
 

@@ -196,12 +196,12 @@ def unique_ids(traces: Iterable[Trace | RoadUser]) -> Iterator[str]:
     """
     seen: set[tuple[str, str]] = set()
     for trace in traces:
-        found, number = trace.id, 1
-        while (trace.kind, found) in seen:
+        name, number = trace.id, 1
+        while (trace.kind, name) in seen:
             number += 1
-            found = f"{trace.id}#{number}"
-        seen.add((trace.kind, found))
-        yield found
+            name = f"{trace.id}#{number}"
+        seen.add((trace.kind, name))
+        yield name
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -319,8 +319,8 @@ class Stop:
 
     def span(self, length: float) -> tuple[float, float]:
         """Begin and end as shares of a lane of a length [m], in order, in [0, 1]."""
-        given = (self.start or 0.0, length if self.end is None else self.end)
-        from_start = sorted(at + length if at < 0.0 else at for at in given)
+        ends = (self.start or 0.0, length if self.end is None else self.end)
+        from_start = sorted(at + length if at < 0.0 else at for at in ends)
         low, high = (min(max(at / max(length, 1e-9), 0.0), 1.0) for at in from_start)
         return low, high
 

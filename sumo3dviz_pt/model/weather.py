@@ -283,8 +283,8 @@ class Weather:
     @property
     def kinds(self) -> Mapping[str, WeatherKind]:
         """All that there is, by the names of the fields and in their order."""
-        found = ((each.name, getattr(self, each.name)) for each in fields(self))
-        return {name: kind for name, kind in found if isinstance(kind, WeatherKind)}
+        values = ((each.name, getattr(self, each.name)) for each in fields(self))
+        return {name: kind for name, kind in values if isinstance(kind, WeatherKind)}
 
     @property
     def rates(self) -> Mapping[str, float]:

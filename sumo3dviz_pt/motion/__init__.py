@@ -73,14 +73,14 @@ def settings_of(
         network: The road network; None leaves the lanes unknown.
         types: Vehicle types by id, which say how long bodies are.
     """
-    told = log.euler
-    if told is None:
-        told = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
+    euler = log.euler
+    if euler is None:
+        euler = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
     return LogSettings(
         tracks=None if network is None else Tracks(LaneGraph(network)),
         lane_names=log.lane_names,
         types=types or {},
-        euler=told,
+        euler=euler,
     )
 
 

@@ -201,9 +201,9 @@ def make_piece(
     # Every other motion is cut where its way of driving changes.
     legs: list[Leg] = []
     remarks: list[Remark] = []
-    found = stretches(samples, kind=setting.kind)
-    parked = [False, *(stretch.kind == "parking" for stretch in found), False]
-    for number, stretch in enumerate(found):
+    parts = stretches(samples, kind=setting.kind)
+    parked = [False, *(stretch.kind == "parking" for stretch in parts), False]
+    for number, stretch in enumerate(parts):
         # Before and after a move into or out of a parking place the vehicle stands.
         here = replace(setting, rests=(parked[number], parked[number + 2]))
         leg, steep = _leg(stretch, smoother, here, heading, legs[-1] if legs else None)

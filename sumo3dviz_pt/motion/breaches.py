@@ -47,11 +47,11 @@ class Lawfulness:
         size = f"{first.value:.3f} m" if first.law == MOVING else turned
         counts = Counter(each.law for each in self.breaches)
         users = len({each.id for each in self.breaches})
-        told = ", ".join(f"{law}: {count}" for law, count in counts.most_common())
+        parts = ", ".join(f"{law}: {count}" for law, count in counts.most_common())
         part = "" if self.looked == self.users else f" (of {self.users} in all)"
         return (
             f"{users} of {self.looked} road users{part} are drawn otherwise than they drive"
-            f" ({told}). The first is {first.id} at {first.time:.12g} s, {size} too much;"
+            f" ({parts}). The first is {first.id} at {first.time:.12g} s, {size} too much;"
             " `motion` draws it, and `check --motion` measures all"
         )
 
@@ -72,8 +72,8 @@ def lawfulness(motion: LogMotion) -> Lawfulness:
     which = np.zeros(len(traces), dtype=np.bool_)
     which[:: max(1, math.ceil(rows / _MOST_ROWS))] = True
     some = [trace for trace, chosen in zip(traces, which, strict=True) if chosen]
-    found = _breaches(motion, some, motion.smooth(which), (-math.inf, math.inf))
-    return Lawfulness(len(some), len(traces), _sorted(found))
+    listed = _breaches(motion, some, motion.smooth(which), (-math.inf, math.inf))
+    return Lawfulness(len(some), len(traces), _sorted(listed))
 
 
 def note_breaches(
@@ -89,8 +89,8 @@ def note_breaches(
     pairs = zip(motion.ids, motion.log.traces, strict=True)
     by_key = {(trace.kind, name): trace for name, trace in pairs}
     traces = [by_key[each.kind, each.id] for each in trajectories]
-    found = _sorted(_breaches(motion, traces, trajectories, span))
-    text = Lawfulness(len(traces), len(traces), found).text
+    listed = _sorted(_breaches(motion, traces, trajectories, span))
+    text = Lawfulness(len(traces), len(traces), listed).text
     if text:
         logger.warning("%s", text, extra={"once": f"laws of motion {span}"})
 
@@ -125,6 +125,6 @@ def _breaches(
                 yield each
 
 
-def _sorted(found: Iterator[Breach]) -> tuple[Breach, ...]:
+def _sorted(listed: Iterator[Breach]) -> tuple[Breach, ...]:
     """Return breaches by time."""
-    return tuple(sorted(found, key=lambda each: (each.time, each.id, each.law)))
+    return tuple(sorted(listed, key=lambda each: (each.time, each.id, each.law)))

@@ -132,9 +132,9 @@ def _moving(knots: Floats, samples: LoggedSamples) -> Floats:
     steps = np.abs(np.diff(samples.positions, axis=0)).max(axis=1) > _STILL
     steps[1:] |= steps[:-1].copy()
     index = np.searchsorted(samples.times[1:-1], knots, side="right")
-    kept = steps[index]
-    kept[[0, -1]] = True
-    return np.union1d(knots[kept], samples.times[1:-1][steps[1:] != steps[:-1]])
+    chosen = steps[index]
+    chosen[[0, -1]] = True
+    return np.union1d(knots[chosen], samples.times[1:-1][steps[1:] != steps[:-1]])
 
 
 def _past(
@@ -162,20 +162,20 @@ def _past(
     ahead = np.array([np.cos(yaws[near]), np.sin(yaws[near]), np.tan(samples.slopes[near])]).T
     rears, behind = places - length * ahead, travelled[near] - length
     # Keep those that can lie on one path.
-    kept = [0]
+    apart = [0]
     for number in range(1, len(near)):
-        step = behind[number] - behind[kept[-1]]
+        step = behind[number] - behind[apart[-1]]
         if step < _APART:
             continue
         steps = (
-            (rears[number] - rears[kept[-1]], step),
+            (rears[number] - rears[apart[-1]], step),
             (places[0] - rears[number], -behind[number]),
         )
         if all(_fits(float(np.hypot(*away[:2])), along) for away, along in steps):
-            kept.append(number)
+            apart.append(number)
     return (
-        np.concatenate([rears[kept], places[:1]]),
-        np.concatenate([behind[kept], [0.0]]),
+        np.concatenate([rears[apart], places[:1]]),
+        np.concatenate([behind[apart], [0.0]]),
     )
 
 
@@ -410,8 +410,8 @@ def _gained(ways: Floats, driven: Driven, samples: LoggedSamples, length: float)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     middle, most = _logged_around(ways, driven, samples, length)
     away = wrapped(np.arctan2(steps[:, 1], steps[:, 0]) - middle)
-    kept = middle + np.clip(away, -most, most)
-    straight = lengths[:, None] * np.column_stack([np.cos(kept), np.sin(kept)])
+    turned = middle + np.clip(away, -most, most)
+    straight = lengths[:, None] * np.column_stack([np.cos(turned), np.sin(turned)])
     far = (np.abs(away) > most) & (lengths > _POINT)
     return np.where(far[:, None], straight - steps, 0.0)
 

@@ -148,23 +148,23 @@ class LaneGraph:
     @cached_property
     def onward(self) -> dict[str, tuple[str, ...]]:
         """The lanes that follow each lane."""
-        found: dict[str, dict[str, None]] = defaultdict(dict)
+        following: dict[str, dict[str, None]] = defaultdict(dict)
         continued = {connection.from_lane for connection in self.network.connections}
         for connection in self.network.connections:
-            found[connection.from_lane][connection.via or connection.to_lane] = None
+            following[connection.from_lane][connection.via or connection.to_lane] = None
             if connection.via and connection.via not in continued:
-                found[connection.via][connection.to_lane] = None
+                following[connection.via][connection.to_lane] = None
         lanes = self.network.lanes
-        return {name: tuple(n for n in others if n in lanes) for name, others in found.items()}
+        return {name: tuple(n for n in others if n in lanes) for name, others in following.items()}
 
     @cached_property
     def before(self) -> dict[str, tuple[str, ...]]:
         """The lanes that lead to each lane."""
-        found: dict[str, list[str]] = defaultdict(list)
+        before: dict[str, list[str]] = defaultdict(list)
         for name, others in self.onward.items():
             for other in others:
-                found[other].append(name)
-        return {name: tuple(others) for name, others in found.items()}
+                before[other].append(name)
+        return {name: tuple(others) for name, others in before.items()}
 
     def beside(self, name: str) -> tuple[str, ...]:
         """Return the lanes right and left of a lane on its edge."""
@@ -217,12 +217,12 @@ class LaneGraph:
         """Yield routes by cost (Dijkstra's algorithm; a lane may be passed more than once)."""
         queue = [_Partial(0.0, 0.0, 0, (Hop(first),))]
         visits: dict[str, int] = defaultdict(int)
-        found = number = 0
-        while queue and found < _MOST_ROUTES and number < _MOST_STEPS:
+        count = number = 0
+        while queue and count < _MOST_ROUTES and number < _MOST_STEPS:
             cost, length, _, hops = heapq.heappop(queue)
             name = hops[-1].lane
             if name == last and len(hops) > 1:
-                found += 1
+                count += 1
                 yield Route(hops, length)
                 continue
             visits[name] += 1
@@ -480,8 +480,8 @@ def _polyline(graph: LaneGraph, lanes: Sequence[tuple[str, float]]) -> Polyline:
             _join(stations, points, number, gap)
     along = np.concatenate(stations)
     # One lane begins where the one before it ends; of two points at one station the first counts.
-    kept = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
-    return Polyline(along[kept], np.concatenate(points)[kept])
+    apart = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
+    return Polyline(along[apart], np.concatenate(points)[apart])
 
 
 def _join(stations: list[Floats], points: list[Floats], number: int, gap: Floats) -> None:

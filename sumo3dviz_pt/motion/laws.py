@@ -113,9 +113,9 @@ def measure(motion: Motion, *, step: float, length: float) -> MotionMeasures:
 
 def velocities(places: Floats, *, step: float) -> Floats:
     """Return central differences of places, (n, 2) [m] to (n, 2) [m/s]."""
-    found = np.full(places.shape, np.nan)
-    found[1:-1] = (places[2:] - places[:-2]) / (2.0 * step)
-    return found
+    velocity = np.full(places.shape, np.nan)
+    velocity[1:-1] = (places[2:] - places[:-2]) / (2.0 * step)
+    return velocity
 
 
 def accelerations(places: Floats, yaws: Floats, *, step: float) -> tuple[Floats, Floats]:
@@ -128,8 +128,8 @@ def accelerations(places: Floats, yaws: Floats, *, step: float) -> tuple[Floats,
         yaws: (n,) [rad].
         step: Time between them [s].
     """
-    found = np.full(places.shape, np.nan)
-    found[1:-1] = (places[2:] - 2.0 * places[1:-1] + places[:-2]) / step**2
+    changes = np.full(places.shape, np.nan)
+    changes[1:-1] = (places[2:] - 2.0 * places[1:-1] + places[:-2]) / step**2
     moving = velocities(places, step=step)
     speeds = np.linalg.norm(moving, axis=1)
     heading = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
@@ -138,23 +138,23 @@ def accelerations(places: Floats, yaws: Floats, *, step: float) -> tuple[Floats,
             (speeds < _SLOW)[:, None], heading, moving / np.maximum(speeds, 1e-12)[:, None]
         )
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    return np.asarray((found * along).sum(axis=1)), np.asarray((found * across).sum(axis=1))
+    return np.asarray((changes * along).sum(axis=1)), np.asarray((changes * across).sum(axis=1))
 
 
 def jerks(places: Floats, *, step: float) -> Floats:
     """Return the size of the third derivative of places, (n, 2) [m] to (n,) [m/s3]."""
-    found = np.full(len(places), np.nan)
+    sizes = np.full(len(places), np.nan)
     if len(places) >= 5:
         third = places[4:] - 2.0 * places[3:-1] + 2.0 * places[1:-3] - places[:-4]
-        found[2:-2] = np.linalg.norm(third, axis=1) / (2.0 * step**3)
-    return found
+        sizes[2:-2] = np.linalg.norm(third, axis=1) / (2.0 * step**3)
+    return sizes
 
 
 def heading_rates(yaws: Floats, *, step: float) -> Floats:
     """Return the turn to the next frame, the shorter way round, (n,) [rad] to (n,) [rad/s]."""
-    found = np.full(yaws.shape, np.nan)
-    found[:-1] = wrapped(np.diff(yaws)) / step
-    return found
+    rates = np.full(yaws.shape, np.nan)
+    rates[:-1] = wrapped(np.diff(yaws)) / step
+    return rates
 
 
 def crabs(places: Floats, yaws: Floats, *, step: float, axle: float) -> Floats:
@@ -173,9 +173,9 @@ def crabs(places: Floats, yaws: Floats, *, step: float, axle: float) -> Floats:
 
 def jumps(places: Floats) -> Floats:
     """Return the distance to the next frame, (n, 2) [m] to (n,) [m]."""
-    found = np.full(len(places), np.nan)
-    found[:-1] = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    return found
+    lengths = np.full(len(places), np.nan)
+    lengths[:-1] = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    return lengths
 
 
 def excess(jumped: Floats, speeds: Floats, *, step: float) -> Floats:
@@ -199,16 +199,16 @@ def largest(values: Floats, times: Floats, *, count: int = 1, apart: float = 1.0
         apart: Values nearer than this to a larger peak belong to it [s].
     """
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0)
-    found: list[Peak] = []
-    while len(found) < count and sizes.size:
+    peaks: list[Peak] = []
+    while len(peaks) < count and sizes.size:
         best = int(np.argmax(sizes))
         if sizes[best] < 0.0:
             break
-        found.append(Peak(float(values[best]), float(times[best])))
+        peaks.append(Peak(float(values[best]), float(times[best])))
         near: Bools = np.abs(times - times[best]) < apart
         sizes[near] = -1.0
         sizes[best] = -1.0
-    return found
+    return peaks
 
 
 def offsets(places: Floats, lines: Sequence[Floats]) -> Floats:
@@ -222,12 +222,12 @@ def offsets(places: Floats, lines: Sequence[Floats]) -> Floats:
         return np.full(len(places), np.nan)
     starts = np.concatenate([line[:-1] for line in lines])
     along = np.concatenate([np.diff(line, axis=0) for line in lines])
-    found = np.empty(len(places))
+    distances = np.empty(len(places))
     for first in range(0, len(places), _CHUNK):
         some = places[first : first + _CHUNK]
         near = _candidates(some, starts, along)
-        found[first : first + _CHUNK] = _nearest(some, starts[near], along[near])
-    return found
+        distances[first : first + _CHUNK] = _nearest(some, starts[near], along[near])
+    return distances
 
 
 def _candidates(places: Floats, starts: Floats, along: Floats) -> Bools:
@@ -293,17 +293,17 @@ class LaneKeeping:
             Distances, (n,) [m], at least 0; NaN in changes of lanes, and where the log does not
             tell the lanes.
         """
-        found = np.full(len(times), np.nan)
+        away = np.full(len(times), np.nan)
         lines = [lane.shape[:, :2] for lane in self.lanes_of(trace)]
         if len(trace.times) < 2 or not lines:
-            return found
+            return away
         logged = np.abs(offsets(trace.positions[:, :2], lines))
         step = np.clip(np.searchsorted(trace.times, times, side="right") - 1, 0, len(logged) - 2)
-        asked = self._linked(trace)[step] & ~_aside(trajectory, times)
-        shown = np.abs(offsets(places[asked], lines))
-        around = np.maximum(logged[:-1], logged[1:])[step[asked]]
-        found[asked] = np.maximum(shown - around, 0.0)
-        return found
+        judged = self._linked(trace)[step] & ~_aside(trajectory, times)
+        shown = np.abs(offsets(places[judged], lines))
+        around = np.maximum(logged[:-1], logged[1:])[step[judged]]
+        away[judged] = np.maximum(shown - around, 0.0)
+        return away
 
     def _linked(self, trace: Trace) -> Bools:
         """Return which steps between samples stay on a lane or lead to the next, (n - 1,)."""
@@ -331,11 +331,11 @@ class LaneKeeping:
 
 def _aside(trajectory: Trajectory, times: Floats) -> Bools:
     """Return which times lie in remarks that lead away from the centre of a lane, (n,)."""
-    found = np.zeros(len(times), dtype=np.bool_)
+    aside = np.zeros(len(times), dtype=np.bool_)
     for remark in trajectory.remarks:
         if remark.kind in _ASIDE:
-            found |= (times >= remark.begin) & (times <= remark.end)
-    return found
+            aside |= (times >= remark.begin) & (times <= remark.end)
+    return aside
 
 
 HEADING, TURNING, MOVING, SWINGING = (
@@ -397,23 +397,23 @@ def breaches(
         blur: Time over which the smoother averages to each side [s].
         span: First and last time to look at [s].
     """
-    found: dict[str, Breach] = {}
+    worst_of: dict[str, Breach] = {}
     for samples, piece in zip(split(trace, step=step), trajectory.pieces, strict=True):
         if len(samples.times) < 2 or min(piece.end, span[1]) <= max(piece.begin, span[0]):
             continue
         # A body may stand askew for long, because it had no room to turn before the span begins.
         look = _Look.at(samples, piece, (piece.begin, piece.end))
         own = _within(trajectory, look.times)
-        asked = (look.times >= span[0]) & (look.times <= span[1])
-        if not asked.any():
+        inside = (look.times >= span[0]) & (look.times <= span[1])
+        if not inside.any():
             continue
         for law, sizes in _excesses(look, trace.kind, own, length=length, blur=blur).items():
-            worst = int(np.argmax(np.where(asked, sizes, -np.inf)))
+            worst = int(np.argmax(np.where(inside, sizes, -np.inf)))
             if sizes[worst] > 0.0:
                 new = Breach(law, trajectory.id, float(look.times[worst]), float(sizes[worst]))
-                old = found.setdefault(law, new)
-                found[law] = max(old, new, key=lambda each: each.value)
-    yield from found.values()
+                old = worst_of.setdefault(law, new)
+                worst_of[law] = max(old, new, key=lambda each: each.value)
+    yield from worst_of.values()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -460,11 +460,11 @@ def _excesses(
         length: Length over which its body follows its front [m].
         blur: Time over which the smoother averages to each side [s].
     """
-    found: dict[str, Floats] = {}
+    excesses: dict[str, Floats] = {}
     if kind == "person":
         room = room_on_the_spot(look.times, look.samples)
     else:
-        found[TURNING] = np.where(own, 0.0, _turned_too_far(look, length))
+        excesses[TURNING] = np.where(own, 0.0, _turned_too_far(look, length))
         travelled = np.concatenate([[0.0], np.cumsum(_ways(look.motion))])
         room = turning_room(look.times, travelled, length)
     # Where the log turns a body faster than it could, the film may lag behind, for a tenth of a
@@ -473,7 +473,7 @@ def _excesses(
     lag = np.maximum(np.maximum(lag[:-2], lag[1:-1]), lag[2:])
     moved, swung = _stirred(look, ~own, blur)
     astray = np.where(own, 0.0, _astray(look) - lag)
-    return found | {HEADING: astray, MOVING: moved, SWINGING: swung}
+    return excesses | {HEADING: astray, MOVING: moved, SWINGING: swung}
 
 
 def _astray(look: _Look) -> Floats:
@@ -499,9 +499,9 @@ def _turned_too_far(look: _Look, length: float) -> Floats:
     first = np.maximum(look.step[beats[:-1]] - 1, 0)
     last = np.minimum(look.step[beats[1:]] + 2, len(turns) - 1)
     around = turns[last] - turns[first]
-    found = np.zeros(len(look.times))
-    found[beats[:-1]] = turned - allowed - np.where(around > STEADY, around, 0.0) - _FREE
-    return found
+    beyond = np.zeros(len(look.times))
+    beyond[beats[:-1]] = turned - allowed - np.where(around > STEADY, around, 0.0) - _FREE
+    return beyond
 
 
 def _ways(motion: Motion) -> Floats:
@@ -509,12 +509,12 @@ def _ways(motion: Motion) -> Floats:
     return np.asarray(np.linalg.norm(np.diff(motion.positions[:, :2], axis=0), axis=1))
 
 
-def _stirred(look: _Look, asked: Bools, blur: float) -> tuple[Floats, Floats]:
+def _stirred(look: _Look, counted: Bools, blur: float) -> tuple[Floats, Floats]:
     """Return how much farther than allowed standing bodies move and turn, (n,) each [m, rad].
 
     Args:
         look: Motion and log.
-        asked: Which times count, (n,).
+        counted: Which times count, (n,).
         blur: Time over which the smoother averages to each side [s].
     """
     samples, motion = look.samples, look.motion
@@ -524,7 +524,7 @@ def _stirred(look: _Look, asked: Bools, blur: float) -> tuple[Floats, Floats]:
     moved, swung = np.zeros(len(look.times)), np.zeros(len(look.times))
     for first, last in _spans(rest):
         begin, end = samples.times[first] + blur, samples.times[last] - blur
-        inside = np.flatnonzero((look.times >= begin) & (look.times <= end) & asked)
+        inside = np.flatnonzero((look.times >= begin) & (look.times <= end) & counted)
         if len(inside) > 1:
             away = motion.positions[inside] - motion.positions[inside[0]]
             moved[inside] = np.abs(away).max(axis=1) - _STILL
@@ -540,8 +540,8 @@ def _spans(flags: Bools) -> Sequence[tuple[int, int]]:
 
 def _within(trajectory: Trajectory, times: Floats) -> Bools:
     """Return which times lie in manoeuvres, (n,)."""
-    found = np.zeros(len(times), dtype=np.bool_)
+    within = np.zeros(len(times), dtype=np.bool_)
     for remark in trajectory.remarks:
         if remark.kind in _OWN:
-            found |= (times >= remark.begin - _BEAT) & (times <= remark.end + _BEAT)
-    return found
+            within |= (times >= remark.begin - _BEAT) & (times <= remark.end + _BEAT)
+    return within

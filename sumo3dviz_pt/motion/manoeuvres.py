@@ -144,9 +144,9 @@ def leeway(
     # Between two samples a turn is not as even as a straight line between their angles; but a
     # path that misses the angle of a sample says nothing about the turn.
     missed = np.interp(samples.times, times, np.unwrap(yaws)) - samples.yaws
-    found = np.abs(wrapped(missed)) < _MOST
+    clear = np.abs(wrapped(missed)) < _MOST
     bow = _BETWEEN * share * (1.0 - share) * np.maximum(np.abs(turned) - STEADY, 0.0)
-    bow *= (found[1:] & found[:-1])[step]
+    bow *= (clear[1:] & clear[:-1])[step]
     free = bow + _FREE_AT_REST + loose * (_FREE - _FREE_AT_REST)
     most = bow + _MOST_AT_REST + loose * (_MOST - _MOST_AT_REST)
     return Leeway(samples.yaws[step] + share * turned, free, most)
@@ -322,10 +322,10 @@ def _flags(samples: LoggedSamples) -> tuple[Bools, Bools]:
     backward = (ahead < -_BACKING) & (aside < -ahead)
     # Where lanes are known their offsets decide: a long body in a tight turn points away from
     # its path, and lanes beside each other in a bend are not equally long.
-    told = np.isfinite(samples.offsets) & (samples.lanes >= 0)
+    known = np.isfinite(samples.offsets) & (samples.lanes >= 0)
     falling = (np.diff(samples.lanes) == 0) & (np.diff(samples.offsets) < -_BACKING)
     straight = np.abs(np.diff(samples.yaws)) < _STRAIGHT * np.maximum(times, _LEAST_STEP)
-    meant = np.where(told[1:] & told[:-1], falling, straight)
+    meant = np.where(known[1:] & known[:-1], falling, straight)
     return parking, backward & meant & ~parking
 
 

@@ -168,12 +168,12 @@ def stretches_of(samples: LoggedSamples, setting: Setting, graph: LaneGraph) -> 
         setting: Says what the samples' lanes are called.
         graph: The lanes.
     """
-    found = np.ones(len(samples.times))
+    factors = np.ones(len(samples.times))
     for lane, which in _groups(samples.lanes):
         name = setting.lane_names[lane] if lane >= 0 else ""
         if name in graph:
-            found[which] = graph.stretch(name)
-    return found
+            factors[which] = graph.stretch(name)
+    return factors
 
 
 class _Step(NamedTuple):
@@ -217,10 +217,10 @@ def _route(
     if first == last:
         return None
     places = (float(samples.offsets[step]), float(samples.offsets[step + 1]))
-    found = graph.between(first, last, places=places, expected=expected)
-    if found is None:
+    way = graph.between(first, last, places=places, expected=expected)
+    if way is None:
         return None
-    route, length = found
+    route, length = way
     slack = 2.0 + 0.5 * expected + 1.5 * float(samples.times[step + 1] - samples.times[step]) ** 2
     return route if abs(length - expected) <= slack and length >= -_BACKWARD else None
 
@@ -229,8 +229,8 @@ def expected_distances(samples: LoggedSamples, *, euler: bool) -> Floats:
     """Return how long each step should be by its speeds, or else by its positions, (n - 1,) [m]."""
     straight = np.linalg.norm(np.diff(samples.positions[:, :2], axis=0), axis=1)
     speeds = samples.speeds[1:] if euler else (samples.speeds[1:] + samples.speeds[:-1]) / 2.0
-    told = speeds * np.diff(samples.times)
-    return np.where(np.isfinite(told), told, straight)
+    driven = speeds * np.diff(samples.times)
+    return np.where(np.isfinite(driven), driven, straight)
 
 
 def is_astray(off: Floats) -> bool:
@@ -537,16 +537,16 @@ def _lengthen(
     old, new = chains[number], chains[number + 1]
     while new[0].begin > reach[0]:
         before = graph.before.get(new[0].name, ())
-        found = _matching(graph, before, old, new[0].begin, ends=True)
-        if found is None:
+        lane = _matching(graph, before, old, new[0].begin, ends=True)
+        if lane is None:
             break
-        new.insert(0, ChainLane(found, new[0].begin - graph.length(found)))
+        new.insert(0, ChainLane(lane, new[0].begin - graph.length(lane)))
     while (end := _end_of(graph, old)) < reach[1]:
         onward = graph.onward.get(old[-1].name, ())
-        found = _matching(graph, onward, new, end, ends=False)
-        if found is None:
+        lane = _matching(graph, onward, new, end, ends=False)
+        if lane is None:
             break
-        old.append(ChainLane(found, end))
+        old.append(ChainLane(lane, end))
 
 
 def _matching(

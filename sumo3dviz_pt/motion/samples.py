@@ -213,17 +213,17 @@ def breaks(trace: Trace, *, step: float) -> tuple[Remark, ...]:
     """
     gaps, teleports = _gaps(trace, step=step), _teleports(trace)
     excess = _excess(trace)
-    found = []
+    remarks = []
     for number in np.flatnonzero(gaps | teleports | (excess > UNLIKE)).tolist():
         begin, end = float(trace.times[number]), float(trace.times[number + 1])
         away = trace.positions[number + 1] - trace.positions[number]
         if gaps[number]:
-            found.append(Remark("gap", begin, end, end - begin))
+            remarks.append(Remark("gap", begin, end, end - begin))
         elif teleports[number]:
-            found.append(Remark("teleport", begin, end, float(np.linalg.norm(away[:2]))))
+            remarks.append(Remark("teleport", begin, end, float(np.linalg.norm(away[:2]))))
         else:
-            found.append(Remark("unlike the log", begin, end, float(excess[number])))
-    return tuple(found)
+            remarks.append(Remark("unlike the log", begin, end, float(excess[number])))
+    return tuple(remarks)
 
 
 def _excess(trace: Trace) -> Floats:

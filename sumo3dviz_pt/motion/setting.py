@@ -92,12 +92,12 @@ def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
 
     For a train that is its locomotive's length, because SUMO logs the locomotive's angle.
     """
-    found = types.get(trace.type_id, UNKNOWN_TYPES[trace.kind])
+    vehicle_type = types.get(trace.type_id, UNKNOWN_TYPES[trace.kind])
     try:
-        first = float(found.params.get("locomotiveLength", ""))
+        first = float(vehicle_type.params.get("locomotiveLength", ""))
     except ValueError:
-        first = found.length
-    return max(min(first, found.length) if first > 0.0 else found.length, _SHORTEST)
+        first = vehicle_type.length
+    return max(min(first, vehicle_type.length) if first > 0.0 else vehicle_type.length, _SHORTEST)
 
 
 def is_railed(kind: VehicleType) -> bool:

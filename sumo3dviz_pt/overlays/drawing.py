@@ -257,15 +257,15 @@ def _draw_mark(
             if line is not None:
                 canvas.line(line, colour, width=width)
         return
-    found = frame_around(frame.view, corners, canvas.size)
-    if found is not None:
-        _draw_corners(canvas, found, colour, width)
+    box = frame_around(frame.view, corners, canvas.size)
+    if box is not None:
+        _draw_corners(canvas, box, colour, width)
 
 
-def _draw_corners(canvas: Canvas, found: Floats, colour: Rgba, width: float) -> None:
+def _draw_corners(canvas: Canvas, box: Floats, colour: Rgba, width: float) -> None:
     """Draw the four corners of a frame."""
     room = 2.0 * width
-    top, left, bottom, right = found + np.array([-room, -room, room, room])
+    top, left, bottom, right = box + np.array([-room, -room, room, room])
     arm = _CORNER * min(bottom - top, right - left)
     for row, down in ((top, arm), (bottom, -arm)):
         for column, across in ((left, arm), (right, -arm)):
@@ -489,8 +489,8 @@ def _with_trails(picture: Image, film: FilmFacts, number: int, shown: ShownUsers
     height, width = picture.shape[:2]
     canvas = Canvas((width, height))
     draw_trails(canvas, film, number)
-    found = canvas.over(picture)
-    return found if shown is None else np.where(shown.covered[..., None], picture, found)
+    over = canvas.over(picture)
+    return over if shown is None else np.where(shown.covered[..., None], picture, over)
 
 
 def hides(film: FilmFacts) -> bool:

@@ -112,20 +112,20 @@ def facts_of(text: str | bytes) -> FilmFacts:
         ValueError: If the text is damaged.
     """
     try:
-        said = json.loads(text)
-        width, height = said["size"]
+        content = json.loads(text)
+        width, height = content["size"]
         return FilmFacts(
-            OverlaySettings.model_validate(said["settings"]),
+            OverlaySettings.model_validate(content["settings"]),
             (int(width), int(height)),
-            float(said["rate"]),
-            tuple(map(str, said["keys"])),
-            frozen(said["sizes"]).reshape(-1, 3),
-            str(said["ridden"]),
-            tuple(_frame(frame) for frame in said["frames"]),
-            {key: frozen(path).reshape(-1, 5) for key, path in said["paths"].items()},
-            tuple(frozen(lane).reshape(-1, 2) for lane in said["lanes"]),
-            tuple(map(float, said["widths"])),
-            bool(said["inside"]),
+            float(content["rate"]),
+            tuple(map(str, content["keys"])),
+            frozen(content["sizes"]).reshape(-1, 3),
+            str(content["ridden"]),
+            tuple(_frame(frame) for frame in content["frames"]),
+            {key: frozen(path).reshape(-1, 5) for key, path in content["paths"].items()},
+            tuple(frozen(lane).reshape(-1, 2) for lane in content["lanes"]),
+            tuple(map(float, content["widths"])),
+            bool(content["inside"]),
         )
     except (KeyError, TypeError) as error:
         raise ValueError(f"does not say what overlays show ({error})") from error
@@ -143,16 +143,16 @@ def _plain(frame: FrameFacts) -> dict[str, Any]:
     }
 
 
-def _frame(said: Mapping[str, Any]) -> FrameFacts:
+def _frame(content: Mapping[str, Any]) -> FrameFacts:
     """Return a frame from plain values."""
     matrix = np.eye(4)
-    matrix[:3] = said["camera"]
+    matrix[:3] = content["camera"]
     return FrameFacts(
-        float(said["time"]),
-        View(Transform(matrix), Lens.from_dict(said["lens"])),
-        frozen(said["users"], np.int64),
-        frozen(said["poses"]).reshape(-1, 6),
-        frozen(said["around"]).reshape(-1, 6),
+        float(content["time"]),
+        View(Transform(matrix), Lens.from_dict(content["lens"])),
+        frozen(content["users"], np.int64),
+        frozen(content["poses"]).reshape(-1, 6),
+        frozen(content["around"]).reshape(-1, 6),
     )
 
 

@@ -82,11 +82,11 @@ class WeatherReport:
     def __str__(self) -> str:
         if self.course is None:
             return _CLEAR
-        told = [in_words(moment) for moment in self.course.moments]
+        text = [in_words(moment) for moment in self.course.moments]
         if not self.course.changes:
-            return told[0]
+            return text[0]
         times = self.course.times
-        return "; ".join(f"{time:.12g} s: {words}" for time, words in zip(times, told, strict=True))
+        return "; ".join(f"{time:.12g} s: {words}" for time, words in zip(times, text, strict=True))
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -119,14 +119,14 @@ def in_words(weather: Weather) -> str:
 
 def weather_account(weather: Weather) -> dict[str, Any]:
     """Return a weather for JSON, with units in its keys; only what there is."""
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "extinction_per_km": round(1000.0 * weather.extinction, 4),
         "wetness": round(weather.wetness, 4),
         "puddles": round(weather.puddles, 4),
         "season": weather.season,
     }
     kinds = {name: kind.account() for name, kind in weather.kinds.items()}
-    return found | {name: account for name, account in kinds.items() if account}
+    return content | {name: account for name, account in kinds.items() if account}
 
 
 _STEP = 1.0e-4
@@ -163,32 +163,32 @@ class RoadUsers:
             where = _placement(mover)
             whole.update(where)
             # The part without a name, if there is one, comes first: it is the body.
-            kept = self._seen(number, mover)
-            kept.motion.update(f"{number}:".encode() + where)
+            user = self._seen(number, mover)
+            user.motion.update(f"{number}:".encode() + where)
         return whole.hexdigest()
 
     def account(self) -> dict[str, Any]:
         """Return what is known of each, by id; `lamps` has the frames at which lamps change."""
         return {
             key: {
-                "body": kept.body,
-                "colour": list(kept.colour),
-                "frames": [kept.first, kept.last],
-                "motion": kept.motion.hexdigest(),
-                "lamps": [{"frame": number, "lit": lit} for number, lit in kept.lit],
+                "body": user.body,
+                "colour": list(user.colour),
+                "frames": [user.first, user.last],
+                "motion": user.motion.hexdigest(),
+                "lamps": [{"frame": number, "lit": lit} for number, lit in user.lit],
             }
-            for key, kept in sorted(self._known.items())
+            for key, user in sorted(self._known.items())
         }
 
     def _seen(self, number: int, mover: Mover) -> _KnownUser:
         """Note that a road user is there, and which of its lamps shine."""
         colour = tuple(round(float(value), 6) for value in mover.colour)
         made = _KnownUser(_body(mover.prototype), colour, number)
-        kept = self._known.setdefault(mover.id, made)
-        kept.last, lit = number, sorted(mover.lit)
-        if not kept.lit or kept.lit[-1][1] != lit:
-            kept.lit.append((number, lit))
-        return kept
+        user = self._known.setdefault(mover.id, made)
+        user.last, lit = number, sorted(mover.lit)
+        if not user.lit or user.lit[-1][1] != lit:
+            user.lit.append((number, lit))
+        return user
 
 
 def brake_onsets(lamps: Iterable[Any]) -> list[int]:
@@ -196,13 +196,13 @@ def brake_onsets(lamps: Iterable[Any]) -> list[int]:
 
     Those that shine in the first frame have begun before.
     """
-    found, shone = [], True
+    frames, shone = [], True
     for change in lamps:
         shines = "brake" in change["lit"]
         if shines and not shone:
-            found.append(int(change["frame"]))
+            frames.append(int(change["frame"]))
         shone = shines
-    return found
+    return frames
 
 
 def _body(prototype: str) -> str:
@@ -471,13 +471,13 @@ def _shutter(shutter: Shutter) -> dict[str, Any]:
     """Return what an account says of a shutter; nothing of an instant."""
     if shutter.is_instant:
         return {}
-    said = {"open": shutter.open_for, "rolling": shutter.rolling}
-    return {"shutter": {name: round(value, 9) for name, value in said.items()}}
+    values = {"open": shutter.open_for, "rolling": shutter.rolling}
+    return {"shutter": {name: round(value, 9) for name, value in values.items()}}
 
 
 def _lens(lens: Lens) -> dict[str, Any]:
     """Return what a lens has that a pinhole has not, rounded."""
-    said = {name: value for name, value in lens.as_dict().items() if name != "opening"}
+    rest = {name: value for name, value in lens.as_dict().items() if name != "opening"}
     return {
-        name: round(value, 6) if isinstance(value, float) else value for name, value in said.items()
+        name: round(value, 6) if isinstance(value, float) else value for name, value in rest.items()
     }

@@ -120,7 +120,7 @@ def changed(
         done += rides
     ends = {} if whole else {"begin": begin, "end": end}
     log_now = _replaced(scenario.traffic, recorded.traffic, done, **ends)
-    scenario = replace(scenario, traffic=replace(log_now, traces=_kept(job, log_now.traces)))
+    scenario = replace(scenario, traffic=replace(log_now, traces=_visible(job, log_now.traces)))
     for ride in done:
         for span in _shown(job, begin, end):
             _check_free(job, scenario, ride, span)
@@ -153,14 +153,14 @@ def _replaced(
     # The last number is for rows without a lane, which have -1.
     lanes = np.array([*(names.index(name) for name in recorded.lane_names), -1])
     wanted = {ride.key for ride in rides}
-    found = {
+    traces_now = {
         trace.key: _within(replace(trace, lanes=lanes[trace.lanes]), low, high)
         for trace in recorded.traces
         if trace.key in wanted
     }
-    traces = [found.pop(trace.key, trace) for trace in shown.traces]
+    traces = [traces_now.pop(trace.key, trace) for trace in shown.traces]
     # Those that are left come into the window only as they are changed.
-    traces += found.values()
+    traces += traces_now.values()
     return replace(shown, traces=tuple(filter(None, traces)), lane_names=names)
 
 
@@ -176,7 +176,7 @@ def _within(trace: Trace, begin: float, end: float) -> Trace | None:
 # Fewer ------------------------------------------------------------------------------------
 
 
-def _kept(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
+def _visible(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
     """Return the road users that are shown."""
     shown = shows(job)
     return tuple(trace for trace in traces if shown(trace.kind, trace.id))
@@ -214,25 +214,25 @@ def _ridden(
     motion = motion_of(job, scenario)
     number = _number(motion, name)
     if number is None:
-        told = f"traffic.rides: nobody near this time is called {name!r}, so nothing is changed"
-        log.warning("%s", told, extra={"once": told})
+        note = f"traffic.rides: nobody near this time is called {name!r}, so nothing is changed"
+        log.warning("%s", note, extra={"once": note})
         return scenario, []
-    key, said = scenario.traffic.traces[number].key, list[str]()
+    key, changes = scenario.traffic.traces[number].key, list[str]()
     if edit.pace is not None and edit.around is not None:
         (own,) = motion.smooth(_only(motion, number))
         step = scenario.traffic.step
         traces = list(scenario.traffic.traces)
         traces[number] = paced(traces[number], own, pace=edit.pace, around=edit.around, step=step)
         scenario = replace(scenario, traffic=replace(scenario.traffic, traces=tuple(traces)))
-        said.append(f"at {edit.pace:g} x its pace")
+        changes.append(f"at {edit.pace:g} x its pace")
     if edit.gap is None:
-        words = _ride_words(name, said, edit.delay or 0.0)
+        words = _ride_words(name, changes, edit.delay or 0.0)
         return _later(scenario, number, edit.delay or 0.0, ChangedRide(key, words, name))
     gap = delay_for(job, scenario, name, edit)
     if gap.mover == name:
-        words = _ride_words(name, said, gap.delay) + gap.words
+        words = _ride_words(name, changes, gap.delay) + gap.words
         return _later(scenario, number, gap.delay, ChangedRide(key, words, name))
-    done = [ChangedRide(key, _ride_words(name, said, 0.0), name)] if said else []
+    done = [ChangedRide(key, _ride_words(name, changes, 0.0), name)] if changes else []
     ahead = _number(motion, gap.mover)
     assert ahead is not None
     words = _ride_words(gap.mover, [], gap.delay) + gap.words
@@ -252,16 +252,16 @@ def _later(
     return replace(scenario, traffic=replace(scenario.traffic, traces=tuple(traces))), [ride]
 
 
-def _ride_words(name: str, said: Sequence[str], delay: float) -> str:
+def _ride_words(name: str, changes: Sequence[str], delay: float) -> str:
     """Return how a ride was changed, and by how much later it comes [s]."""
     late = [f"{abs(delay):.2f} s {'later' if delay > 0.0 else 'earlier'}"] if delay != 0.0 else []
-    return f"{name} rides {' and '.join([*said, *late]) or 'as recorded'}"
+    return f"{name} rides {' and '.join([*changes, *late]) or 'as recorded'}"
 
 
 def _number(motion: LogMotion, name: str) -> int | None:
     """Return the number of a ride by its id or key; None if there is none."""
-    found = np.flatnonzero(motion.named(name))
-    return int(found[0]) if found.size else None
+    index = np.flatnonzero(motion.named(name))
+    return int(index[0]) if index.size else None
 
 
 def _only(motion: LogMotion, number: int) -> Bools:
@@ -358,10 +358,10 @@ def in_the_way(job: Job, scenario: Scenario, *, begin: float, end: float) -> tup
         done += rides
     scenario = replace(
         scenario,
-        traffic=replace(scenario.traffic, traces=_kept(job, scenario.traffic.traces)),
+        traffic=replace(scenario.traffic, traces=_visible(job, scenario.traffic.traces)),
     )
-    found = (hit for ride in done for hit in _collisions(job, scenario, ride, (begin, end)))
-    return tuple(dict.fromkeys(other for _, other, _ in found))
+    hits = (hit for ride in done for hit in _collisions(job, scenario, ride, (begin, end)))
+    return tuple(dict.fromkeys(other for _, other, _ in hits))
 
 
 def _bodies(trajectory: Trajectory, kind: VehicleType, times: Floats) -> Floats:
@@ -376,12 +376,12 @@ def _bodies(trajectory: Trajectory, kind: VehicleType, times: Floats) -> Floats:
             (_ROOM - length, half - _ROOM),
         ]
     )
-    found = np.full(len(times), None, dtype=object)
+    shapes = np.full(len(times), None, dtype=object)
     cos, sin = np.cos(motion.yaws), np.sin(motion.yaws)
     turn = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], axis=1)
     outlines = motion.positions[:, None, :2] + np.einsum("nij,kj->nki", turn, corners)
-    found[motion.alive] = shapely.polygons(outlines[motion.alive])
-    return found
+    shapes[motion.alive] = shapely.polygons(outlines[motion.alive])
+    return shapes
 
 
 def _comes_near(trace: Trace, places: Floats, begin: float, end: float) -> bool:

@@ -146,18 +146,18 @@ def sun_report(job: Job, *, location: Location | None = None) -> SunReport | Non
     """
     from sumo3dviz_pt.world.sky import DEFAULT_PRESET, moment_of, place_of, sun_position
 
-    asked = job.sky.sun
+    settings = job.sky.sun
     if job.sky.file is not None:
         return None
-    if asked is None:
+    if settings is None:
         preset = catalog.template("sky", job.sky.preset or DEFAULT_PRESET)
         angles = preset.get("sun") or catalog.find("skies", preset["clouds"]).meta["sun"]
         return SunReport(float(angles["azimuth"]), float(angles["elevation"]))
-    if asked.azimuth is not None and asked.elevation is not None:
-        return SunReport(asked.azimuth % 360.0, asked.elevation)
-    if asked.place is None and location is None:
+    if settings.azimuth is not None and settings.elevation is not None:
+        return SunReport(settings.azimuth % 360.0, settings.elevation)
+    if settings.place is None and location is None:
         location = location_of(job)
-    when, place = moment_of(asked, location), place_of(asked, location)
+    when, place = moment_of(settings, location), place_of(settings, location)
     latitude, longitude = np.radians(place).tolist()
     sun = sun_position(when, latitude=latitude, longitude=longitude)
     return SunReport(float(np.degrees(sun.azimuth)), float(np.degrees(sun.elevation)), when, place)
@@ -260,5 +260,5 @@ def _row(hour: str, pixels: int) -> dict[str, Any]:
 @cache
 def _rows() -> list[dict[str, Any]]:
     """All that was measured."""
-    found: list[dict[str, Any]] = json.loads(MEASURED.read_text(encoding="utf-8"))["rows"]
-    return found
+    rows: list[dict[str, Any]] = json.loads(MEASURED.read_text(encoding="utf-8"))["rows"]
+    return rows

@@ -25,7 +25,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -133,12 +133,12 @@ class OpenShot:
         mine = self.production
         if request.wish:
             return False
-        asked = request.applied(job)
-        same = asked.model_copy(update={"quality": mine.job.quality}) == mine.job
-        name, _ = camera_settings(asked, request.camera)
+        changed = request.applied(job)
+        same = changed.model_copy(update={"quality": mine.job.quality}) == mine.job
+        name, _ = camera_settings(changed, request.camera)
         if not same or name != mine.camera or request.variant != mine.variant:
             return False
-        planned = np.array_equal(plan_times(asked, request, time), mine.times)
+        planned = np.array_equal(plan_times(changed, request, time), mine.times)
         return planned and _holds(mine, time)
 
     def retune(self, request: Request, *, quality: str) -> None:
@@ -304,14 +304,14 @@ class Live:
     def exposure(self) -> float:
         """EV between radiance and the picture: as the scene file's first camera says it."""
         first = next(iter(self.job.cameras.values()), None)
-        said = None if first is None else first.exposure
+        settings = None if first is None else first.exposure
         # Nothing is metered here: the page has a slider.
         sky = self.shot.data.sky.exposure
         by_hand = sky
-        if first is not None and said is not None and said.mode == "manual":
+        if first is not None and settings is not None and settings.mode == "manual":
             step = 1.0 / float(self.job.output.fps)
             by_hand = manual_exposure(first, step=step, name=next(iter(self.job.cameras)))
-        own = exposure_of(said, sky=sky, metered=None, by_hand=by_hand)
+        own = exposure_of(settings, sky=sky, metered=None, by_hand=by_hand)
         return own + self.job.output.exposure
 
     def frame_before(self, time: float) -> float:
@@ -378,8 +378,8 @@ class Live:
         """
         job, eyes = job or self.job, self._eyes if eyes is None else eyes
         seats = self._riding if riding is None else (*self._riding, riding)
-        kept = eyes is self._eyes and seats is self._riding
-        shot = (self._under_sky_of(job) if kept else None) or self._built(job, eyes, seats)
+        unmoved = eyes is self._eyes and seats is self._riding
+        shot = (self._under_sky_of(job) if unmoved else None) or self._built(job, eyes, seats)
         self.job, self._eyes, self._riding, self.shot = job, eyes, seats, shot
         self._open()
 

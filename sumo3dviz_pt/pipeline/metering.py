@@ -79,14 +79,14 @@ def exposure_of(
         metered: What was metered, where the mode is `auto` [EV].
         by_hand: What lens, shutter and ISO give, where the mode is `manual` [EV].
     """
-    said = settings or ExposureSettings()
-    if said.mode == "fixed":
-        return said.ev
-    if said.mode == "manual":
-        return by_hand + said.ev
-    if said.mode == "auto":
-        return (sky if metered is None else metered) + said.ev
-    return sky + said.ev
+    chosen = settings or ExposureSettings()
+    if chosen.mode == "fixed":
+        return chosen.ev
+    if chosen.mode == "manual":
+        return by_hand + chosen.ev
+    if chosen.mode == "auto":
+        return (sky if metered is None else metered) + chosen.ev
+    return sky + chosen.ev
 
 
 def manual_exposure(camera: CameraSettings, *, step: float, name: str) -> float:
@@ -100,7 +100,7 @@ def manual_exposure(camera: CameraSettings, *, step: float, name: str) -> float:
     Raises:
         ConfigError: If it has no f-number or no shutter.
     """
-    said, lens = camera.exposure or ExposureSettings(), camera.lens or LensSettings()
+    settings, lens = camera.exposure or ExposureSettings(), camera.lens or LensSettings()
     if lens.f_number is None or camera.shutter is None or camera.shutter.span(step) <= 0.0:
         raise ConfigError(
             "a manual exposure needs an f_number in `lens` and an angle or time in `shutter`, such"
@@ -108,14 +108,14 @@ def manual_exposure(camera: CameraSettings, *, step: float, name: str) -> float:
             key=f"cameras.{name}.exposure",
         )
     span = camera.shutter.span(step)
-    white = _SATURATION * lens.f_number**2 / (span * said.iso)
+    white = _SATURATION * lens.f_number**2 / (span * settings.iso)
     return math.log2(CANDELAS_PER_UNIT / white)
 
 
 def is_metered(production: Production) -> bool:
     """Return whether a production's exposure is metered."""
-    said = production.settings.exposure
-    return said is not None and said.mode == "auto"
+    settings = production.settings.exposure
+    return settings is not None and settings.mode == "auto"
 
 
 def metered(production: Production, locked: float | None = None) -> Production:
@@ -134,14 +134,14 @@ def metered(production: Production, locked: float | None = None) -> Production:
 
 def metering_of(production: Production) -> dict[str, Any]:
     """Return what an account says of an exposure; nothing where the camera says nothing of it."""
-    said = production.settings.exposure
-    if said is None:
+    settings = production.settings.exposure
+    if settings is None:
         return {}
-    how: dict[str, Any] = {"mode": said.mode, "ev": said.ev}
+    how: dict[str, Any] = {"mode": settings.mode, "ev": settings.ev}
     if production.metered is not None:
         how["metered"] = production.metered
-    if said.mode == "manual":
-        how["iso"] = said.iso
+    if settings.mode == "manual":
+        how["iso"] = settings.iso
     return {"metering": how}
 
 
@@ -195,13 +195,13 @@ def _meter(production: Production) -> float:
         pixel=frames[0].view.pixel_angle(size[0]),
         layers=("radiance", "hit", "depth"),
     )
-    found = []
+    samples = []
     with Session(production.shot.data, choose_backend(production.variant), settings) as session:
         for frame in frames:
             layers = session.render(frame).layers
             pixels = layers["radiance"].reshape(-1, 3).astype(np.float64)
             hit, depth = layers["hit"].reshape(-1), layers["depth"].reshape(-1)
             outside = (depth > _CABIN) | (hit < 0.5) | (frame.view.rides_in is None)
-            found.append((pixels[outside], hit[outside].astype(np.float64)))
-    radiance, surface = (np.concatenate(each) for each in zip(*found, strict=True))
+            samples.append((pixels[outside], hit[outside].astype(np.float64)))
+    radiance, surface = (np.concatenate(each) for each in zip(*samples, strict=True))
     return exposure_for(luminances(radiance, surface))

@@ -28,8 +28,8 @@ from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
 from sumo3dviz_pt.job.values import Finite, Positive, Seed, Size, Whole, check_variant
 from sumo3dviz_pt.model.camera import frame_step
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.numbers import MOST_FRAMES, Ratio, ratio_of
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts import account_of, key_of
@@ -189,10 +189,10 @@ class Request:
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
         settle(self)
-        said = [*self.wish, *(["spp"] if self.spp is not None else [])]
-        if len(said) > 1:
+        choices = [*self.wish, *(["spp"] if self.spp is not None else [])]
+        if len(choices) > 1:
             raise ConfigError(
-                f"{' and '.join(said)} all choose the samples; give one of them", key=said[1]
+                f"{' and '.join(choices)} all choose the samples; give one of them", key=choices[1]
             )
 
     @property
@@ -255,12 +255,12 @@ class Production:
         Raises:
             ConfigError: If a manual exposure lacks an f-number or a shutter.
         """
-        said, by_hand = self.settings.exposure, 0.0
-        if said is not None and said.mode == "manual":
+        settings, by_hand = self.settings.exposure, 0.0
+        if settings is not None and settings.mode == "manual":
             step = frame_step(self.times, fps=float(self.job.output.fps))
             by_hand = manual_exposure(self.settings, step=step, name=self.camera)
         sky = self.shot.data.sky.exposure
-        own = exposure_of(said, sky=sky, metered=self.metered, by_hand=by_hand)
+        own = exposure_of(settings, sky=sky, metered=self.metered, by_hand=by_hand)
         return own + self.job.output.exposure
 
     @cached_property

@@ -69,8 +69,8 @@ class Inputs:
     @property
     def companions(self) -> dict[str, list[str]]:
         """What the files are called that others refer to, by what these are called."""
-        found = {name: map(self.name, companions(path)) for path, name in self.names.items()}
-        return {name: sorted(some) for name, each in found.items() if (some := list(each))}
+        beside = {name: map(self.name, companions(path)) for path, name in self.names.items()}
+        return {name: sorted(some) for name, each in beside.items() if (some := list(each))}
 
     def content(self, path: Path) -> list[str]:
         """Return the hashes of a file and of all that it refers to."""
@@ -85,8 +85,8 @@ def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
         files: The simulation's.
         camera: The camera's name.
     """
-    found = files_of(job, files)
-    names = short_names(path for path in found if not path.is_dir())
+    paths = files_of(job, files)
+    names = short_names(path for path in paths if not path.is_dir())
     presets = _presets(job, camera)
     hashes = {name: file_hash(path) for path, name in names.items()}
     return Inputs(names, hashes | {name: file_hash(path) for name, path in presets.items()})
@@ -94,11 +94,11 @@ def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
 
 def files_of(job: Job, files: ScenarioFiles) -> list[Path]:
     """Return all files that a scene is made from, those behind other files, too."""
-    found: dict[Path, None] = dict.fromkeys(path for role in ROLES for path in by_role(files)[role])
-    with_files(job.model_dump(), found.setdefault)
-    for path in tuple(found):
-        found |= dict.fromkeys(companions(path))
-    return list(found)
+    paths: dict[Path, None] = dict.fromkeys(path for role in ROLES for path in by_role(files)[role])
+    with_files(job.model_dump(), paths.setdefault)
+    for path in tuple(paths):
+        paths |= dict.fromkeys(companions(path))
+    return list(paths)
 
 
 def by_role(files: ScenarioFiles) -> dict[str, tuple[Path, ...]]:
@@ -165,7 +165,7 @@ def _hash_all(paths: Iterable[Path], root: Path) -> str:
 
 def contents(path: Path) -> list[str]:
     """Return the hashes of a file and of all that it refers to, as long as they stay the same."""
-    return [_kept_hash(each, *_stamp(each)) for each in (path, *companions(path))]
+    return [_cached_hash(each, *_stamp(each)) for each in (path, *companions(path))]
 
 
 def file_hash(path: Path) -> str:
@@ -180,12 +180,12 @@ def _stamp(path: Path) -> tuple[int, int]:
     """Return what changes when a file does."""
     if not path.is_file():
         return (0, 0)
-    found = path.stat()
-    return (found.st_mtime_ns, found.st_size)
+    status = path.stat()
+    return (status.st_mtime_ns, status.st_size)
 
 
 @cache
-def _kept_hash(path: Path, changed: int, size: int) -> str:
+def _cached_hash(path: Path, changed: int, size: int) -> str:
     """Return a file's hash; large files are read once."""
     del changed, size
     return file_hash(path)
@@ -261,7 +261,7 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
         stored: Whether only that counts which tells frames of one film from those of another,
             and not how they are developed.
     """
-    said = []
+    sentences = []
     for section, words in _SECTIONS.items():
         old, new = (
             dict(_leaves(_content(account, section, stored=stored))) for account in (one, other)
@@ -269,11 +269,11 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
         for key in sorted(old.keys() | new.keys()):
             left_out = section == "scene" and key.startswith(_NOT_STORED if stored else _NOT_SEEN)
             if old.get(key) != new.get(key) and not left_out:
-                said.append(words + _changed(key, old, new, hashed=section in _HASHED))
+                sentences.append(words + _changed(key, old, new, hashed=section in _HASHED))
     plain = [key for key in _PLAIN if not (stored and key == "time")]
-    said += [_changed(key, one, other) for key in plain if one.get(key) != other.get(key)]
-    said += [words for key, words in _DIGESTS.items() if one.get(key) != other.get(key)]
-    return said + list(_frames(one.get("frames"), other.get("frames")))
+    sentences += [_changed(key, one, other) for key in plain if one.get(key) != other.get(key)]
+    sentences += [words for key, words in _DIGESTS.items() if one.get(key) != other.get(key)]
+    return sentences + list(_frames(one.get("frames"), other.get("frames")))
 
 
 def _content(account: Account, section: str, *, stored: bool) -> Account:

@@ -26,7 +26,7 @@ from sumo3dviz_pt.job.settings import (
     ShotSettings,
 )
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.traffic import LogChoices, Scenario, ScenarioFiles, TypeGuess, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
@@ -84,10 +84,10 @@ def guess_notes(guesses: Sequence[TypeGuess]) -> list[str]:
 
 def type_lines(guesses: Sequence[TypeGuess]) -> list[str]:
     """Return the lines of a scene file's section `vehicles` that keep what was guessed."""
-    told = [each for each in guesses if each.vclass and each.type_id]
-    if not told:
+    guessed = [each for each in guesses if each.vclass and each.type_id]
+    if not guessed:
         return []
-    lines = [f"    {_quoted(each.type_id)}: {each.vclass}  # {each.why}" for each in told]
+    lines = [f"    {_quoted(each.type_id)}: {each.vclass}  # {each.why}" for each in guessed]
     return ["vehicles:", "  types:  # no file defines these; correct what is wrong", *lines]
 
 
@@ -95,12 +95,12 @@ def _in_words(group: Sequence[TypeGuess]) -> str:
     """Return what the vehicles of types of one class are drawn as."""
     first = group[0]
     count = sum(each.count for each in group)
-    told = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
+    how = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
     if not first.type_id:
-        return f"{count} without a type drawn as {told}"
+        return f"{count} without a type drawn as {how}"
     names = ", ".join(repr(each.type_id) for each in group[:_NAMED])
     more = f" and {len(group) - _NAMED} more" if len(group) > _NAMED else ""
-    return f"{names}{more} ({count} of them) drawn as {told}"
+    return f"{names}{more} ({count} of them) drawn as {how}"
 
 
 def _quoted(text: str) -> str:
@@ -206,8 +206,8 @@ def read_files(
     if whole is not None:
         scenario, recorded = (_living(whole, *span) for span in ((begin, end), wider))
     else:
-        scenario = _read_once(files, stamps, _AskedLog.of(job, begin, end))
-        recorded = scenario if wider == (begin, end) else _read(files, _AskedLog.of(job, *wider))
+        scenario = _read_once(files, stamps, _LogPart.of(job, begin, end))
+        recorded = scenario if wider == (begin, end) else _read(files, _LogPart.of(job, *wider))
     note_guesses(scenario.guesses, log=files.trajectories[0])
     lives = whole is not None
     return files, changed(job, scenario, recorded, begin=begin, end=end, whole=lives)
@@ -237,7 +237,7 @@ def _whole(
         _say_part("is large", files)
         return None
     try:
-        whole = _read_once(files, stamps, _AskedLog.of(job, None, None))
+        whole = _read_once(files, stamps, _LogPart.of(job, None, None))
     except InputError as error:
         _say_part(f"cannot be read whole ({cut(str(error))})", files)
         return None
@@ -276,12 +276,12 @@ def _living(whole: Scenario, begin: float | None, end: float | None) -> Scenario
         for trace, name in pairs
         if trace.times[0] <= high and trace.times[-1] >= low
     )
-    told = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
-    return replace(whole, traffic=replace(log, traces=there, euler=told))
+    euler = bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle"))
+    return replace(whole, traffic=replace(log, traces=there, euler=euler))
 
 
 @dataclass(frozen=True, slots=True)
-class _AskedLog:
+class _LogPart:
     """What of a log is read, and how.
 
     Attributes:
@@ -299,7 +299,7 @@ class _AskedLog:
     classes: tuple[tuple[str, str], ...]
 
     @classmethod
-    def of(cls, job: Job, begin: float | None, end: float | None) -> _AskedLog:
+    def of(cls, job: Job, begin: float | None, end: float | None) -> _LogPart:
         """Return what a scene file asks for in a window [s]."""
         classes = tuple(job.vehicles.types.items())
         own = job.scenario
@@ -308,7 +308,7 @@ class _AskedLog:
 
 @lru_cache(maxsize=1)
 def _read_once(
-    files: ScenarioFiles, stamps: tuple[tuple[str, int, int], ...], log: _AskedLog
+    files: ScenarioFiles, stamps: tuple[tuple[str, int, int], ...], log: _LogPart
 ) -> Scenario:
     """Read a scenario; the last one is kept, because most shots of a scene file share it.
 
@@ -321,7 +321,7 @@ def _read_once(
     return _read(files, log)
 
 
-def _read(files: ScenarioFiles, log: _AskedLog) -> Scenario:
+def _read(files: ScenarioFiles, log: _LogPart) -> Scenario:
     """Read a scenario."""
     from sumo3dviz_pt.motion import MARGIN
     from sumo3dviz_pt.sumo import read_scenario
@@ -345,12 +345,12 @@ def _named_in(files: ScenarioFiles) -> Iterator[Path]:
 
 def stamps_of(paths: Iterable[Path]) -> tuple[tuple[str, int, int], ...]:
     """Return name, time of the last change [ns] and size [bytes] of each file that exists."""
-    found = []
+    stamps = []
     for path in paths:
         if path.exists():
             stat = path.stat()
-            found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
-    return tuple(found)
+            stamps.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
+    return tuple(stamps)
 
 
 _SLACK = 1e-6
@@ -408,11 +408,11 @@ def check_companions(
         camera = job.cameras[shot.camera]
         if not camera.rides_with:
             continue
-        found = whereabouts(logs, camera.rides_with)
-        absent = _outside(times, found.spans) & (times <= found.end + _SLACK)
-        if absent.any() or not found.spans:
+        presence = whereabouts(logs, camera.rides_with)
+        absent = _outside(times, presence.spans) & (times <= presence.end + _SLACK)
+        if absent.any() or not presence.spans:
             missing = float(times[np.argmax(absent)])
-            raise _absent(camera.rides_with, found, missing, name=shot.camera)
+            raise _absent(camera.rides_with, presence, missing, name=shot.camera)
 
 
 def check_known(name: str, logs: Sequence[Path]) -> None:
@@ -427,22 +427,22 @@ def check_known(name: str, logs: Sequence[Path]) -> None:
     """
     from sumo3dviz_pt.sumo import whereabouts
 
-    found = whereabouts(logs, name)
-    if not found.spans:
-        hint = _hint(name, found.ids)
+    presence = whereabouts(logs, name)
+    if not presence.spans:
+        hint = _hint(name, presence.ids)
         raise ConfigError(f"no vehicle or person is called {cut(name)!r}{hint}")
 
 
-def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
+def _absent(vehicle: str, there: Whereabouts, missing: float, *, name: str) -> ConfigError:
     """Return an error that says why a camera cannot ride with a road user at a time [s]."""
     shown = repr(cut(vehicle))
     key = f"cameras.{name}.vehicle"
-    if not found.spans:
-        hint = _hint(vehicle, found.ids)
+    if not there.spans:
+        hint = _hint(vehicle, there.ids)
         return ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
-    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in found.spans[:_MOST_SPANS])
-    lives += " and later" if len(found.spans) > _MOST_SPANS else ""
-    inside = any(begin <= missing <= end for begin, end in found.spans)
+    lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in there.spans[:_MOST_SPANS])
+    lives += " and later" if len(there.spans) > _MOST_SPANS else ""
+    inside = any(begin <= missing <= end for begin, end in there.spans)
     why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""
     why = why or "is not there at {:g} s"
     return ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)

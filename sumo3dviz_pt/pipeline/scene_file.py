@@ -50,13 +50,13 @@ def _smoothers() -> Sequence[str]:
 
 def _vehicles(vclass: str = "") -> Sequence[str]:
     """Return the vehicles that can be drawn, of one vClass if given; no parts of vehicles."""
-    found = []
+    names = []
     for name in catalog.names("vehicles"):
         classes = catalog.find("vehicles", name).meta.get("vclass", "passenger")
         classes = [classes] if isinstance(classes, str) else classes
         if vclass in classes or (classes and not vclass):
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 def _models() -> Sequence[str]:
@@ -408,20 +408,20 @@ def _adds(key: str, value: Mapping[str, Any]) -> bool:
     return key != "sky" and "mode" not in value
 
 
-def checked_overrides(given: Any) -> Mapping[str, Any]:
+def checked_overrides(overrides: Any) -> Mapping[str, Any]:
     """Overrides, if they are some.
 
     Raises:
         ConfigError: If they are none.
     """
-    if given is None:
+    if overrides is None:
         return {}
-    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
+    if not isinstance(overrides, Mapping) or not all(isinstance(key, str) for key in overrides):
         raise ConfigError(
             f"overrides are values by dotted key, such as {{'output.fps': 30}},"
-            f" not {cut(repr(given))}"
+            f" not {cut(repr(overrides))}"
         )
-    return given
+    return overrides
 
 
 def _value_of(key: str, value: Any) -> Any:

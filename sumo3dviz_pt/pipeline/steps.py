@@ -26,7 +26,7 @@ from statistics import median
 from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from sumo3dviz_pt.job.settings import Job, Quality
-from sumo3dviz_pt.model.news import Doing, News, heard_by
+from sumo3dviz_pt.model.progress import Doing, ProgressEvent, heard_by
 from sumo3dviz_pt.pipeline.costs import TYPICAL_TRIANGLES, cost_of
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
@@ -99,24 +99,24 @@ class WorkCourse:
     _step_began: float = field(default=0.0)
     _busy_before: float = field(default=0.0)
     _counts: list[_Count] = field(default_factory=list)
-    _news: News | None = None
+    _event: ProgressEvent | None = None
 
     def __post_init__(self) -> None:
         """Begin the first step with the work."""
         self._step_began = self.began
         self._busy_before = 0.0 if self.busy is None else self.busy()
 
-    def hear(self, news: News, now: float) -> None:
-        """Take in news of the work at a time [s]."""
+    def hear(self, event: ProgressEvent, now: float) -> None:
+        """Take in an event of the work at a time [s]."""
         following = range(self._at, len(self.steps))
-        place = next((k for k in following if self.steps[k].doing is news.doing), None)
+        place = next((k for k in following if self.steps[k].doing is event.doing), None)
         if place is None:
             return  # a part of the step that is being done
         if place != self._at:
             self._at, self._step_began, self._counts = place, now, []
-        if news.total:
-            self._counts = [*self._counts[-_MEMORY:], _Count(now, news.done)]
-        self._news = news
+        if event.total:
+            self._counts = [*self._counts[-_MEMORY:], _Count(now, event.done)]
+        self._event = event
 
     def seconds_left(self, now: float) -> float:
         """Return the estimate of the time left [s]."""
@@ -130,8 +130,8 @@ class WorkCourse:
 
     def words(self) -> str:
         """Return what is being done."""
-        doing, news = self.steps[self._at].doing, self._news
-        return str(doing if news is None else news)
+        doing, event = self.steps[self._at].doing, self._event
+        return str(doing if event is None else event)
 
     def _slowness(self, now: float) -> float:
         """Return how much longer than expected work takes."""
@@ -154,14 +154,14 @@ class WorkCourse:
     def _step_left(self, now: float) -> float:
         """Return the estimate for what is being done [s]."""
         expected = self.steps[self._at].seconds * self._slowness(now)
-        if not self._counts or self._news is None:
+        if not self._counts or self._event is None:
             over = now - self._step_began
             # A late step is expected to need a quarter more of its time, not to be done at once.
             return max(expected - over, 0.25 * over)
-        counted, todo = self._counts[-1].time, self._news.total - self._news.done
+        counted, todo = self._counts[-1].time, self._event.total - self._event.done
         pace = self._pace()
         if pace is None:
-            pace = expected / max(self._news.total - self._counts[0].done, 1)
+            pace = expected / max(self._event.total - self._counts[0].done, 1)
         return max(pace * todo - (now - counted), pace * max(todo - 1, 0))
 
     def _pace(self) -> float | None:
@@ -216,10 +216,10 @@ class _Redrawing:
         """Show it from the first second on, but nothing of what is over or refused before."""
         self._thread.start()
 
-    def hear(self, news: News) -> None:
-        """Take in news."""
+    def hear(self, event: ProgressEvent) -> None:
+        """Take in an event."""
         with self._lock:
-            self._course.hear(news, time.monotonic())
+            self._course.hear(event, time.monotonic())
 
     def close(self) -> None:
         """Stop showing anything."""
@@ -315,7 +315,7 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
     """
     applied = request.applied(job)
     size = applied.output.size
-    found: list[WorkStep] = []
+    steps: list[WorkStep] = []
     for shot, path in shots_of(job, request, order):
         count = len(order.pace(job, shot).times(shot))
         quality = quality_preset(applied.quality, spp=request.spp, together=count > 1)
@@ -323,10 +323,10 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing))
-        found += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
+        steps += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
         megapixels = len(wanted) * size[0] * size[1] / 1e6
-        found.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
-    return tuple(found)
+        steps.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
+    return tuple(steps)
 
 
 def still_steps(job: Job, request: Request) -> tuple[WorkStep, ...]:

@@ -158,8 +158,8 @@ def delay_for(job: Job, scenario: Scenario, name: str, edit: RideEdit) -> GapDel
     delay = (after if moved_late else edit.at) - passes
     recorded = edit.gap - delay if moved_late else edit.gap + delay
     rider = "" if moved_late else f", so that {name} keeps its drive"
-    kept = f"{edit.gap:.2f} s behind {edit.behind} at {edit.at:g} s ({recorded:.2f} s in the log)"
-    return GapDelay(mover, delay, f"{rider}, {kept}" if moved_late else f"{rider} and is {kept}")
+    gap = f"{edit.gap:.2f} s behind {edit.behind} at {edit.at:g} s ({recorded:.2f} s in the log)"
+    return GapDelay(mover, delay, f"{rider}, {gap}" if moved_late else f"{rider} and is {gap}")
 
 
 def kept_gap(job: Job, scenario: Scenario, name: str, edit: RideEdit) -> float | None:
@@ -205,16 +205,16 @@ class _Pair:
         """
         assert edit.behind is not None
         motion = motion_of(job, scenario)
-        found = []
+        pair = []
         for each in (name, edit.behind):
             numbers = np.flatnonzero(motion.named(each))
             if not numbers.size:
                 raise ConfigError(
                     f"nobody near {edit.at:g} s is called {each!r}", key=f"traffic.rides.{name}"
                 )
-            found.append(int(numbers[0]))
-        own, ahead = (motion.smooth(np.arange(len(motion.ids)) == k)[0] for k in found)
-        trace = scenario.traffic.traces[found[1]]
+            pair.append(int(numbers[0]))
+        own, ahead = (motion.smooth(np.arange(len(motion.ids)) == k)[0] for k in pair)
+        trace = scenario.traffic.traces[pair[1]]
         kind = scenario.vehicle_types.get(trace.type_id, UNKNOWN_TYPES[trace.kind])
         return cls((name, edit.behind), own, ahead, kind.length)
 
@@ -264,5 +264,5 @@ def _passing(ride: Trajectory, place: Floats, near: float, *, back: float = 0.0)
     if not here.size:
         return None
     shares = along[here] / (along[here] - along[here + 1])
-    found = times[here] + shares * (times[here + 1] - times[here])
-    return float(found[np.argmin(np.abs(found - near))])
+    moments = times[here] + shares * (times[here + 1] - times[here])
+    return float(moments[np.argmin(np.abs(moments - near))])

@@ -46,12 +46,12 @@ def driven_ways(job: Job, files: ScenarioFiles, *, location: Location) -> Driven
     read_from = (*files.trajectories, *files.vehicle_types)
     classes = tuple(job.vehicles.types.items())
     truncated = job.scenario.allow_truncated
-    found = _whole(files, stamps_of(read_from), classes, location, truncated)
+    all_ways = _whole(files, stamps_of(read_from), classes, location, truncated)
     if job.traffic is None:
-        return found
+        return all_ways
     shown = shows(job)
-    ways = tuple(way for way in found.ways if shown(*way.key.split(":", 1)))
-    return replace(found, ways=ways)
+    ways = tuple(way for way in all_ways.ways if shown(*way.key.split(":", 1)))
+    return replace(all_ways, ways=ways)
 
 
 @lru_cache(maxsize=1)

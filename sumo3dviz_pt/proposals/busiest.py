@@ -53,15 +53,15 @@ class Movement:
         """Return the rows within a distance in plan [m] of a place, (2,) or (3,) [m]."""
         return self.where(np.hypot(*(self.places[:, :2] - place[:2]).T) <= radius)
 
-    def where(self, kept: Bools) -> Movement:
+    def where(self, chosen: Bools) -> Movement:
         """Return some of the rows; distances stay those to the row before in the log."""
         return Movement(
             self.traces,
-            self.users[kept],
-            self.times[kept],
-            self.places[kept],
-            self.yaws[kept],
-            self.driven[kept],
+            self.users[chosen],
+            self.times[chosen],
+            self.places[chosen],
+            self.yaws[chosen],
+            self.driven[chosen],
         )
 
     def distances(self) -> tuple[Ints, Floats]:
@@ -84,10 +84,10 @@ def movement_of(traces: Sequence[Trace]) -> Movement:
     # Keep the first row of each user in each second.
     second = np.floor(times / STEP + 1e-6)
     first = np.append(True, np.diff(users) != 0)
-    kept = np.flatnonzero(first | np.append(True, np.diff(second) != 0))
-    users, times, first = users[kept], times[kept], first[kept]
-    places = np.concatenate([trace.positions for trace in traces])[kept]
-    yaws = np.concatenate([trace.yaws for trace in traces])[kept]
+    turns = np.flatnonzero(first | np.append(True, np.diff(second) != 0))
+    users, times, first = users[turns], times[turns], first[turns]
+    places = np.concatenate([trace.positions for trace in traces])[turns]
+    yaws = np.concatenate([trace.yaws for trace in traces])[turns]
     # What was moved faster than anything drives was teleported.
     steps = np.linalg.norm(np.diff(places[:, :2], axis=0, prepend=places[:1, :2]), axis=1)
     gaps = np.diff(times, prepend=times[0])
@@ -172,17 +172,17 @@ def busiest(
     return _alive(Busiest(start, min(start + length, end), place, junction, 0), movement)
 
 
-def _alive(found: Busiest, movement: Movement) -> Busiest:
+def _alive(spot: Busiest, movement: Movement) -> Busiest:
     """Shorten a moment to the time in which somebody is at the place, if that is under half."""
-    there = movement.during(found.start, found.end).near(found.place, NEAR).times
+    there = movement.during(spot.start, spot.end).near(spot.place, NEAR).times
     if not len(there):
-        return found
-    seconds = np.unique(np.floor(there - found.start + 1e-6))
-    if len(seconds) >= 0.5 * (found.end - found.start):
-        return found
-    start = found.start + float(seconds[0])
-    end = min(found.end, found.start + float(seconds[-1]) + 1.0)
-    return replace(found, start=start, end=end)
+        return spot
+    seconds = np.unique(np.floor(there - spot.start + 1e-6))
+    if len(seconds) >= 0.5 * (spot.end - spot.start):
+        return spot
+    start = spot.start + float(seconds[0])
+    end = min(spot.end, spot.start + float(seconds[-1]) + 1.0)
+    return replace(spot, start=start, end=end)
 
 
 def _coarse(movement: Movement, first: float, *, latest: float) -> list[tuple[int, Floats]]:
@@ -202,8 +202,8 @@ def _coarse(movement: Movement, first: float, *, latest: float) -> list[tuple[in
     around = np.zeros(len(keys))
     for later, east, north in product((0, 1), (-1, 0, 1), (-1, 0, 1)):
         wanted = keys + _key(*(np.array([step]) for step in (later, east, north)))
-        found = np.clip(np.searchsorted(keys, wanted), 0, len(keys) - 1)
-        around += np.where(keys[found] == wanted, own[found], 0.0)
+        index = np.clip(np.searchsorted(keys, wanted), 0, len(keys) - 1)
+        around += np.where(keys[index] == wanted, own[index], 0.0)
     middles = [np.bincount(row, weights=moving * column) / own for column in places.T]
     possible = np.flatnonzero((keys >> 40) * _BIN + first <= latest + 1e-6)
     possible = possible if len(possible) else np.flatnonzero(keys >> 40 == 0)
@@ -278,12 +278,12 @@ def _joined(crumbs: Sequence[Edge], network: Network) -> dict[str, str]:
         both = (edge.from_junction, edge.to_junction)
         joint = {*both}.union(*(groups.get(name, ()) for name in both))
         groups |= dict.fromkeys(joint, joint)
-    found = {}
+    names = {}
     for name, group in groups.items():
         spots = np.array([network.junctions[k].position[:2] for k in group])
         if float(np.ptp(spots, axis=0).max()) <= _WIDEST:
-            found[name] = min(group)
-    return found
+            names[name] = min(group)
+    return names
 
 
 def _area(junction: Junction) -> float:
@@ -381,14 +381,14 @@ class ProposedRide:
 
 
 def choose_rides(
-    traces: Iterable[Trace], types: Mapping[str, VehicleType], found: Busiest
+    traces: Iterable[Trace], types: Mapping[str, VehicleType], spot: Busiest
 ) -> tuple[list[ProposedRide], list[str]]:
     """Return one ride of each kind of vehicle that the log has, and notes about the others.
 
     Args:
         traces: Of the log.
         types: Vehicle types by id.
-        found: The moment, which rides keep where they can, and the place.
+        spot: The moment, which rides keep where they can, and the place.
     """
     by_class: dict[str, list[Trace]] = {}
     traces = list(traces)
@@ -402,27 +402,27 @@ def choose_rides(
         some = [trace for name in sorted(ride.classes) for trace in by_class.get(name, ())]
         if not some:
             continue
-        best = _best(ride, some, found)
+        best = _best(ride, some, spot)
         if best is None:
             notes.append(
                 f"no camera `{ride.camera}`: none of {len(some)} such vehicles drives two thirds"
-                f" of {found.end - found.start:g} s without a gap"
+                f" of {spot.end - spot.start:g} s without a gap"
             )
         else:
             rides.append(best)
     return rides, notes
 
 
-def _best(kind: _RideKind, traces: list[Trace], found: Busiest) -> ProposedRide | None:
+def _best(kind: _RideKind, traces: list[Trace], spot: Busiest) -> ProposedRide | None:
     """The best ride while the other shots last; else at any other time."""
-    length = found.end - found.start
-    there = [t for t in traces if t.times[0] <= found.start and t.times[-1] >= found.end]
+    length = spot.end - spot.start
+    there = [t for t in traces if t.times[0] <= spot.start and t.times[-1] >= spot.end]
     for later, some, most in ((False, there, _MOST), (True, traces, _MOST_LATER)):
         best: tuple[float, ProposedRide] | None = None
         for trace in some[:: max(1, -(-len(some) // most))]:
-            starts = _windows(trace, length) if later else [found.start]
+            starts = _windows(trace, length) if later else [spot.start]
             for start in starts:
-                value, metres = _rides_worth(trace, start, start + length, found.place)
+                value, metres = _rides_worth(trace, start, start + length, spot.place)
                 if value > 0.0 and (best is None or value > best[0] + 1e-6):
                     ride = ProposedRide(
                         kind.camera, trace.id, kind.view, start, start + length, metres

@@ -221,8 +221,8 @@ def _before_lens(poses: ViewPoses, forwards: Floats, posts: Floats) -> Floats:
     diagonal = np.arctan(np.tan(np.radians(poses.fov) / 2.0) * np.hypot(1.0, RATIO))
     way = CameraPath(poses.eyes, forwards, np.full(len(poses.eyes), diagonal))
     low, high = posts[:, 3], posts[:, 4:]
-    found = shares(way, posts[:, :2], low, height=high - low[:, None], radius=posts[:, 2:3])
-    return np.asarray(found.max(axis=0))
+    hidden = shares(way, posts[:, :2], low, height=high - low[:, None], radius=posts[:, 2:3])
+    return np.asarray(hidden.max(axis=0))
 
 
 def best_of(values: Floats) -> int | None:

@@ -103,8 +103,8 @@ def _houses(
     if why_none(scenario.polygons) is not None:
         return []
     around = surroundings(index, seed=_SEED, viewpoints=place[None], clearance=Clearance())
-    given = Given(scenario.pois, (*scenario.polygons, *stop_areas(network, scenario.stops)))
-    rows = grow_rows(network, layout.paved, given, around=around)
+    fixed = Given(scenario.pois, (*scenario.polygons, *stop_areas(network, scenario.stops)))
+    rows = grow_rows(network, layout.paved, fixed, around=around)
     plans = [shapely.Polygon(house.plan) for house in rows.houses]
     middle = shapely.Point(place[:2])
     return [plan for plan in plans if shapely.dwithin(plan, middle, _NEAR)]
@@ -186,19 +186,19 @@ class Outdoors:
             ends: Where they end, (n, 3) [m].
         """
         points = eyes[:, None] + _ALONG[None, :, None] * (ends - eyes)[:, None]
-        found = np.full(len(eyes), np.inf)
+        room = np.full(len(eyes), np.inf)
         if len(self.walls.geometries):
             axes = shapely.linestrings(np.stack([eyes[:, :2], ends[:, :2]], axis=1))
             axis, wall = self.walls.query(axes, predicate="dwithin", distance=_BESIDE)
             spots = shapely.points(points[axis, :, :2])
             aside = shapely.distance(spots, self.walls.geometries[wall][:, None])
             level = np.maximum(points[axis, :, 2] - self.tops[wall][:, None], 0.0)
-            np.minimum.at(found, axis, np.hypot(aside, level).min(axis=1))
+            np.minimum.at(room, axis, np.hypot(aside, level).min(axis=1))
         for x, y, radius, bottom, top in self.posts.tolist():
             level = np.maximum(np.maximum(bottom - points[..., 2], points[..., 2] - top), 0.0)
             aside = np.maximum(np.hypot(points[..., 0] - x, points[..., 1] - y) - radius, 0.0)
-            found = np.minimum(found, np.hypot(level, aside).min(axis=1))
-        return found
+            room = np.minimum(room, np.hypot(level, aside).min(axis=1))
+        return room
 
     def over_land(self, eyes: Floats, targets: Floats) -> Floats:
         """Return how free the lines from eyes to targets are of hills, (n,) in [0, 1].
@@ -293,10 +293,10 @@ def near_network(network: Network, place: Floats, reach: float) -> Network:
     boxes = shapely.bounds(np.array([shapely.LineString(shape) for shape in shapes]))
     near = (boxes[:, :2] <= place[:2] + reach).all(axis=1)
     near &= (boxes[:, 2:] >= place[:2] - reach).all(axis=1)
-    kept = {name: edges[name] for name, close in zip(edges, near, strict=True) if close}
-    lanes = {lane.id for edge in kept.values() for lane in edge.lanes}
+    edges_near = {name: edges[name] for name, close in zip(edges, near, strict=True) if close}
+    lanes = {lane.id for edge in edges_near.values() for lane in edge.lanes}
     links = tuple(c for c in network.connections if c.from_lane in lanes and c.to_lane in lanes)
-    return replace(network, edges=kept, connections=links)
+    return replace(network, edges=edges_near, connections=links)
 
 
 def _walls(
@@ -321,7 +321,7 @@ def _walls(
 def _plants(scenario: Scenario, place: Floats, index: LaneIndex) -> list[tuple[float, ...]]:
     """Trees, shrubs, houses at points and lamps of the scenario, as cylinders."""
     spaces = {kind.name: kind.space for kind in KINDS}
-    found: list[tuple[float, ...]] = []
+    posts: list[tuple[float, ...]] = []
     for poi in scenario.pois:
         x, y = poi.position
         if abs(x - place[0]) > REACH or abs(y - place[1]) > REACH:
@@ -329,10 +329,10 @@ def _plants(scenario: Scenario, place: Floats, index: LaneIndex) -> list[tuple[f
         ground = float(index.heights(np.array([[x, y]]))[0])
         space = spaces.get(kind_of(poi.type, poi.source) or "")
         if space is not None:
-            found.append((x, y, space.radius, ground + space.bottom, ground + space.top))
+            posts.append((x, y, space.radius, ground + space.bottom, ground + space.top))
         elif poi.type.lower().split(".")[0] in LAMPS:
-            found.append((x, y, _POLE, ground, ground + LOW + 0.5))
-    return found
+            posts.append((x, y, _POLE, ground, ground + LOW + 0.5))
+    return posts
 
 
 def _signals(scenario: Scenario, network: Network, index: LaneIndex) -> list[tuple[float, ...]]:
@@ -342,24 +342,24 @@ def _signals(scenario: Scenario, network: Network, index: LaneIndex) -> list[tup
 
     around = Surroundings(index, index.heights, np.zeros((0, 3)), 1)
     heads = build_signals(network, scenario.signals, SignalSettings(), around=around).heads
-    found: list[tuple[float, ...]] = []
+    posts: list[tuple[float, ...]] = []
     for head in heads:
         x, y, low = head.position.tolist()
         foot_x, foot_y, foot = head.foot.tolist()
-        found.append((foot_x, foot_y, _POLE, foot, max(low + _HEAD[1], foot + 3.2)))
-        found.append((x, y, _HEAD[0], low, low + _HEAD[1]))
+        posts.append((foot_x, foot_y, _POLE, foot, max(low + _HEAD[1], foot + 3.2)))
+        posts.append((x, y, _HEAD[0], low, low + _HEAD[1]))
         # The arm that it hangs on.
         length = float(np.hypot(x - foot_x, y - foot_y))
         for share in np.arange(0.5, length, 1.0) / max(length, 1e-9) if head.over_road else ():
             x_at, y_at = foot_x + share * (x - foot_x), foot_y + share * (y - foot_y)
-            found.append((x_at, y_at, 0.5, low + 0.7, low + _HEAD[1]))
+            posts.append((x_at, y_at, 0.5, low + 0.7, low + _HEAD[1]))
     # Heads share poles and arms.
-    return sorted({tuple(np.round(post, 2).tolist()) for post in found})
+    return sorted({tuple(np.round(post, 2).tolist()) for post in posts})
 
 
 def _standing(scenario: Scenario, movement: Movement) -> list[tuple[float, ...]]:
     """Vehicles that stand all the time, as three cylinders each."""
-    found: list[tuple[float, ...]] = []
+    posts: list[tuple[float, ...]] = []
     users, driven = movement.distances()
     for user in users[driven < _STANDS].tolist():
         trace = movement.traces[user]
@@ -372,5 +372,5 @@ def _standing(scenario: Scenario, movement: Movement) -> list[tuple[float, ...]]
         for share in (0.15, 0.5, 0.85):
             back = share * kind.length
             x_at, y_at = x - back * np.cos(yaw), y - back * np.sin(yaw)
-            found.append((x_at, y_at, 0.5 * kind.width, z, z + kind.height))
-    return found
+            posts.append((x_at, y_at, 0.5 * kind.width, z, z + kind.height))
+    return posts

@@ -21,7 +21,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.settings import ScenarioSettings, default, meaning
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Location, Network
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.traffic import LogChoices, Polygon, Scenario, ScenarioFiles
 from sumo3dviz_pt.pipeline.reading import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.scene_file import LINE, make_job
@@ -126,16 +126,16 @@ class _Town:
     @property
     def signs(self) -> list[str]:
         """What speaks for a town, in words."""
-        found = []
+        signs = []
         if self.walked > _WALKED:
-            found.append(f"{100 * self.walked:.0f} % of the lanes have footways")
+            signs.append(f"{100 * self.walked:.0f} % of the lanes have footways")
         if self.lights:
-            found.append("there are traffic lights")
+            signs.append("there are traffic lights")
         if self.spacing < _CLOSE:
-            found.append(f"junctions are {self.spacing:.0f} m apart")
+            signs.append(f"junctions are {self.spacing:.0f} m apart")
         if self.houses:
-            found.append("there are buildings")
-        return found
+            signs.append("there are buildings")
+        return signs
 
 
 def _town(
@@ -222,7 +222,7 @@ class Proposal:
     """What is worth looking at, and how.
 
     Attributes:
-        found: The moment and the place.
+        spot: The moment and the place.
         template: The look, and why.
         overview: From above.
         corner: At the height of people, or None.
@@ -231,7 +231,7 @@ class Proposal:
         unmet: Why kinds of road users have no ride.
     """
 
-    found: Busiest
+    spot: Busiest
     template: ChosenTemplate
     overview: StandingEye
     corner: StandingEye | None = None
@@ -243,19 +243,19 @@ class Proposal:
 def in_files(proposal: Proposal, location: Location) -> Proposal:
     """Return a proposal in SUMO's coordinates, as scene files have them."""
 
-    def said(places: Floats) -> Floats:
+    def outside(places: Floats) -> Floats:
         return location.outside(np.round(places, 2))
 
     def stood(stand: StandingEye) -> StandingEye:
-        return replace(stand, eye=said(stand.eye), aim=said(stand.aim))
+        return replace(stand, eye=outside(stand.eye), aim=outside(stand.aim))
 
     flight = proposal.flight
     return replace(
         proposal,
-        found=replace(proposal.found, place=said(proposal.found.place)),
+        spot=replace(proposal.spot, place=outside(proposal.spot.place)),
         overview=stood(proposal.overview),
         corner=proposal.corner and stood(proposal.corner),
-        flight=flight and replace(flight, eyes=said(flight.eyes), aims=said(flight.aims)),
+        flight=flight and replace(flight, eyes=outside(flight.eyes), aims=outside(flight.aims)),
     )
 
 
@@ -294,7 +294,7 @@ def scene_text(
         f'# sky: {{sun: {{date: 2026-06-21, time: "17:30", place: {_here(scenario)}}}}}',
         "# ground: {texture: ground_grass}",
         *type_lines(scenario.guesses),
-        *_place_lines(proposal.found),
+        *_place_lines(proposal.spot),
         "cameras:",
         *_stand_lines("overview", proposal.overview, "from above"),
         *_stand_lines("corner", proposal.corner, "at the height of people, beside the road"),
@@ -330,13 +330,13 @@ def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
     return lines
 
 
-def _place_lines(found: Busiest) -> list[str]:
+def _place_lines(spot: Busiest) -> list[str]:
     """Say in a comment where the cameras look, and why."""
-    x, y = found.place[:2]
-    where = f"junction {_comment(found.junction)}" if found.junction else "a road"
+    x, y = spot.place[:2]
+    where = f"junction {_comment(spot.junction)}" if spot.junction else "a road"
     return [
-        f"# Most moves from {found.start:.12g} to {found.end:.12g} s at {where} ({x:.0f}, {y:.0f}):"
-        f" {found.movers} road users."
+        f"# Most moves from {spot.start:.12g} to {spot.end:.12g} s at {where} ({x:.0f}, {y:.0f}):"
+        f" {spot.movers} road users."
     ]
 
 
@@ -401,15 +401,15 @@ def _flight_lines(flight: Flight | None) -> list[str]:
 
 def _shot_lines(proposal: Proposal) -> list[str]:
     """Return one shot for each camera; a film needs more than one moment."""
-    found = proposal.found
-    if found.start == found.end:
+    spot = proposal.spot
+    if spot.start == spot.end:
         return ["shots: []                       # the log is one moment: `still` shows it"]
-    windows = [("overview", found.start, found.end)]
+    windows = [("overview", spot.start, spot.end)]
     if proposal.corner is not None:
-        windows.append(("corner", found.start, found.end))
+        windows.append(("corner", spot.start, spot.end))
     windows += [(ride.camera, ride.start, ride.end) for ride in proposal.rides]
     if proposal.flight is not None:
-        windows.append(("flight", found.start, found.end))
+        windows.append(("flight", spot.start, spot.end))
     lines = [f"  - {{camera: {name}, from: {a:.12g}, to: {b:.12g}}}" for name, a, b in windows]
     return ["shots:", *lines]
 
@@ -479,23 +479,23 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
         raise InputError("the vehicle log has steps but no traffic; there is nothing to film")
     meetings = meetings_of(network)
     movement = movement_of(traffic.traces)
-    found = busiest(
+    spot = busiest(
         apart(movement, meetings), network, span=(traffic.begin, traffic.end), length=SHOT
     )
     look = ChosenTemplate(template, "as asked for") if template else None
-    look = look or choose_template(network, found.place, scenario.polygons)
+    look = look or choose_template(network, spot.place, scenario.polygons)
     # Scout the place for cameras.
-    there = movement.during(found.start, found.end).near(found.place, _NEAR)
+    there = movement.during(spot.start, spot.end).near(spot.place, _NEAR)
     job = make_job({"scenario": {}, "template": look.name})
-    around = outdoors(scenario, found.place, there, textured=job.textured)
+    around = outdoors(scenario, spot.place, there, textured=job.textured)
     sun = build_sky(job.sky, location=network.location).sun_direction
-    scouting = Scouting(found, there, around, sun, scenario.vehicle_types, meetings)
+    scouting = Scouting(spot, there, around, sun, scenario.vehicle_types, meetings)
     riders = riding_apart(traffic.traces, meetings)
-    rides, unmet = choose_rides(riders, scenario.vehicle_types, found)
+    rides, unmet = choose_rides(riders, scenario.vehicle_types, spot)
     if not riders:
         unmet.append("no camera rides: everyone drives where roads cross without a junction")
     proposal = Proposal(
-        found,
+        spot,
         look,
         overview=overview(scouting),
         corner=corner(scouting),
@@ -508,13 +508,13 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
 
 def _notes(proposal: Proposal) -> list[str]:
     """Say what was chosen and why, and what could not be proposed."""
-    found, look = proposal.found, proposal.template
+    spot, look = proposal.spot, proposal.template
     notes = [f"template {look.name}: {look.why}"]
-    if found.movers:
-        where = f"junction {found.junction}" if found.junction else "the place"
+    if spot.movers:
+        where = f"junction {spot.junction}" if spot.junction else "the place"
         notes.append(
-            f"most moves from {found.start:.12g} to {found.end:.12g} s at {where}"
-            f" ({found.place[0]:.0f}, {found.place[1]:.0f}): {found.movers} road users"
+            f"most moves from {spot.start:.12g} to {spot.end:.12g} s at {where}"
+            f" ({spot.place[0]:.0f}, {spot.place[1]:.0f}): {spot.movers} road users"
         )
     else:
         notes.append("nobody in this log moves; the cameras look at somebody who stands")
@@ -524,7 +524,7 @@ def _notes(proposal: Proposal) -> list[str]:
             "no camera `corner`: there is no room for an eye beside the road, sun behind it"
         )
     if proposal.flight is None:
-        short = found.end - found.start < SHORTEST_FLIGHT
+        short = spot.end - spot.start < SHORTEST_FLIGHT
         why = "every way around the place leads through something"
         notes.append(f"no camera `flight`: {'the moment is too short' if short else why}")
     return [*notes, *proposal.unmet]

@@ -48,12 +48,12 @@ class Configuration:
     def at(self, key: str) -> Any:
         """Return the value at a dotted key, or None; it counts as understood."""
         self.read.add(key)
-        found: Any = self.content
+        value: Any = self.content
         for word in key.split("."):
-            if not isinstance(found, Mapping) or word not in found:
+            if not isinstance(value, Mapping) or word not in value:
                 return None
-            found = found[word]
-        return found
+            value = value[word]
+        return value
 
     def number(self, key: str, default: float = 0.0) -> float:
         """Return a number.
@@ -293,14 +293,14 @@ def scenario_of(
     log = trajectories or file_of(peer, "trajectory_file")
     if log is None or not log.is_file():
         log = _only_log(peer, log)
-    found: dict[str, str | list[str]] = {
+    scenario: dict[str, str | list[str]] = {
         "network": relative(network, folder),
         "trajectories": [relative(log, folder)],
     }
     signals = file_of(peer, "traffic_signal_states_file")
     if signals is not None:
-        found["signals"] = [relative(signals, folder)]
-    return found
+        scenario["signals"] = [relative(signals, folder)]
+    return scenario
 
 
 def objects_of(peer: Configuration, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -321,12 +321,12 @@ def file_of(peer: Configuration, key: str) -> Path | None:
     name = peer.at(f"paths.{key}")
     if not name:
         return None
-    found = _nearest(str(name), peer.root)
-    if found is None and key != "trajectory_file":
+    file = _nearest(str(name), peer.root)
+    if file is None and key != "trajectory_file":
         peer.notes.append(f"missing, and done without: {peer.root / str(name)}")
-    elif found is not None and found != peer.root / str(name):
-        peer.moved.append(found)
-    return found
+    elif file is not None and file != peer.root / str(name):
+        peer.moved.append(file)
+    return file
 
 
 def relative(path: Path, folder: Path) -> str:
@@ -440,19 +440,19 @@ def translate(
         **cameras_of(peer, folder / scenario["trajectories"][0]),
         "output": _output(peer),
     }
-    kept = {key: value for key, value in settings.items() if value}
-    make_job(kept, folder=folder)
-    text = yaml.safe_dump(kept, sort_keys=False, allow_unicode=True, default_flow_style=None)
+    stated = {key: value for key, value in settings.items() if value}
+    make_job(stated, folder=folder)
+    text = yaml.safe_dump(stated, sort_keys=False, allow_unicode=True, default_flow_style=None)
     return f"# From {config.name}, a configuration of sumo3Dviz.\n{text}", [*_notes(peer)]
 
 
 def _sky(peer: Configuration) -> str:
     """Return our sky that is like one of theirs."""
-    asked = str(peer.at("visualization.sky_texture") or "sky_cloudy")
-    if asked not in _SKIES:
-        message = f"sumo3Dviz has no sky {asked!r}; it has {', '.join(_SKIES)}"
+    sky = str(peer.at("visualization.sky_texture") or "sky_cloudy")
+    if sky not in _SKIES:
+        message = f"sumo3Dviz has no sky {sky!r}; it has {', '.join(_SKIES)}"
         raise peer.error(message, "visualization.sky_texture")
-    return _SKIES[asked]
+    return _SKIES[sky]
 
 
 def _roads(peer: Configuration) -> dict[str, Any]:
@@ -463,19 +463,19 @@ def _roads(peer: Configuration) -> dict[str, Any]:
 
 def _objects(peer: Configuration, folder: Path) -> dict[str, Any]:
     """Return where trees, houses and fences stand, and how large the trees are."""
-    found = dict(objects_of(peer, folder))
+    objects = dict(objects_of(peer, folder))
     scales = [peer.number(f"visualization.{key}", usual) / usual for key, usual in _TREES.items()]
     spread = peer.number("visualization.tree_size_variability", 1.0)
     scale = sum(scales) / len(scales) * (spread or 1.0)
     if abs(scale - 1.0) > 1e-6:
-        found.setdefault("trees", {})["scale"] = round(scale, 3)
+        objects.setdefault("trees", {})["scale"] = round(scale, 3)
     if not spread:
-        found.setdefault("trees", {})["variation"] = 0.0
+        objects.setdefault("trees", {})["variation"] = 0.0
         text = (
             "visualization.tree_size_variability: 0 hid all trees there; here they are of one size"
         )
         peer.notes.append(text)
-    return found
+    return objects
 
 
 def _signals(peer: Configuration) -> dict[str, Any]:

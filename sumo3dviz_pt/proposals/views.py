@@ -82,7 +82,7 @@ class Scouting:
     """What cameras are chosen by.
 
     Attributes:
-        found: The moment and the place.
+        spot: The moment and the place.
         movement: Everyone near the place, while the shots last.
         around: What stands there.
         sun: Unit vector to the sun, (3,), or None.
@@ -90,7 +90,7 @@ class Scouting:
         meetings: Where roads cross at one height without a junction, (n, 3) [m].
     """
 
-    found: Busiest
+    spot: Busiest
     movement: Movement
     around: Outdoors
     sun: Floats | None
@@ -100,7 +100,7 @@ class Scouting:
     @property
     def subjects(self) -> Subjects:
         """Whom cameras are to see."""
-        return subjects_of(self.movement, self.found.place)
+        return subjects_of(self.movement, self.spot.place)
 
     def rated(self, poses: ViewPoses, *, margin: float) -> Floats:
         """Return how good poses are, (n,); 0 for eyes in something or too near to the ground.
@@ -121,7 +121,7 @@ class Scouting:
 
 def overview(scouting: Scouting) -> StandingEye:
     """Return a camera above the place that sees much of its traffic."""
-    place = scouting.found.place
+    place = scouting.spot.place
     spots = ring(place, azimuths=_azimuths("overview", 18), distances=(24.0, 32.0, 42.0))
     eyes = np.concatenate([_raised(spots, place, height, scouting) for height in _HEIGHTS])
     # Roads lead away behind the place, so that it may lie in the lower half of the picture.
@@ -145,7 +145,7 @@ def corner(scouting: Scouting) -> StandingEye | None:
 
     It never looks against the sun.
     """
-    place = scouting.found.place
+    place = scouting.spot.place
     spots = ring(place, azimuths=_azimuths("corner", 36), distances=_AWAY)
     near = scouting.around.off_road(spots) < _BESIDE
     spots = spots[near & ~scouting.around.on_road(spots, margin=_KERB)]
@@ -172,12 +172,12 @@ def corner(scouting: Scouting) -> StandingEye | None:
 
 def flight(scouting: Scouting) -> Flight | None:
     """Return a gentle descent along the main road or around the place, or None without room."""
-    found = scouting.found
-    if found.end - found.start < SHORTEST_FLIGHT:
+    spot = scouting.spot
+    if spot.end - spot.start < SHORTEST_FLIGHT:
         return None
     ways = _ways(scouting)
     # Rate each way by all of its key frames; one bad frame spoils a film.
-    place = found.place
+    place = spot.place
     eyes = np.concatenate(ways)
     aims = np.tile(place + np.array([0.0, 0.0, 1.0]), (len(eyes), 1))
     poses = ViewPoses(eyes, aims, _FOV)
@@ -187,13 +187,13 @@ def flight(scouting: Scouting) -> Flight | None:
     if chosen is None:
         return None
     way = ways[chosen]
-    times = np.linspace(found.start, found.end, len(way))
+    times = np.linspace(spot.start, spot.end, len(way))
     return Flight(times, way, aims[: len(way)], _FOV)
 
 
 def _ways(scouting: Scouting) -> list[Floats]:
     """Ways around the place, and along the roads that lead to it, (5, 3) [m] each."""
-    place = scouting.found.place
+    place = scouting.spot.place
     share = np.linspace(0.0, 1.0, 5)
     # Slow at the begin and at the end.
     along = eased(share)
@@ -216,7 +216,7 @@ def _ways(scouting: Scouting) -> list[Floats]:
 
 def _headings(scouting: Scouting) -> list[float]:
     """Directions in which most drive through the place, and against them [rad]."""
-    movement = scouting.movement.near(scouting.found.place, 40.0)
+    movement = scouting.movement.near(scouting.spot.place, 40.0)
     if not len(movement.yaws):
         return [0.0]
     bins = np.floor(np.mod(movement.yaws, np.pi) / (np.pi / 12.0)).astype(np.int64) % 12

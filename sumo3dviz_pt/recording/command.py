@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.motion import MARGIN
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, RecordOrder, SumoSettings, events
 from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS, replaced
@@ -78,30 +78,30 @@ def read_settings(path: Path) -> SumoSettings:
         raise InputError("does not exist; give a .sumocfg", file=path)
     if root_of(path) not in CONFIGURATION_ROOTS:
         raise InputError("is not a configuration of SUMO; give a .sumocfg", file=path)
-    given = _options(path)
-    if not given.get("net-file"):
+    options = _options(path)
+    if not options.get("net-file"):
         raise InputError("names no net-file, so there is nothing to simulate", file=path)
-    (network,) = _files(path, given["net-file"])[:1]
-    end = _seconds(path, given, "end")
+    (network,) = _files(path, options["net-file"])[:1]
+    end = _seconds(path, options, "end")
     return SumoSettings(
         path,
         network,
-        _files(path, given.get("route-files", "")),
-        _files(path, given.get("additional-files", "")),
-        _seconds(path, given, "begin") or 0.0,
+        _files(path, options.get("route-files", "")),
+        _files(path, options.get("additional-files", "")),
+        _seconds(path, options, "begin") or 0.0,
         None if end is None or end < 0.0 else end,
-        frozenset(given),
+        frozenset(options),
     )
 
 
 def _options(path: Path) -> Mapping[str, str]:
     """Return all options of a configuration by their long names."""
-    found: dict[str, str] = {}
+    options: dict[str, str] = {}
     roots = tuple(CONFIGURATION_ROOTS)
     for element in read_elements(path, root=roots, what="a configuration of SUMO"):
         value = element.text("value", element.text("v", ""))
-        found[_SYNONYMS.get(element.tag, element.tag)] = value
-    return found
+        options[_SYNONYMS.get(element.tag, element.tag)] = value
+    return options
 
 
 def _files(path: Path, names: str) -> tuple[Path, ...]:
@@ -109,13 +109,13 @@ def _files(path: Path, names: str) -> tuple[Path, ...]:
     return tuple(path.parent / replaced(name.strip()) for name in names.split(",") if name.strip())
 
 
-def _seconds(path: Path, given: Mapping[str, str], name: str) -> float | None:
+def _seconds(path: Path, options: Mapping[str, str], name: str) -> float | None:
     """Return a time, which SUMO also writes as days:hours:minutes:seconds [s]; None if not given.
 
     Raises:
         InputError: If it is no time.
     """
-    text = given.get(name, "").strip()
+    text = options.get(name, "").strip()
     if not text:
         return None
     try:
@@ -171,18 +171,18 @@ def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: st
     """
     extra, log = part / EVENTS, str((part / LOG).absolute())
     place = _place(order) if _is_placed(settings, order) else ""
-    write_whole(extra, events(str((part / SIGNALS).absolute()), place))
+    write_atomically(extra, events(str((part / SIGNALS).absolute()), place))
     additional = [*settings.additional, extra]
-    found = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
-    found += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
-    found += ["--fcd-output", log, "--fcd-output.acceleration", "true"]
-    found += ["--fcd-output.signals", "true", "--precision", _DIGITS]
+    words = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
+    words += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]
+    words += ["--fcd-output", log, "--fcd-output.acceleration", "true"]
+    words += ["--fcd-output.signals", "true", "--precision", _DIGITS]
     # The configuration may thin its own log.
-    found += ["--device.fcd.period", "0", "--no-step-log", "false", "--step-log.period", "10"]
+    words += ["--device.fcd.period", "0", "--no-step-log", "false", "--step-log.period", "10"]
     for name, value in _TAKEN_BACK.items():
-        found += [f"--{name}", value] if name in settings.given else []
-    found += [f"--{PEOPLE}", log] if PEOPLE in settings.given else []
-    return found + _whom(settings, order) + _where(settings, order, part) + _when(settings, order)
+        words += [f"--{name}", value] if name in settings.given else []
+    words += [f"--{PEOPLE}", log] if PEOPLE in settings.given else []
+    return words + _whom(settings, order) + _where(settings, order, part) + _when(settings, order)
 
 
 def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:
@@ -192,8 +192,8 @@ def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:
         people += ["--person-device.fcd.period", "0"]
     if order.follow is None:
         return ["--device.fcd.probability", "1", *people]
-    found = ["--device.fcd.probability", "0", "--device.fcd.explicit", order.follow]
-    return [*found, "--device.fcd.radius", f"{order.radius:g}", *people]
+    words = ["--device.fcd.probability", "0", "--device.fcd.explicit", order.follow]
+    return [*words, "--device.fcd.radius", f"{order.radius:g}", *people]
 
 
 def _is_placed(settings: SumoSettings, order: RecordOrder) -> bool:
@@ -203,33 +203,33 @@ def _is_placed(settings: SumoSettings, order: RecordOrder) -> bool:
 
 def _where(settings: SumoSettings, order: RecordOrder, part: Path) -> list[str]:
     """Return the place that is kept."""
-    found = []
+    words = []
     if _is_placed(settings, order):
-        found += [f"--{_SHAPES}", _PLACE]
+        words += [f"--{_SHAPES}", _PLACE]
     if _EDGES in settings.given:
         names = part / "edges.txt"
-        write_whole(names, "".join(f"edge:{name}\n" for name in edge_names(settings.network)))
-        found += [f"--{_EDGES}", str(names.absolute())]
-    return found
+        write_atomically(names, "".join(f"edge:{name}\n" for name in edge_names(settings.network)))
+        words += [f"--{_EDGES}", str(names.absolute())]
+    return words
 
 
 def _when(settings: SumoSettings, order: RecordOrder) -> list[str]:
     """Return the window that is kept, and the seed."""
-    found = []
+    words = []
     if order.start is not None:
         begin = max(order.start - MARGIN, settings.begin)
-        found += ["--device.fcd.begin", f"{begin:.12g}"]
+        words += ["--device.fcd.begin", f"{begin:.12g}"]
     if order.end is not None:
-        found += ["--end", f"{end_of(settings, order):.12g}"]
-    return found + (["--seed", str(order.seed)] if order.seed is not None else [])
+        words += ["--end", f"{end_of(settings, order):.12g}"]
+    return words + (["--seed", str(order.seed)] if order.seed is not None else [])
 
 
 def end_of(settings: SumoSettings, order: RecordOrder) -> float | None:
     """Return when the simulation ends [s]; None when nobody is left."""
     if order.end is None:
         return settings.end
-    asked = order.end + MARGIN
-    return asked if settings.end is None else min(asked, settings.end)
+    end = order.end + MARGIN
+    return end if settings.end is None else min(end, settings.end)
 
 
 def _place(order: RecordOrder) -> str:

@@ -17,7 +17,7 @@ from typing import IO, Any
 from xml.sax.saxutils import quoteattr
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
 
 _CONFIGURATION = "recording.sumocfg"
@@ -104,7 +104,7 @@ class Recorder:
         Args:
             step: Length of a step [s].
         """
-        domain, found = self._connection.vehicle, []
+        domain, rows = self._connection.vehicle, []
         ids = domain.getIDList()
         before, self._sideways = self._sideways, {}
         for id_ in ids:
@@ -113,8 +113,8 @@ class Recorder:
                 speed = self._sideways[id_] = domain.getLateralSpeed(id_)
                 change = (speed - before.get(id_, 0.0)) / step
                 more = {"accelerationLat": f"{change:.3f}"}
-            found.append(_vehicle(domain, id_, more, heights=self._has.heights))
-        return found
+            rows.append(_vehicle(domain, id_, more, heights=self._has.heights))
+        return rows
 
     def _note_signals(self, time: float) -> None:
         """Keep the signals that have changed."""
@@ -153,10 +153,10 @@ class Recorder:
         if self._lights is not None:
             _closed(self._lights, "tlsStates")
             self._part(SIGNALS).replace(self.folder / SIGNALS)
-            write_whole(self.folder / EVENTS, events(SIGNALS))
+            write_atomically(self.folder / EVENTS, events(SIGNALS))
         lit = self._lights is not None
         self._lights = None
-        write_whole(path, configuration(self._settings, self.folder, signals=lit))
+        write_atomically(path, configuration(self._settings, self.folder, signals=lit))
         return path
 
     def scene(self, **settings: Any) -> Any:

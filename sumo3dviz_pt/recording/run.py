@@ -26,8 +26,8 @@ from typing import IO
 from xml.sax.saxutils import unescape
 
 from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError
-from sumo3dviz_pt.files.atomic import whole, write_whole
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.files.atomic import atomic_path, write_atomically
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.recording.command import PEOPLE, arguments, end_of, read_settings
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
 from sumo3dviz_pt.recording.files import RecordOrder as RecordOrder
@@ -50,13 +50,13 @@ def keep_near(log: Path, name: str, *, radius: float) -> None:
     Raises:
         ConfigError: If no such vehicle is in the log.
     """
-    found = {"vehicle": False, "person": False, "container": False}
+    present = {"vehicle": False, "person": False, "container": False}
 
     def near(rows: list[str]) -> list[str]:
         known = [(row, _ROW.match(row)) for row in rows]
         users = [(row, match) for row, match in known if match is not None]
         own = {match[1]: match for _, match in users if _plain(match[2]) == name}
-        found.update(dict.fromkeys(own, True))
+        present.update(dict.fromkeys(own, True))
         if "vehicle" not in own:
             return []
         x, y = _place(own["vehicle"])
@@ -64,8 +64,8 @@ def keep_near(log: Path, name: str, *, radius: float) -> None:
         return [row for row, (e, n) in places if (e - x) ** 2 + (n - y) ** 2 <= radius**2]
 
     _rewrite(log, near)
-    if not found["vehicle"]:
-        kind = next((kind for kind, there in found.items() if there), None)
+    if not present["vehicle"]:
+        kind = next((kind for kind, there in present.items() if there), None)
         why = "" if kind is None else f"; it is a {kind}, and only a vehicle can be followed"
         raise ConfigError(f"no vehicle {name!r} drives in this window{why}", key="follow")
 
@@ -91,7 +91,7 @@ def _place(row: re.Match[str]) -> tuple[float, float]:
 
 def _rewrite(log: Path, keep: Keep) -> None:
     """Write a log again, with some rows of each step."""
-    with whole(log) as part, gzip.open(part, "wt", encoding="utf-8", newline="\n") as out:
+    with atomic_path(log) as part, gzip.open(part, "wt", encoding="utf-8", newline="\n") as out:
         out.write("<fcd-export>\n")
         for time, rows in _near_steps(log):
             out.write(f'    <timestep time="{time}">\n{"".join(keep(rows))}    </timestep>\n')
@@ -125,14 +125,14 @@ _KINDS = 12
 """Kinds of warnings that are told; a broken simulation has hundreds."""
 
 
-def pass_on(said: str) -> None:
+def pass_on(output: str) -> None:
     """Log the warnings among what SUMO has printed.
 
     Args:
-        said: All of it.
+        output: All of it.
     """
     kinds: dict[str, list[str]] = {}
-    for text in _warnings(said):
+    for text in _warnings(output):
         kinds.setdefault(_NAMES.sub("", text), []).append(text)
     for same in list(kinds.values())[:_KINDS]:
         many = len(same) - 1
@@ -143,15 +143,15 @@ def pass_on(said: str) -> None:
         log.warning("SUMO warns of more: %d times, of %d kinds", rest, len(kinds) - _KINDS)
 
 
-def _warnings(said: str) -> list[str]:
+def _warnings(output: str) -> list[str]:
     """Return the warnings; one that goes on in an indented line is one."""
-    found: list[str] = []
-    for line in said.splitlines():
+    warnings: list[str] = []
+    for line in output.splitlines():
         if line.startswith(_HEAD):
-            found.append(line.removeprefix(_HEAD).strip())
-        elif found and line[:1].isspace() and line.strip():
-            found[-1] += f" {line.strip()}"
-    return [text for text in found if not text.startswith(_OF_INSTALLATION)]
+            warnings.append(line.removeprefix(_HEAD).strip())
+        elif warnings and line[:1].isspace() and line.strip():
+            warnings[-1] += f" {line.strip()}"
+    return [text for text in warnings if not text.startswith(_OF_INSTALLATION)]
 
 
 _STEP = re.compile(rb"Step #(\d+(?:\.\d+)?)")
@@ -176,12 +176,12 @@ def record(path: Path, order: RecordOrder) -> tuple[Path, ...]:
     program = sumo_program()
     target = order.folder / path.name
     _check_place(order, target, path)
-    kept = _kept(settings, order, program)
-    write_whole(target, configuration(settings, order.folder, signals=len(kept) > 1))
-    return (target, *kept)
+    files = _simulated(settings, order, program)
+    write_atomically(target, configuration(settings, order.folder, signals=len(files) > 1))
+    return (target, *files)
 
 
-def _kept(settings: SumoSettings, order: RecordOrder, program: str) -> list[Path]:
+def _simulated(settings: SumoSettings, order: RecordOrder, program: str) -> list[Path]:
     """Run a simulation and keep its logs; a folder that was not there goes if that fails."""
     new = not order.folder.exists()
     order.folder.mkdir(parents=True, exist_ok=True)
@@ -208,14 +208,14 @@ def _recorded(settings: SumoSettings, order: RecordOrder, program: str) -> list[
         elif PEOPLE in settings.given:
             join_steps(log)
         _check_log(log, settings)
-        kept = [order.folder / LOG]
-        log.replace(kept[0])
+        files = [order.folder / LOG]
+        log.replace(files[0])
         signals = part / f"{prefix}{SIGNALS}"
         if signals.is_file():
-            kept += [order.folder / SIGNALS, order.folder / EVENTS]
-            signals.replace(kept[1])
-            write_whole(kept[2], events(SIGNALS))
-    return kept
+            files += [order.folder / SIGNALS, order.folder / EVENTS]
+            signals.replace(files[1])
+            write_atomically(files[2], events(SIGNALS))
+    return files
 
 
 def sumo_program() -> str:
@@ -228,13 +228,13 @@ def sumo_program() -> str:
     homes = [*(spec.submodule_search_locations or ())] if spec is not None else []
     homes += [os.environ["SUMO_HOME"]] if "SUMO_HOME" in os.environ else []
     for home in homes:
-        found = shutil.which("sumo", path=str(Path(home) / "bin"))
-        if found is not None:
-            return found
-    found = shutil.which("sumo")
-    if found is None:
+        program = shutil.which("sumo", path=str(Path(home) / "bin"))
+        if program is not None:
+            return program
+    program = shutil.which("sumo")
+    if program is None:
         raise InstallationError("there is no SUMO here; install it with: pip install eclipse-sumo")
-    return found
+    return program
 
 
 def _run(command: Sequence[str], settings: SumoSettings, order: RecordOrder) -> None:
@@ -256,12 +256,12 @@ def _run(command: Sequence[str], settings: SumoSettings, order: RecordOrder) -> 
                 process.kill()
                 raise
         errors.seek(0)
-        said = errors.read().decode("utf-8", errors="replace")
+        text = errors.read().decode("utf-8", errors="replace")
     if process.returncode != 0:
-        faults = [line.strip() for line in said.splitlines() if "rror" in line]
+        faults = [line.strip() for line in text.splitlines() if "rror" in line]
         why = " ".join(faults[:2]) or f"it ended with code {process.returncode}"
         raise InputError(f"SUMO stopped: {why}", file=settings.path)
-    pass_on(said)
+    pass_on(text)
 
 
 def _steps(stream: IO[bytes]) -> Iterator[float]:
@@ -269,9 +269,9 @@ def _steps(stream: IO[bytes]) -> Iterator[float]:
     rest = b""
     while chunk := stream.read1(4096):  # type: ignore[attr-defined]
         rest += chunk
-        found = list(_STEP.finditer(rest))
-        yield from (float(step[1]) for step in found)
-        rest = rest[found[-1].end() :] if found else rest[-64:]
+        steps = list(_STEP.finditer(rest))
+        yield from (float(step[1]) for step in steps)
+        rest = rest[steps[-1].end() :] if steps else rest[-64:]
 
 
 def _remove(settings: SumoSettings, prefix: str) -> None:

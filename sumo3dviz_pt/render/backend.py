@@ -65,10 +65,10 @@ def watched(variant: str) -> Iterator[None]:
     if not traces_by_optix(variant):
         yield
         return
-    said: list[bytes] = []
-    with overheard(said):
+    heard: list[bytes] = []
+    with overheard(heard):
         yield
-    if _DISABLED in b"".join(said):
+    if _DISABLED in b"".join(heard):
         raise RenderError(f"{variant} did not trace all rays: the picture would be false")
 
 

@@ -73,9 +73,9 @@ def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int)
     # As a constant it would be part of the code, and each frame would compile a kernel.
     number = own if "scalar" in mi.variant() else dr.opaque(mi.UInt32, own)
     image = mi.render(scene, integrator=integrator.plugin, sensor=sensor, spp=spp, seed=number)
-    found = np.array(image, dtype=np.float32)
+    values = np.array(image, dtype=np.float32)
     settle(sensor)
-    return integrator.channels.layers(found)
+    return integrator.channels.layers(values)
 
 
 def settle(sensor: Any) -> None:

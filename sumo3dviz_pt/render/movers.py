@@ -546,10 +546,10 @@ def wind_of(frame: FrameState) -> Wind | None:
 
 def windswept(data: SceneData) -> list[WindsweptMesh]:
     """Make the meshes of all parts that wind moves."""
-    found: list[WindsweptMesh] = []
+    meshes: list[WindsweptMesh] = []
     for part in data.static:
         if part.id in data.swaying:
             (merged,) = merged_meshes([part.part], data.materials)
             sway = Sway(merged.mesh, data.swaying[part.id])
-            found.append(WindsweptMesh(f"windswept_{len(found)}", merged, sway))
-    return found
+            meshes.append(WindsweptMesh(f"windswept_{len(meshes)}", merged, sway))
+    return meshes

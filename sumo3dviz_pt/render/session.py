@@ -35,7 +35,7 @@ from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.passes.samples import Tally, frame_seed, report
 from sumo3dviz_pt.render.settings import AfterPass, Clock, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
-from sumo3dviz_pt.render.sky.baked import SkyMap, kept_sky, sky_light
+from sumo3dviz_pt.render.sky.baked import SkyMap, cached_sky, sky_light
 from sumo3dviz_pt.render.sky.weathered import (
     WeatheredSky,
     sky_entry,
@@ -54,14 +54,14 @@ class PixelFacts:
     """What one place of each pixel shows.
 
     Attributes:
-        found: What was asked for, by the names of `RAYS` in `render/kernel/integrator.py`, as
+        layers: What was asked for, by the names of `RAYS` in `render/kernel/integrator.py`, as
             arrays (h, w) or (h, w, c).
         owner: Number at each pixel of the thing that stands, or the part of what moves, (h, w);
             0 where there is none. None where nobody asked for `OWNERS`.
         owners: Names of all numbers.
     """
 
-    found: Mapping[str, Any]
+    layers: Mapping[str, Any]
     owner: Ints | None = None
     owners: Owners | None = None
 
@@ -90,12 +90,12 @@ def facts_of(
     """
     sensor, frame = loaded.scene.sensors()[0], loaded.frame
     assert frame is not None, "show a frame first"
-    found = kernel.met_through(sensor, frame.view, wanted, at)
+    facts = kernel.met_through(sensor, frame.view, wanted, at)
     if not {*OWNERS} <= {*wanted}:
-        return PixelFacts(found)
+        return PixelFacts(facts)
     owners = owners or kernel.owners(loaded)
-    owner = owners.of(found["depth"], found["face"], found["instance"])
-    return PixelFacts(found, owner, owners)
+    owner = owners.of(facts["depth"], facts["face"], facts["instance"])
+    return PixelFacts(facts, owner, owners)
 
 
 def points_of(facts: PixelFacts, frame: FrameState, size: tuple[int, int]) -> Floats:
@@ -108,7 +108,7 @@ def points_of(facts: PixelFacts, frame: FrameState, size: tuple[int, int]) -> Fl
         frame: That was shown.
         size: Width, height [px].
     """
-    return np.asarray(frame.view.points(facts.found["depth"], size))
+    return np.asarray(frame.view.points(facts.layers["depth"], size))
 
 
 def carried(
@@ -138,17 +138,17 @@ def carried(
         if then is None:
             known[here] = False
         elif loaded.takes_poses(before[name]):
-            face = facts.found["face"][here]
+            face = facts.layers["face"][here]
             own = facts.owners.own_faces(face)
-            moved[here] = loaded.place_on(then, own, facts.found["corners"][here])
+            moved[here] = loaded.place_on(then, own, facts.layers["corners"][here])
         else:
             step = then.world_from_body.matrix @ np.linalg.inv(before[name].world_from_body.matrix)
             moved[here] = points[here] @ step[:3, :3].T + step[:3, 3]
     for name, (first, faces) in facts.owners.windswept.items():
-        plants, face = loaded.plants(name), facts.found["face"].astype(np.int64) - first
-        here = (face >= 0) & (face < faces) & (facts.found["depth"] > 0.0)
+        plants, face = loaded.plants(name), facts.layers["face"].astype(np.int64) - first
+        here = (face >= 0) & (face < faces) & (facts.layers["depth"] > 0.0)
         if plants is not None and here.any():
-            moved[here] = plants.place_on(frames[1], face[here], facts.found["corners"][here])
+            moved[here] = plants.place_on(frames[1], face[here], facts.layers["corners"][here])
     return moved, known
 
 
@@ -253,7 +253,7 @@ class Session:
     def _sky_of(self, weather: Weather | None) -> SkyMap:
         """Return the sky of a frame's weather, and tell the scene of its air."""
         if self._weathered is None or weather is None:
-            return kept_sky(self.data.sky)
+            return cached_sky(self.data.sky)
         sky, self.loaded.veil = self._weathered.at(weather)
         return sky
 
@@ -286,8 +286,8 @@ class Session:
             RenderError: If the frame cannot be rendered or holds too many NaNs.
         """
         samples = self.samples(frame, after_pass=after_pass)
-        found = samples.layers | {"radiance": self.finish(samples, frame)}
-        layers = Layers({name: found[name] for name in self.settings.layers})
+        every = samples.layers | {"radiance": self.finish(samples, frame)}
+        layers = Layers({name: every[name] for name in self.settings.layers})
         return Rendered(layers, samples.tally, dict(self.clock.seconds), samples.movers)
 
     def samples(self, frame: FrameState, *, after_pass: AfterPass | None = None) -> Samples:
@@ -300,21 +300,21 @@ class Session:
             seed = frame_seed(self.settings.seed, frame.time)
             assert self._tracer is not None, "the session was closed"
             with watched(self.backend.variant):
-                found, passes, movers = self._traced(frame, seed, after_pass)
+                layers, passes, movers = self._traced(frame, seed, after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:.12g} s: {error}"
             ) from error
         shown, variant = self.loaded.frame, self.backend.variant
-        if traces_by_optix(variant) and shown is not None and "ids" in found:
-            check_movers(self.loaded.scene, shown, found["ids"], variant=variant)
+        if traces_by_optix(variant) and shown is not None and "ids" in layers:
+            check_movers(self.loaded.scene, shown, layers["ids"], variant=variant)
         report(passes.tally, frame.time)
-        kept, lost = passes.means()
-        mean, glow = passes.mean(), found.get("glow")
+        within, lost = passes.means()
+        mean, glow = passes.mean(), layers.get("glow")
         if glow is not None:
             lost, mean = lost + glow, mean + glow
-        means = {"capped": kept, "lost": lost, "radiance": mean}
-        return Samples(found | means, passes.tally, movers)
+        means = {"capped": within, "lost": lost, "radiance": mean}
+        return Samples(layers | means, passes.tally, movers)
 
     def _traced(self, frame: FrameState, seed: int, after_pass: AfterPass | None) -> Traced:
         """Trace a frame, at one moment or at all of its exposure.
@@ -455,12 +455,12 @@ class Session:
             self.loaded.drop()
         self.loaded.apart = apart
         self._tracer = self._by_path() if ours is None else ours
-        found = by_path.PICTURE | set(self._tracer.finds)
+        names = by_path.PICTURE | set(self._tracer.finds)
         for name in self.settings.layers:
-            if name not in found:
+            if name not in names:
                 raise ConfigError(
                     f"layer {name!r} cannot be traced with this scene, quality and variant"
-                    f" ({self.backend.variant}){did_you_mean(name, found)}"
+                    f" ({self.backend.variant}){did_you_mean(name, names)}"
                 )
 
     def _by_path(self) -> ByPath:

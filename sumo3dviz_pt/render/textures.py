@@ -393,8 +393,8 @@ class Untiled:
 
     def _share(self, wear: Any, relief: Any, noise: Any) -> Any:
         """Return the share of paint that is left; it goes first where stones stand out."""
-        kept = 1.25 * wear.y - 0.12 * relief + noise - 0.42
-        return dr.select(wear.y > 0.0, dr.clip(kept * (1.0 / 0.4), 0.0, 1.0), 0.0)
+        painted = 1.25 * wear.y - 0.12 * relief + noise - 0.42
+        return dr.select(wear.y > 0.0, dr.clip(painted * (1.0 / 0.4), 0.0, 1.0), 0.0)
 
     def _worn(self, si: Any, colour: Any, *, relief: Any, noise: Any, active: Any) -> Any:
         """Return a colour with its wear and paint."""
@@ -408,8 +408,8 @@ class Untiled:
         loss = 0.14 * noise + 0.22 * flakes.noise(3) + 0.16 * blots.noise(5)
         dirt = 1.0 + 0.035 * relief + 0.09 * noise + 0.05 * blots.noise(5)
         paint = (white + wear.z * (yellow - white)) * dirt
-        kept = self._share(wear, relief, loss) * (1.0 - 0.9 * crack)
-        return dr.lerp(colour, paint, kept) * wear.x * (1.0 - 0.45 * crack)
+        share = self._share(wear, relief, loss) * (1.0 - 0.9 * crack)
+        return dr.lerp(colour, paint, share) * wear.x * (1.0 - 0.45 * crack)
 
 
 UNTILED = "untiled"
@@ -495,7 +495,7 @@ def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:
     words = [item for item in bsdf.values() if isinstance(item, Mapping)]
     if bsdf.get("type") == UNTILED and bsdf.get("wear"):
         return bsdf
-    return next((found for word in words if (found := _wearing(word)) is not None), None)
+    return next((wearing for word in words if (wearing := _wearing(word)) is not None), None)
 
 
 _PYRAMIDS: WeakValueDictionary[str, Pyramid] = WeakValueDictionary()

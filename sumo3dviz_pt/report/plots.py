@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.image.metrics import flip_map
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.report.convergence.table import (
@@ -57,7 +57,7 @@ def save_figure(figure: Any, path: Path) -> None:
     JPEG is for maps of whole pictures, which take more than twice as much as PNG.
     """
     kind = _JPEG if path.suffix == ".jpg" else _PNG
-    with whole(path) as part:
+    with atomic_path(path) as part:
         figure.savefig(part, dpi=DPI, **kind)
 
 

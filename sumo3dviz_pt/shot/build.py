@@ -44,7 +44,7 @@ from sumo3dviz_pt.shot.road_users import (
 )
 from sumo3dviz_pt.shot.tracks import on_tracks, on_what_is_drawn, ruts, wheel_tracks
 from sumo3dviz_pt.world.build import World
-from sumo3dviz_pt.world.kept import place_around
+from sumo3dviz_pt.world.cache import place_around
 from sumo3dviz_pt.world.rails.crossings import Railway
 from sumo3dviz_pt.world.roads.layout import RoadOwners
 from sumo3dviz_pt.world.signals.signals import Signals

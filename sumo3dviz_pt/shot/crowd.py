@@ -303,7 +303,7 @@ def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Fl
     # Hand out the slots, each road user's finest level first.
     detailed, distant = Counter(slots.detailed), Counter(slots.far)
     levels_found = ("full", "near", "far", "lettered")
-    found = {level: np.zeros_like(choice.near) for level in levels_found}
+    masks = {level: np.zeros_like(choice.near) for level in levels_found}
     wanted = choice.near | choice.full | choice.far
     for k in sorted(np.flatnonzero(wanted[:, 0]).tolist(), key=lambda k: float(distances[k])):
         body = bodies[k]
@@ -316,13 +316,13 @@ def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Fl
             needed = Counter(names)
             if needed <= room:
                 room.subtract(needed)
-                found[level][k] = True
+                masks[level][k] = True
                 wished = Counter(body.letters if choice.lettered[k, 0] and level != "far" else ())
                 if wished and wished <= detailed:
                     detailed.subtract(wished)
-                    found["lettered"][k] = True
+                    masks["lettered"][k] = True
                 break
-    return Choice(**found)
+    return Choice(**masks)
 
 
 def lengths_of(bodies: Sequence[Drawn]) -> Floats:
@@ -433,9 +433,9 @@ def _coarse_enough(
     prototypes: Mapping[str, Prototype], slots: Mapping[str, int]
 ) -> dict[str, Prototype]:
     """The same bodies with stand-ins so coarse that all of them keep their budget."""
-    found = dict(prototypes)
+    bodies = dict(prototypes)
     for cell in _CELLS:
-        total = sum(count * _far_triangles(found[name]) for name, count in slots.items())
+        total = sum(count * _far_triangles(bodies[name]) for name, count in slots.items())
         if total <= FAR_TRIANGLES:
             break
         for name in slots:
@@ -445,8 +445,8 @@ def _coarse_enough(
                 meshes = clustered_body([part.mesh for part in whole.far], cell)
                 parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
                 far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
-                found[name] = replace(whole, far=far or whole.far)
-    return found
+                bodies[name] = replace(whole, far=far or whole.far)
+    return bodies
 
 
 def _far_triangles(prototype: Prototype) -> int:

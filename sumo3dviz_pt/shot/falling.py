@@ -85,8 +85,8 @@ def spray(
     if not each:
         return Puffs()
     at, radii, depths = (np.concatenate(column) for column in zip(*each, strict=True))
-    kept = depths > 1e-4
-    return Puffs(at[kept], radii[kept], depths[kept])
+    ahead = depths > 1e-4
+    return Puffs(at[ahead], radii[ahead], depths[ahead])
 
 
 def _plume(
@@ -249,9 +249,9 @@ def nearest(glows: Sequence[Glows], view: View) -> Glows:
         )
     )
     share = _shares(whole.at, whole.intensity, view, MOST_GLOWS)
-    kept = np.flatnonzero(share > 0.0)
-    intensity = whole.intensity[kept] * share[kept, None]
-    return Glows(whole.at[kept], whole.axes[kept], intensity, whole.lobes[kept])
+    near = np.flatnonzero(share > 0.0)
+    intensity = whole.intensity[near] * share[near, None]
+    return Glows(whole.at[near], whole.axes[near], intensity, whole.lobes[near])
 
 
 def throws(
@@ -281,18 +281,18 @@ def throws(
     placed = np.array(frames)
     intensity = np.array(powers)[:, None] * np.array(lights.beam.intensity)
     share = _shares(placed[:, :3, 3], intensity, view, MOST_THROWS)
-    kept = np.flatnonzero(share > 0.0)
+    near = np.flatnonzero(share > 0.0)
     pattern = _coarse(lights.beam)
     edge = float(np.tan(lights.beam.half_angle))
-    return Throws(placed[kept], intensity[kept] * share[kept, None], pattern, edge)
+    return Throws(placed[near], intensity[near] * share[near, None], pattern, edge)
 
 
 def _coarse(beam: Beam) -> Floats:
     """Return a beam's pattern with fewer rows and columns."""
     block = max(1, len(beam.pattern) // _PATTERN)
     count = len(beam.pattern) // block
-    kept = np.asarray(beam.pattern[: count * block, : count * block], dtype=np.float64)
-    return np.asarray(kept.reshape(count, block, count, block).mean(axis=(1, 3)))
+    whole_blocks = np.asarray(beam.pattern[: count * block, : count * block], dtype=np.float64)
+    return np.asarray(whole_blocks.reshape(count, block, count, block).mean(axis=(1, 3)))
 
 
 def _shares(at: Floats, intensity: Floats, view: View, most: int) -> Floats:
@@ -357,8 +357,8 @@ class Flying:
         if course is None or not (course.has_falling() or course.is_wet):
             return None
         standing = tuple(Standing.of(lamps) for lamps in data.lamps if lamps.sampled)
-        said = job.weather
-        strength = None if said is None or said.rain is None else said.rain.streaks
+        weather = job.weather
+        strength = None if weather is None or weather.rain is None else weather.rain.streaks
         return cls(
             course,
             data,

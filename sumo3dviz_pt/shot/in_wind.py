@@ -93,21 +93,21 @@ def in_wind(
     plants = _plants(part for part in static if part.id in runs)
     far = _MOVES * strength_of(weather.strongest_wind)
     shares = _moving(plants, camera_path, far / (_SEEN * _pixel_angle(camera_path, pixels)))
-    kept: list[StaticPart] = []
+    parts: list[StaticPart] = []
     swaying: dict[str, Swaying] = {}
     for part in static:
         own = runs.get(part.id, [])
         moving = [run for run in own if shares.get(run.plant, 0.0) > 0.0]
         if not moving:
-            kept.append(part)
+            parts.append(part)
             continue
         still = [run for run in own if shares.get(run.plant, 0.0) <= 0.0]
-        kept += [replace(part, part=_some(part.part, still))] if still else []
+        parts += [replace(part, part=_some(part.part, still))] if still else []
         windy = replace(part, id=f"{part.id}/wind", part=_some(part.part, moving))
-        kept.append(windy)
+        parts.append(windy)
         leaves = part.part.material == "leaf"
         swaying[windy.id] = _swaying(moving, plants, shares, seed, leaves=leaves)
-    return Windswept(tuple(kept), swaying)
+    return Windswept(tuple(parts), swaying)
 
 
 def _runs(mesh: Mesh) -> Iterator[_Run]:

@@ -114,9 +114,9 @@ def pick(
     hit = near_by & (enter <= leave) & (enter <= distance + slack)
     seen = hit & (leave + slack >= distance)
     # Take the nearest of the best kind of hit.
-    for found, depths in ((seen, enter), (hit, enter), (near_by, widely)):
-        if found.any():
-            first = int(np.argmin(np.where(found, depths, np.inf)))
+    for mask, depths in ((seen, enter), (hit, enter), (near_by, widely)):
+        if mask.any():
+            first = int(np.argmin(np.where(mask, depths, np.inf)))
             return fleet.trajectories[int(boxes.users[first])].key
     return None
 

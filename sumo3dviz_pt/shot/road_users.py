@@ -127,12 +127,12 @@ def shutter_of(settings: CameraSettings, step: float) -> Shutter:
         settings: Of the camera.
         step: From a frame to the next [s].
     """
-    said = settings.shutter
-    if said is None:
+    shutter = settings.shutter
+    if shutter is None:
         return INSTANT
-    span = said.span(step)
-    moments = said.moments if span > 0.0 or said.rolling > 0.0 else 1
-    return Shutter(0.0, span, moments, said.rolling)
+    span = shutter.span(step)
+    moments = shutter.moments if span > 0.0 or shutter.rolling > 0.0 else 1
+    return Shutter(0.0, span, moments, shutter.rolling)
 
 
 def focus_target(settings: CameraSettings) -> str | None:
@@ -286,7 +286,7 @@ def users_in_view(
     slack = _SLACK + _SWERVE * scenario.traffic.step
     reach = np.array([crowd.reach(kind.length) + slack for kind in types]).reshape(-1, 1)
     ridden = {rider.id for rider in riders}
-    found = np.array([trace.id in ridden for trace in traces], dtype=np.bool_)
+    mask = np.array([trace.id in ridden for trace in traces], dtype=np.bool_)
     for first in range(0, len(traces), _CHUNK):
         part = slice(first, first + _CHUNK)
         for frames in crowd.chunks(len(moments)):
@@ -294,8 +294,8 @@ def users_in_view(
             seen = in_view(camera_path.slice(frames), places, radius=reach[part])
             away = np.linalg.norm(places - camera_path.slice(frames).positions, axis=-1)
             near = away < crowd.FAR_END + reach[part]
-            found[part] |= (seen & near).any(axis=1)
-    return found
+            mask[part] |= (seen & near).any(axis=1)
+    return mask
 
 
 def _places(traces: Sequence[Trace], times: Floats) -> Floats:

@@ -123,12 +123,12 @@ def _unit_parts(unit: Unit, level: str) -> list[Part]:
         parts = unit.prototype.far if level == "far" else unit.prototype.parts
         return [Part(place.mesh(part.mesh), part.material, part.tint) for part in parts]
     made = full_bodies([unit])
-    found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.full].parts]
+    pieces = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.full].parts]
     for wheel in unit.wheels:
         back = (wheel.at[1] < 0.0) != wheel.reversed
         turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if back else 0.0)
-        found += [Part(turned.mesh(p.mesh), p.material) for p in made[unit.wheel].parts]
-    return found
+        pieces += [Part(turned.mesh(p.mesh), p.material) for p in made[unit.wheel].parts]
+    return pieces
 
 
 def _joint_parts(unit: Unit, level: str) -> list[Part]:

@@ -221,9 +221,9 @@ def _sides(middle: Floats) -> list[tuple[Floats, Floats]]:
         middle: Of the lane, (n, 2) [m].
     """
     steps = np.hypot(*np.diff(middle, axis=0).T)
-    kept = np.flatnonzero(steps > _SHORTEST)
-    counts = np.ceil(steps[kept] / _RUTS_PIECE).astype(np.int64)
-    row = np.repeat(kept, counts)
+    long = np.flatnonzero(steps > _SHORTEST)
+    counts = np.ceil(steps[long] / _RUTS_PIECE).astype(np.int64)
+    row = np.repeat(long, counts)
     number = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
     along = np.diff(middle, axis=0)[row] / steps[row, None]
     across = TRACK_PLACE * np.column_stack([-along[:, 1], along[:, 0]])

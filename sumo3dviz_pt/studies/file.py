@@ -37,23 +37,23 @@ _SERVICES: Mapping[str, str | None] = {
 """Where the kinds of endpoints listen, unless the study file says it."""
 
 
-_ASKED = ("text", "choice", "low", "high", "none")
+_PARTS = ("text", "choice", "low", "high", "none")
 """Words of a question that a language has, where the study file has none of its own."""
 
 
 def words_of(settings: StudySettings) -> Words:
     """Return what people are asked, in the language of the study."""
-    asked, about = settings.question, settings.about
+    question, about = settings.question, settings.about
     usual = texts_of(settings).question
-    own = {key: usual[key] if (said := getattr(asked, key)) is None else said for key in _ASKED}
+    own = {key: usual[key] if (text := getattr(question, key)) is None else text for key in _PARTS}
     return Words(
         question=own["text"],
         choice=own["choice"],
-        answers=asked.answers,
+        answers=question.answers,
         low=own["low"],
         high=own["high"],
         none=own["none"],
-        language=asked.language,
+        language=question.language,
         title=about.title,
         description=about.description,
         authors=about.authors,
@@ -72,15 +72,15 @@ def session_of(settings: StudySettings, folder: Path) -> StudySession:
     Raises:
         ConfigError: If there are no such texts or forms, or jsPsych is not where it is copied from.
     """
-    texts, asked = texts_of(settings), settings.session
+    texts, session = texts_of(settings), settings.session
     pressed = settings.question.during
     return StudySession(
         texts=texts.page,
-        consent=asked.consent,
+        consent=session.consent,
         before=_forms(texts, settings, "before"),
         after=_forms(texts, settings, "after"),
-        practice=asked.practice,
-        attention=asked.attention,
+        practice=session.practice,
+        attention=session.attention,
         during=None if pressed is None else During(**pressed.model_dump()),
         endpoint=_endpoint(settings.tools.endpoint),
         offline=_offline(settings, folder),
@@ -95,9 +95,9 @@ def texts_of(settings: StudySettings) -> LanguageSettings:
     """
     language, file = settings.question.language, settings.session.texts
     ours = own_texts()
-    found = LanguageSettings.model_validate(ours.get(language, {}))
+    texts = LanguageSettings.model_validate(ours.get(language, {}))
     if file is not None:
-        found = _over(found, _read(file, language))
+        texts = _over(texts, _read(file, language))
     elif language not in ours:
         raise ConfigError(
             f"there are no texts in {language!r}, only in {' and '.join(ours)}; write them into a"
@@ -105,13 +105,13 @@ def texts_of(settings: StudySettings) -> LanguageSettings:
             key="question.language",
         )
     for part in ("page", "question"):
-        missing = [key for key in ours["en"][part] if key not in getattr(found, part)]
+        missing = [key for key in ours["en"][part] if key not in getattr(texts, part)]
         if missing:
             raise ConfigError(
                 f"{file} lacks texts in {language!r}: {part}: {', '.join(missing)}",
                 key="session.texts",
             )
-    return found
+    return texts
 
 
 def _over(below: LanguageSettings, above: LanguageSettings) -> LanguageSettings:
@@ -167,12 +167,12 @@ def _form(name: str, form: FormSettings) -> Form:
     return Form(name, items, form.answers, form.low, form.high, form.intro)
 
 
-def _endpoint(asked: EndpointSettings | None) -> Mapping[str, str | None] | None:
+def _endpoint(endpoint: EndpointSettings | None) -> Mapping[str, str | None] | None:
     """Return where answers are sent."""
-    if asked is None:
+    if endpoint is None:
         return None
-    url = asked.url if asked.url is not None else _SERVICES[asked.kind]
-    return {"kind": asked.kind, "url": url, "experiment": asked.experiment}
+    url = endpoint.url if endpoint.url is not None else _SERVICES[endpoint.kind]
+    return {"kind": endpoint.kind, "url": url, "experiment": endpoint.experiment}
 
 
 def _offline(settings: StudySettings, folder: Path) -> Path | None:
@@ -218,11 +218,11 @@ class StudyFile:
     @property
     def ranks(self) -> Ranks:
         """How good the levels of each factor are; empty where the study says nothing of it."""
-        found = [
+        ranked = [
             None if each.better is None else _ranked(tuple(each.levels), each.better)
             for each in self.settings.factors.values()
         ]
-        return found if any(found) else ()
+        return ranked if any(ranked) else ()
 
     @contextmanager
     def blamed(self, *path: str | int) -> Iterator[None]:
@@ -363,8 +363,8 @@ def study_schema_text() -> str:
 
 def _scene_keys() -> Node:
     """Return the keys of scene files with their meanings; a patch may hold a part of a value."""
-    found = Job.model_json_schema()["properties"]
-    return {key: {"description": node.get("description", key)} for key, node in found.items()}
+    properties = Job.model_json_schema()["properties"]
+    return {key: {"description": node.get("description", key)} for key, node in properties.items()}
 
 
 def _loosen(schema: Node) -> None:

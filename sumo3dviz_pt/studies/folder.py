@@ -34,7 +34,7 @@ from typing import Any
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError, InputError, cut
-from sumo3dviz_pt.files.atomic import open_plain, whole, write_whole
+from sumo3dviz_pt.files.atomic import atomic_path, open_plain, write_atomically
 from sumo3dviz_pt.job.settings import Job, ScenarioSettings
 from sumo3dviz_pt.job.study import TableSettings
 from sumo3dviz_pt.library.vehicles.user_mesh import companions
@@ -71,7 +71,7 @@ def write_study_inputs(folder: Path, plan: StudyPlan, *, variant: str) -> list[P
     texts = {**resolved(plan, places), README: _readme(plan, variant)}
     for name, text in texts.items():
         if not _holds(target / name, text):
-            write_whole(target / name, text)
+            write_atomically(target / name, text)
     return [target / name for name in (*texts, *map(str, places.files.values()))]
 
 
@@ -116,16 +116,16 @@ class Places:
         """Return where the files of a plan go."""
         groups = list(_groups(plan))
         tops = _tops(groups)
-        found: dict[Path, PurePosixPath] = {}
+        located: dict[Path, PurePosixPath] = {}
         for group in groups:
             top = next(top for top in tops if _shelters(top, _root(group)))
             below = {path: path.relative_to(top).parts for path in group}
-            found |= {path: PurePosixPath(tops[top], *parts) for path, parts in below.items()}
-        for path, place in found.items():
-            if _rooted(path, found):  # with relative paths it is another file
-                found[path] = place.with_name(f"{place.stem}_relative{place.suffix}")
-        plain = {path: place for path, place in sorted(found.items()) if path.is_file()}
-        return cls(plain, {path: place for path, place in found.items() if path.is_dir()})
+            located |= {path: PurePosixPath(tops[top], *parts) for path, parts in below.items()}
+        for path, place in located.items():
+            if _rooted(path, located):  # with relative paths it is another file
+                located[path] = place.with_name(f"{place.stem}_relative{place.suffix}")
+        plain = {path: place for path, place in sorted(located.items()) if path.is_file()}
+        return cls(plain, {path: place for path, place in located.items() if path.is_dir()})
 
     def moved(self, value: Any, base: Path) -> Any:
         """Return settings in which words that name these files name them where they go.
@@ -158,8 +158,8 @@ def _groups(plan: StudyPlan) -> Iterator[frozenset[Path]]:
         if job.scenario not in known:
             known[job.scenario] = files = scenario_files(job)
             if place is not None:
-                found = {path for some in by_role(files).values() for path in some}
-                yield _whole([place, *found - {*_named(job)}, *files_behind(place)])
+                grouped = {path for some in by_role(files).values() for path in some}
+                yield _whole([place, *grouped - {*_named(job)}, *files_behind(place)])
         for path in files_of(job, known[job.scenario]):
             if path.is_file():
                 yield _whole([path, *companions(path)])
@@ -172,10 +172,10 @@ def _groups(plan: StudyPlan) -> Iterator[frozenset[Path]]:
 
 def _named(job: Job) -> list[Path]:
     """Return the files that a scene names beside a configuration or a folder."""
-    named, found = job.scenario, list[Path]()
+    named, paths = job.scenario, list[Path]()
     own = named.model_copy(update={"sumocfg": None, "folder": None})
-    with_files(own.model_dump(), found.append)
-    return found
+    with_files(own.model_dump(), paths.append)
+    return paths
 
 
 def _full(path: Path) -> Path:
@@ -310,9 +310,9 @@ def _copy(source: Path, target: Path, places: Places) -> None:
         return
     target.parent.mkdir(parents=True, exist_ok=True)
     if target.name != source.name:
-        write_whole(target, _unrooted(source, places))
+        write_atomically(target, _unrooted(source, places))
     elif file_hash(target) != file_hash(source):
-        with whole(target) as part:
+        with atomic_path(target) as part:
             shutil.copyfile(source, part)
 
 
@@ -395,7 +395,7 @@ def pack_study(folder: Path, target: Path, *, frames: bool, overwrite: bool = Fa
     listed = _finished(folder)
     beside = {name: path for name, path in _frames(folder) if name not in listed}
     names = sorted({*listed, CHECKSUMS, *(beside if frames else ())})
-    with whole(target) as part, zipfile.ZipFile(part, "w") as archive:
+    with atomic_path(target) as part, zipfile.ZipFile(part, "w") as archive:
         for name in names:
             _add(archive, folder / name, name)
     size = sum(path.stat().st_size for path in beside.values())
@@ -524,23 +524,23 @@ def _listed(pack: Path, archive: zipfile.ZipFile) -> Mapping[str, str]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / CHECKSUMS
         path.write_bytes(archive.read(CHECKSUMS))
-        found = read_digests(path)
-    missing = sorted(found.keys() - names.keys())
+        digests = read_digests(path)
+    missing = sorted(digests.keys() - names.keys())
     if missing:
         raise InputError(f"lacks {len(missing)} files, the first is {missing[0]}", file=pack)
-    return found
+    return digests
 
 
 def _write(
     pack: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo, place: Path, digest: str | None
 ) -> None:
     """Write one file, no longer than the pack says; refuse it if its digest is another."""
-    path, found, left = place / info.filename, hashlib.sha256(), info.file_size
+    path, hasher, left = place / info.filename, hashlib.sha256(), info.file_size
     path.parent.mkdir(parents=True, exist_ok=True)
     with archive.open(info) as source, path.open("wb") as sink:
         while left >= 0 and (data := source.read(1 << 20)):
-            found.update(data)
+            hasher.update(data)
             sink.write(data)
             left -= len(data)
-    if left or (digest is not None and found.hexdigest() != digest):
+    if left or (digest is not None and hasher.hexdigest() != digest):
         raise InputError(f"{info.filename} in it is not what it was when it was packed", file=pack)

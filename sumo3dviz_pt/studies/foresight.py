@@ -56,9 +56,9 @@ def subject_of_pair(study: StudyFile, pair: StimulusPair, *, rider: str = "") ->
     """
     whole = Subject(Acts())
     for factor, changes in _by_factor(study, pair).items():
-        said = study.settings.factors[factor].acts_on
-        asked = None if said is None else Acts.asked(said)
-        own = subject_of(changes, asked=asked, rider=rider)
+        declared = study.settings.factors[factor].acts_on
+        intended = None if declared is None else Acts.asked(declared)
+        own = subject_of(changes, intended=intended, rider=rider)
         whole = Subject(
             whole.acts | own.acts,
             (*whole.confounds, *own.confounds),
@@ -105,27 +105,27 @@ def _shared(one: Sequence[str], other: Sequence[str]) -> int:
 def foresight(plan: StudyPlan) -> list[str]:
     """Return what can be known of a study's factors without pixels, a sentence each."""
     films = {each.name: each for each in plan.stimuli}
-    found: dict[str, dict[str, None]] = {factor: {} for factor in plan.factors}
+    sentences: dict[str, dict[str, None]] = {factor: {} for factor in plan.factors}
     logs: Logs = {}
     for pair in plan.pairs:
         both = (films[pair.one], films[pair.other])
         for factor, changes in _by_factor(plan.file, pair).items():
-            said = (
+            notes = (
                 *_beside(plan.file, factor, changes, rider=rider_of(both[0])),
                 *_moved(changes, rider=rider_of(both[0])),
                 *_another_log(changes),
                 *_same_colours(changes),
                 *_nobody(changes, both, logs),
             )
-            found[factor] |= dict.fromkeys(said)
-    return [f"{factor}: {sentence}" for factor, some in found.items() for sentence in some]
+            sentences[factor] |= dict.fromkeys(notes)
+    return [f"{factor}: {sentence}" for factor, some in sentences.items() for sentence in some]
 
 
 def _beside(study: StudyFile, factor: str, changes: Sequence[str], *, rider: str) -> Iterator[str]:
     """Yield that levels set more than what their factor is about, or what no rule knows."""
-    asked = study.settings.factors[factor].acts_on
-    acts = None if asked is None else Acts.asked(asked)
-    subject = subject_of(changes, asked=acts, rider=rider)
+    declared = study.settings.factors[factor].acts_on
+    acts = None if declared is None else Acts.asked(declared)
+    subject = subject_of(changes, intended=acts, rider=rider)
     if subject.confounds:
         keys = ", ".join(sorted({key_of(change) for change in subject.confounds}))
         yield (
@@ -162,9 +162,9 @@ def _another_log(changes: Sequence[str]) -> Iterator[str]:
 def _same_colours(changes: Sequence[str]) -> Iterator[str]:
     """Yield colours that nobody can tell apart."""
     for change in changes:
-        found = _COLOURED.fullmatch(change)
-        if found and _apart(found[2], found[3]) < _TOLD_APART:
-            one, other = sorted((found[2], found[3]))
+        match = _COLOURED.fullmatch(change)
+        if match and _apart(match[2], match[3]) < _TOLD_APART:
+            one, other = sorted((match[2], match[3]))
             yield (
                 f"{one} and {other} differ by {_apart(one, other):.1f} in CIELAB, and below"
                 f" {_TOLD_APART} nobody tells them apart"
@@ -215,10 +215,10 @@ def _spans(film: Stimulus, id_: str, logs: Logs) -> Sequence[tuple[float, float]
 
     key = (repr(film.job.scenario), id_)
     if key not in logs:
-        found = whereabouts(scenario_files(film.job).trajectories, id_)
+        presence = whereabouts(scenario_files(film.job).trajectories, id_)
         # Of patterns it is only asked whether anybody fits them: each id would read the log again.
-        fits = any(_fits(each, id_) for each in found.ids)
-        logs[key] = found.spans or ([(-np.inf, np.inf)] if fits else [])
+        fits = any(_fits(each, id_) for each in presence.ids)
+        logs[key] = presence.spans or ([(-np.inf, np.inf)] if fits else [])
     return logs[key]
 
 

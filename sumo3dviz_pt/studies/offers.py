@@ -54,7 +54,7 @@ class Offer:
 def offers_of(plan: StudyPlan) -> dict[str, Offer]:
     """Return what films offer to standing observers, by name; of films without any, nothing."""
     known: dict[str, Offer | None] = {}
-    found = {}
+    offers = {}
     for stimulus in plan.listed[:_MOST_FILMS]:
         job, shot = stimulus.job, stimulus.shot
         key = repr((job.scenario, job.traffic, job.motion, shot, job.cameras[shot.camera]))
@@ -65,8 +65,8 @@ def offers_of(plan: StudyPlan) -> dict[str, Offer]:
                 known[key] = Offer((), (f"which vehicles arrive cannot be told: {error}",))
         offer = known[key]
         if offer is not None:
-            found[stimulus.name] = offer
-    return found
+            offers[stimulus.name] = offer
+    return offers
 
 
 def _offer(plan: StudyPlan, stimulus: Stimulus) -> Offer | None:
@@ -189,10 +189,10 @@ def offer_lines(offers: Mapping[str, Offer]) -> list[str]:
 def _cells(name: str, row: Row) -> tuple[str, ...]:
     """Return a row's cells."""
     numbers = ("arrives_in_film", "leaves_in_film", "gap_before", "in_picture")
-    told = ["-" if row[key] == "" else f"{float(row[key]):.2f}" for key in numbers]
+    cells = ["-" if row[key] == "" else f"{float(row[key]):.2f}" for key in numbers]
     vehicle = plain_id(str(row["road_user"]))
     observer = _FILMS_CAMERA if row["observer"] == CAMERA else str(row["observer"])
-    return (name, observer, vehicle, str(row["from"]), *told)
+    return (name, observer, vehicle, str(row["from"]), *cells)
 
 
 def offer_notes(offers: Mapping[str, Offer]) -> list[str]:

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.job.study import CalibrationSettings, StudySettings
@@ -100,7 +100,7 @@ def write_calibration(
     clip, picture, note = place / "clip.mp4", place / "chart.png", place / "clip.json"
     encode(clip_frames(wanted, output.size, output.fps), clip, size=output.size, fps=output.fps)
     write_png(picture, chart(output.size), level=6)
-    write_whole(note, json.dumps(account(wanted, output.size, output.fps), indent=1) + "\n")
+    write_atomically(note, json.dumps(account(wanted, output.size, output.fps), indent=1) + "\n")
     return [clip, picture, note]
 
 
@@ -207,8 +207,8 @@ def _marked(picture: Pixels, number: int) -> Pixels:
         colour=rgba("#000000" if bright else "#ffffff"),
         plate=None,
     )
-    found = canvas.over(np.asarray(picture / 255, dtype=np.float32))
-    marked = (found * 255 + 0.5).astype(np.uint8)
+    drawn = canvas.over(np.asarray(picture / 255, dtype=np.float32))
+    marked = (drawn * 255 + 0.5).astype(np.uint8)
     marked[height - side :, :side] = 0 if number % 2 else 255
     return marked
 
@@ -323,7 +323,7 @@ def write_cards(folder: Path, content: StudyContent) -> Mapping[str, str]:
     Returns:
         The card's file by the trial's name, relative to the folder.
     """
-    found = {}
+    files = {}
     for trial in content.trials:
         clips = [None if each is None else content.clips[each] for each in trial.alternatives]
         if sum(clip is not None for clip in clips) < 2:
@@ -331,8 +331,8 @@ def write_cards(folder: Path, content: StudyContent) -> Mapping[str, str]:
         file = f"{MATERIALS}/{CARDS_FOLDER}/{trial_name(trial)}.mp4"
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         write_card(folder, clips, folder / file)
-        found[trial_name(trial)] = file
-    return found
+        files[trial_name(trial)] = file
+    return files
 
 
 def write_card(folder: Path, clips: Sequence[Clip | None], path: Path) -> None:
@@ -516,19 +516,19 @@ def _screen(settings: StudySettings) -> Screen | None:
     wanted = settings.tools.screen
     if wanted is None:
         return None
-    said = wanted.instruction or texts_of(settings).page["screen"]
-    return Screen(wanted.distance, wanted.pixels_per_cm, said)
+    instruction = wanted.instruction or texts_of(settings).page["screen"]
+    return Screen(wanted.distance, wanted.pixels_per_cm, instruction)
 
 
 def _film_files(folder: Path, plan: StudyPlan) -> list[Path]:
     """Return the films and all that lies beside them, but for their frames."""
-    found: list[Path] = []
+    files: list[Path] = []
     for stimulus in plan.stimuli:
         path = film_path(folder, plan, stimulus)
-        found += [path, account_file(path), *extra_files(path, stimulus.job.overlays)]
+        files += [path, account_file(path), *extra_files(path, stimulus.job.overlays)]
         if stimulus.job.output.sound is not None:
-            found += sorted(sound_folder(path).iterdir())
-    return found
+            files += sorted(sound_folder(path).iterdir())
+    return files
 
 
 def _remove_stale(folder: Path, before: Mapping[str, str], files: Sequence[Path]) -> None:

@@ -99,8 +99,8 @@ class StudyPlan:
     @property
     def priors(self) -> Priors:
         """Utilities of levels that the study assumes."""
-        asked = self.file.settings.choices
-        return asked.priors if asked else {}
+        choices = self.file.settings.choices
+        return choices.priors if choices else {}
 
     @property
     def designed(self) -> tuple[Trial, ...]:
@@ -130,8 +130,8 @@ class StudyPlan:
     @cached_property
     def pairs(self) -> tuple[StimulusPair, ...]:
         """Films that are compared: they should differ in their factors only."""
-        told = [name for name in self.factors if told_only(self.file, name)]
-        return pairs_of(self.file.levels, self.stimuli, told=told)
+        worded = [name for name in self.factors if told_only(self.file, name)]
+        return pairs_of(self.file.levels, self.stimuli, worded=worded)
 
     def only(self, name: str) -> StudyPlan:
         """Return the plan of one of its films.
@@ -180,20 +180,20 @@ def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:
     check_patches(study, overrides)
     trials, notes = _trials(study)
     stimuli = build_stimuli(study, profiles_of(trials), overrides)
-    asked = study.settings.playlists
+    settings = study.settings.playlists
     with study.blamed():
-        even = asked.places == "balanced"
+        even = settings.places == "balanced"
         most = most_placed(trials) if even else 1
         playlists = build_playlists(
             trials,
-            order=asked.order,
-            count=None if asked.count is None else -(-asked.count // most),
-            parts=asked.parts,
-            repeat=asked.repeat,
+            order=settings.order,
+            count=None if settings.count is None else -(-settings.count // most),
+            parts=settings.parts,
+            repeat=settings.repeat,
             seed=study.settings.seed,
         )
         if even:
-            playlists = with_even_places(playlists, count=asked.count, seed=study.settings.seed)
+            playlists = with_even_places(playlists, count=settings.count, seed=study.settings.seed)
     notes = (*notes, *_hidden(study, stimuli), *_playlist_notes(study, playlists))
     # Tasks whose films changed places are trials of their own.
     shown = (trial for playlist in playlists for trial in playlist.trials)
@@ -222,16 +222,16 @@ def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
     return single_trials(design.profiles), (*gone, *design.notes)
 
 
-def _chosen(study: StudyFile, asked: ChoiceSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+def _chosen(study: StudyFile, wanted: ChoiceSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
     """Return choice tasks, and notes on them."""
     ranks = {name: own for name, own in zip(study.levels, study.ranks, strict=False) if own}
-    request = ChoiceRequest(asked.tasks, asked.alternatives, asked.none, asked.priors, ranks)
+    request = ChoiceRequest(wanted.tasks, wanted.alternatives, wanted.none, wanted.priors, ranks)
     settings = study.settings
     with study.blamed():
         trials = choice_tasks(study.levels, request, exclude=settings.exclude, seed=settings.seed)
-    error = d_error(study.levels, trials, asked.priors)
-    told = "the priors" if asked.priors else "utilities of 0"
-    return trials, (f"{len(trials)} choice tasks have a D-error of {error:.4g}, for {told}",)
+    error = d_error(study.levels, trials, wanted.priors)
+    basis = "the priors" if wanted.priors else "utilities of 0"
+    return trials, (f"{len(trials)} choice tasks have a D-error of {error:.4g}, for {basis}",)
 
 
 def _tabled(study: StudyFile, table: TableSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
@@ -296,8 +296,8 @@ def _table_notes(
 
 def _playlist_notes(study: StudyFile, playlists: Sequence[Playlist]) -> list[str]:
     """Return what playlists do not balance, in sentences."""
-    asked, notes = study.settings.playlists, []
-    uneven_there = uneven_groups(playlists) if asked.order == "latin" else []
+    settings, notes = study.settings.playlists, []
+    uneven_there = uneven_groups(playlists) if settings.order == "latin" else []
     if uneven_there:
         notes.append(
             f"{len(playlists)} playlists are no multiple of what the order takes, so some trials"
@@ -305,7 +305,7 @@ def _playlist_notes(study: StudyFile, playlists: Sequence[Playlist]) -> list[str
         )
     groups = {each.block: list(dict.fromkeys(each.trials)) for each in playlists}
     blocks: dict[str, list[list[Trial]]] = {}
-    for name, own in groups.items() if asked.parts > 1 else ():
+    for name, own in groups.items() if settings.parts > 1 else ():
         blocks.setdefault(name.rpartition(".")[0], []).append(own)
     for name, parts in blocks.items():
         confounded = uneven(parts, tuple(study.settings.factors))

@@ -86,7 +86,7 @@ def finished_films(
             there.
     """
     known = noted_films(folder)
-    found = {}
+    finished = {}
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
@@ -95,8 +95,8 @@ def finished_films(
         if _lacking(path, record, stimulus):
             continue
         if path.is_file() and (not hashed or _is_whole(path, record)):
-            found[stimulus.name] = record
-    return found
+            finished[stimulus.name] = record
+    return finished
 
 
 def _is_whole(path: Path, record: FilmRecord) -> bool:
@@ -123,14 +123,14 @@ def lacking_layers(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, 
         plan: What is wanted.
         variant: The renderer's.
     """
-    known, found = noted_films(folder), dict[str, tuple[str, ...]]()
+    known, missing = noted_films(folder), dict[str, tuple[str, ...]]()
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
         if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
             continue
         lacking = _lacking(film_path(folder, plan, stimulus), record, stimulus)
-        found |= {stimulus.name: lacking} if lacking else {}
-    return found
+        missing |= {stimulus.name: lacking} if lacking else {}
+    return missing
 
 
 def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
@@ -161,8 +161,8 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
 
 def _fov(account: Mapping[str, Any]) -> float | None:
     """Return the opening angle that all frames of a film share [deg], or None."""
-    found = {float(frame["camera"]["fov"]) for frame in account["frames"]}
-    return found.pop() if len(found) == 1 else None
+    fovs = {float(frame["camera"]["fov"]) for frame in account["frames"]}
+    return fovs.pop() if len(fovs) == 1 else None
 
 
 def read_film_account(path: Path) -> Mapping[str, Any]:
@@ -173,12 +173,12 @@ def read_film_account(path: Path) -> Mapping[str, Any]:
     """
     place = account_file(path)
     try:
-        found: Mapping[str, Any] = json.loads(place.read_bytes())
+        account: Mapping[str, Any] = json.loads(place.read_bytes())
     except (OSError, ValueError) as error:
         raise InputError(
             f"the film's account is missing or damaged ({error})", file=place
         ) from error
-    return found
+    return account
 
 
 def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> Path:
@@ -244,16 +244,16 @@ def _drop_parts(folder: Path, films: Mapping[str, FilmRecord]) -> None:
 
 def noted_films(folder: Path) -> dict[str, FilmRecord]:
     """Return the films that a folder's records name; none where they are missing or damaged."""
-    found = {}
+    films = {}
     try:
         known = json.loads((folder / RECORD).read_bytes())["films"]
-        found = {name: _film(values) for name, values in known.items()}
+        films = {name: _film(values) for name, values in known.items()}
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         pass
     for path in sorted((folder / PARTS).glob("*.json")):
         with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
-            found[path.stem] = _film(json.loads(path.read_bytes()))
-    return found
+            films[path.stem] = _film(json.loads(path.read_bytes()))
+    return films
 
 
 def _film(values: Mapping[str, Any]) -> FilmRecord:
@@ -280,24 +280,24 @@ def why_anew(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, str]:
     """
     done = finished_films(folder, plan, variant=variant)
     known, lacking = noted_films(folder), lacking_layers(folder, plan, variant=variant)
-    found = {}
+    reasons = {}
     for stimulus in plan.stimuli:
         path, record = film_path(folder, plan, stimulus), known.get(stimulus.name)
         if stimulus.name in done or not (path.is_file() or record):
             continue
         if not path.is_file():
-            found[stimulus.name] = f"{path} is gone"
+            reasons[stimulus.name] = f"{path} is gone"
         elif record is None:
-            found[stimulus.name] = "no record says what it was made from"
+            reasons[stimulus.name] = "no record says what it was made from"
         elif record.variant != variant:
-            found[stimulus.name] = f"it was made with the variant {record.variant}"
+            reasons[stimulus.name] = f"it was made with the variant {record.variant}"
         elif record.digest != stimulus.digest:
-            found[stimulus.name] = _changes(path, stimulus)
+            reasons[stimulus.name] = _changes(path, stimulus)
         elif stimulus.name in lacking:
-            found[stimulus.name] = f"it lacks the layers {', '.join(lacking[stimulus.name])}"
+            reasons[stimulus.name] = f"it lacks the layers {', '.join(lacking[stimulus.name])}"
         else:
-            found[stimulus.name] = "the film or its account was changed since"
-    return found
+            reasons[stimulus.name] = "the film or its account was changed since"
+    return reasons
 
 
 def _changes(path: Path, stimulus: Stimulus) -> str:

@@ -188,8 +188,8 @@ def _shared_exposure(plan: StudyPlan, request: Request) -> float | None:
     if plan.file.settings.exposure != "shared":
         return None
     for stimulus in plan.stimuli:
-        said = stimulus.job.cameras[stimulus.shot.camera].exposure
-        if said is not None and said.mode == "auto":
+        exposure = stimulus.job.cameras[stimulus.shot.camera].exposure
+        if exposure is not None and exposure.mode == "auto":
             order = FilmOrder(Path("metered.mp4"))
             return prepared(stimulus.job, request, order).metered
     return None

@@ -338,10 +338,10 @@ def _hashed(content: Mapping[str, object]) -> str:
 def _only_shot(study: StudyFile, job: Job) -> ShotSettings:
     """Return the shot of a stimulus."""
     if len(job.shots) != 1:
-        found = "no shot" if not job.shots else f"{len(job.shots)} shots"
+        shots = "no shot" if not job.shots else f"{len(job.shots)} shots"
         with study.blamed("clip" if study.settings.clip else "scene"):
             raise ConfigError(
-                f"the scene has {found}, and a stimulus is one; say in the study file which, such"
+                f"the scene has {shots}, and a stimulus is one; say in the study file which, such"
                 " as clip: {camera: driver, from: 10, to: 13}"
             )
     return job.shots[0]
@@ -403,26 +403,26 @@ class StimulusPair:
 
 
 def pairs_of(
-    levels: Levels, stimuli: Sequence[Stimulus], *, told: Collection[str] = ()
+    levels: Levels, stimuli: Sequence[Stimulus], *, worded: Collection[str] = ()
 ) -> tuple[StimulusPair, ...]:
     """Return the pairs of films that are compared, by factor and levels.
 
     Args:
         levels: Of each factor, in the order of the profiles.
         stimuli: All films.
-        told: Factors that change no picture.
+        worded: Factors that change no picture.
     """
-    places = {name: n for n, name in enumerate(levels) if name not in told}
+    places = {name: n for n, name in enumerate(levels) if name not in worded}
     film = {profile: stimulus for stimulus in stimuli for profile in stimulus.profiles}
-    found: dict[tuple[str, str, str], StimulusPair] = {}
+    pairs: dict[tuple[str, str, str], StimulusPair] = {}
     for factor, place in places.items():
         order = {level: n for n, level in enumerate(levels[factor])}
         for pair in _neighbours(list(film), place):
             one, other = _in_order(pair, place, order)
             key = (factor, film[one].name, film[other].name)
-            if film[one] is not film[other] and key not in found:
-                found[key] = _pair(places, film, one, other)
-    alone = tuple(found.values())
+            if film[one] is not film[other] and key not in pairs:
+                pairs[key] = _pair(places, film, one, other)
+    alone = tuple(pairs.values())
     return alone + tuple(_pair(places, film, *pair) for pair in _tying(places, film, alone))
 
 
@@ -525,9 +525,9 @@ def changes(one: Stimulus, other: Stimulus) -> list[str]:
 
 def _files(stimulus: Stimulus) -> list[Path]:
     """Return the files that a scene names."""
-    found: dict[Path, None] = {}
-    with_files(stimulus.job.model_dump(by_alias=True), lambda path: found.setdefault(path))
-    return list(found)
+    paths: dict[Path, None] = {}
+    with_files(stimulus.job.model_dump(by_alias=True), lambda path: paths.setdefault(path))
+    return list(paths)
 
 
 def _neighbours(profiles: Sequence[Profile], place: int) -> list[tuple[Profile, Profile]]:

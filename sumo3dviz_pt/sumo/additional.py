@@ -154,8 +154,8 @@ def _unusable(element: Element, network: Network | None) -> str:
 
 
 def _poi(element: Element, params: dict[str, str], network: Network | None) -> Poi:
-    given = "angle" in element.attributes
-    angle = element.number("angle", within=values.ANGLE) if given else None
+    has_angle = "angle" in element.attributes
+    angle = element.number("angle", within=values.ANGLE) if has_angle else None
     return Poi(
         id=element.text("id"),
         type=element.text("type", ""),
@@ -309,8 +309,8 @@ def _number(element: Element, key: str, default: float, within: Range) -> float:
 
 def _stretch(element: Element, lane: Lane) -> tuple[float, float]:
     """Begin and end of a stretch on a lane's shape [m]; negative positions count from its end."""
-    given = position_in(element, "startPos"), position_in(element, "endPos")
-    first, last = given[0] or 0.0, lane.length if given[1] is None else given[1]
+    ends = position_in(element, "startPos"), position_in(element, "endPos")
+    first, last = ends[0] or 0.0, lane.length if ends[1] is None else ends[1]
     low, high = sorted(at + lane.length if at < 0.0 else at for at in (first, last))
     shape = float(arc_length(lane.shape[:, :2])[-1])
     scale = shape / max(lane.length, 1e-9)

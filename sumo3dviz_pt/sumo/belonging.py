@@ -235,11 +235,11 @@ def _unknown(rows: LogRows, network: Network) -> str:
     if not missing:
         return ""
     common, _ = Counter(missing).most_common(1)[0]
-    said = f'{len(missing)} of {len(named)} rows name lanes that it does not have, such as "'
-    said += f'{cut(common)}"'
+    note = f'{len(missing)} of {len(named)} rows name lanes that it does not have, such as "'
+    note += f'{cut(common)}"'
     if len(missing) > _MOST * len(named):
-        return said
-    logger.warning("of the log's rows, %s", said, extra={"once": "unknown lanes"})
+        return note
+    logger.warning("of the log's rows, %s", note, extra={"once": "unknown lanes"})
     return ""
 
 
@@ -256,9 +256,9 @@ def _astray(rows: LogRows, network: Network) -> str:
 
 def _beside(places: Floats, network: Network) -> Bools:
     """Return which places are near the centre of some lane, (n,)."""
-    found, _ = _lane_tree(network).query(shapely.points(places), predicate="dwithin", distance=_OFF)
+    near, _ = _lane_tree(network).query(shapely.points(places), predicate="dwithin", distance=_OFF)
     beside = np.zeros(len(places), dtype=np.bool_)
-    beside[found] = True
+    beside[near] = True
     return beside
 
 
@@ -274,7 +274,7 @@ _NEAR = 1000.0
 _COORDINATES_MOST = 0.9
 """Smallest share of places that must be near the network."""
 
-_SAID = re.compile(rb'<fcd-output\.(geo|utm) value="(?:true|1|yes|on|x|t)"')
+_DECLARED = re.compile(rb'<fcd-output\.(geo|utm) value="(?:true|1|yes|on|x|t)"')
 
 
 class Coordinates(Enum):
@@ -297,12 +297,12 @@ def coordinates_of(file: Path, location: Location | None) -> Mapping[str, Coordi
     """
     if location is None or not any(location.boundary):
         return {}
-    rows, said = first_rows(file), _said(file)
-    found = {
-        kind: _judged(_of_kind(rows, kind), location, said if kind == "vehicle" else None)
+    rows, declared = first_rows(file), _declared(file)
+    systems = {
+        kind: _judged(_of_kind(rows, kind), location, declared if kind == "vehicle" else None)
         for kind in dict.fromkeys(rows.kinds)
     }
-    return {kind: each for kind, each in found.items() if each is not Coordinates.NET}
+    return {kind: each for kind, each in systems.items() if each is not Coordinates.NET}
 
 
 def rows_in_net(rows: LogRows, file: Path, location: Location) -> LogRows:
@@ -343,26 +343,26 @@ def put_in_net(
             table[:, 1:3] = own
 
 
-def _judged(places: Floats, location: Location, said: Coordinates | None) -> Coordinates:
+def _judged(places: Floats, location: Location, declared: Coordinates | None) -> Coordinates:
     """Return what places are.
 
     Args:
         places: x and y of some rows, (n, 2).
         location: Of the network.
-        said: What the log's configuration says, if it says anything.
+        declared: What the log's configuration says, if it says anything.
     """
     here = _share_near(location.inside(places), location)
     shifted = places + np.array(location.net_offset)
-    if said is Coordinates.UTM or here < _COORDINATES_MOST:
+    if declared is Coordinates.UTM or here < _COORDINATES_MOST:
         # Far vehicles are part of some logs, so most places decide.
         moved = _share_near(shifted, location)
-        if moved >= _COORDINATES_MOST and (moved > here or said is Coordinates.UTM):
+        if moved >= _COORDINATES_MOST and (moved > here or declared is Coordinates.UTM):
             return Coordinates.UTM
     degrees = bool((np.abs(places) <= [180.0, 90.0]).all())
     if not degrees or not is_projected(location):
         return Coordinates.NET
-    if said is Coordinates.GEO:
-        return said
+    if declared is Coordinates.GEO:
+        return declared
     try:
         projected = net_from_geo(places, location)
     except ConfigError:
@@ -396,10 +396,10 @@ def _of_kind(rows: LogRows, kind: str) -> Floats:
     return np.array([p for p, own in zip(rows.places, rows.kinds, strict=True) if own == kind])
 
 
-def _said(file: Path) -> Coordinates | None:
+def _declared(file: Path) -> Coordinates | None:
     """Return what the configuration in a log's head says, if there is one."""
     with suppress(InputError):
         for chunk in islice(chunks(file), 1):
-            found = _SAID.search(chunk.partition(b"<timestep")[0])
-            return Coordinates[found[1].decode().upper()] if found else None
+            match = _DECLARED.search(chunk.partition(b"<timestep")[0])
+            return Coordinates[match[1].decode().upper()] if match else None
     return None

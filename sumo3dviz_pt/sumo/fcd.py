@@ -39,7 +39,7 @@ from sumo3dviz_pt.sumo.belonging import coordinates_of, put_in_net
 from sumo3dviz_pt.sumo.formats import format_of
 from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 from sumo3dviz_pt.sumo.plausibility.log import TypeChanges, backward_steps, changed_types, row_twice
-from sumo3dviz_pt.sumo.reader import Drain, KeptLog, LogReader, keep_log, kept_log, place_of
+from sumo3dviz_pt.sumo.reader import CachedLog, Drain, LogReader, cache_log, cached_log, place_of
 from sumo3dviz_pt.sumo.rows import (
     Key,
     RowsOfUsers,
@@ -88,33 +88,33 @@ def read_trajectories(
         InputError: If a log is damaged, breaks off, holds no step or none in the
             window, or lacks an attribute that drawing needs.
     """
-    asked = (-inf if begin is None else begin, inf if end is None else end)
+    window = (-inf if begin is None else begin, inf if end is None else end)
     # All of a log is the same with and without a margin, and is kept once.
     margin = 0.0 if begin is None and end is None else margin
     files = [Path(path) for path in paths]
-    place = place_of(files, (asked, margin, location))
-    kept = None if place is None else kept_log(place)
-    if kept is None:
-        log, whole, notes = _read_logs(files, asked, margin, allow_truncated, location)
-        kept = KeptLog(log, notes)
+    place = place_of(files, (window, margin, location))
+    cached = None if place is None else cached_log(place)
+    if cached is None:
+        log, whole, notes = _read_logs(files, window, margin, allow_truncated, location)
+        cached = CachedLog(log, notes)
         if place is not None and whole:
-            keep_log(place, kept)
-    for number, note in enumerate(kept.notes):
+            cache_log(place, cached)
+    for number, note in enumerate(cached.notes):
         once = {"once": f"disorder {number} of {files[0]}"}
         logger.warning("%s", note, extra=once)
-    return kept.log
+    return cached.log
 
 
 def whole_log(files: Sequence[Path], location: Location | None) -> TrafficLog | None:
-    """Return all of a log that was read before, as `read_trajectories` gave it, if it was kept.
+    """Return all of a log that was read before, as `read_trajectories` gave it, if it was cached.
 
     Args:
         files: Logs that belong together.
         location: Of the network.
     """
     place = place_of(files, ((-inf, inf), 0.0, location))
-    kept = None if place is None else kept_log(place)
-    return None if kept is None else kept.log
+    cached = None if place is None else cached_log(place)
+    return None if cached is None else cached.log
 
 
 class _Reading(NamedTuple):
@@ -127,7 +127,7 @@ class _Reading(NamedTuple):
 
 def _read_logs(
     files: list[Path],
-    asked: tuple[float, float],
+    within: tuple[float, float],
     margin: float,
     allow_truncated: bool,
     location: Location | None,
@@ -136,12 +136,12 @@ def _read_logs(
 
     Args:
         files: The logs.
-        asked: First and last time to keep [s].
+        within: First and last time to keep [s].
         margin: Time to keep before and after these [s].
         allow_truncated: Whether to use a log that breaks off.
         location: Of the network.
     """
-    window = (asked[0] - margin, asked[1] + margin)
+    window = (within[0] - margin, within[1] + margin)
     lanes: dict[str, int] = {}
     rows: RowsOfUsers = {}
     steps: set[float] = set()
@@ -157,7 +157,7 @@ def _read_logs(
         notes += [f"{file}: {text}" for text in disorder if text]
         _move(reader.rows, rows)
     times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
-    _check_steps(times, window, files, asked=asked)
+    _check_steps(times, window, files, within=within)
     step = round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0
     changes = changed_types(rows, step=step)
     notes += [f"{files[0]}: {changes}"] if changes else []
@@ -197,7 +197,7 @@ def stream_rows(
         placed = _placing(drain, file, location)
         reader = LogReader(file, (-inf, inf), lanes, drain=placed)
         reader.read(allow_truncated=allow_truncated)
-        _check_steps(np.array(reader.steps), (-inf, inf), [file], asked=(-inf, inf))
+        _check_steps(np.array(reader.steps), (-inf, inf), [file], within=(-inf, inf))
         placed(reader.rows, reader.steps)
     return tuple(lanes)
 
@@ -226,7 +226,7 @@ def _check_steps(
     window: tuple[float, float],
     files: list[Path],
     *,
-    asked: tuple[float, float],
+    within: tuple[float, float],
 ) -> None:
     """Refuse a log without steps, or without a step in the window.
 
@@ -234,24 +234,24 @@ def _check_steps(
         times: Times of the log's steps, (n,) [s].
         window: First and last time to keep, margins included [s].
         files: The logs, for messages.
-        asked: First and last time that a user asked for, for messages [s].
+        within: First and last time that a user asked for, for messages [s].
     """
     file = files[0] if files else None
     if not len(times):
         raise InputError("the log holds no time step; run the simulation again", file=file)
     if not ((times >= window[0]) & (times <= window[1])).any():
         raise InputError(
-            f"no time step lies {_span(asked)}; "
+            f"no time step lies {_span(within)}; "
             f"the log goes from {times[0]:.12g} s to {times[-1]:.12g} s",
             file=file,
         )
 
 
-def _span(asked: tuple[float, float]) -> str:
+def _span(span: tuple[float, float]) -> str:
     """Return a span of time [s] in words; either end may be open."""
-    if asked[1] == inf:
-        return f"from {asked[0]:g} s on"
-    return f"up to {asked[1]:g} s" if asked[0] == -inf else f"from {asked[0]:g} s to {asked[1]:g} s"
+    if span[1] == inf:
+        return f"from {span[0]:g} s on"
+    return f"up to {span[1]:g} s" if span[0] == -inf else f"from {span[0]:g} s to {span[1]:g} s"
 
 
 _LEAP = 15.0
@@ -296,9 +296,9 @@ def read_roster(
     else:
         lanes = known.lane_names
         census.count(rows_of(known.traces), [0.0, known.step] if known.step else [0.0])
-    found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
-    found.sort(key=lambda user: user.begin)
-    return tuple(replace(user, id=own) for user, own in zip(found, unique_ids(found), strict=True))
+    users = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
+    users.sort(key=lambda user: user.begin)
+    return tuple(replace(user, id=own) for user, own in zip(users, unique_ids(users), strict=True))
 
 
 @dataclass(slots=True)
@@ -451,10 +451,10 @@ def _joined(before: Passage | None, after: Passage | None) -> Passage | None:
 
 def _place_at(starts: Floats, ends: Floats, at: float) -> _RowPlace | None:
     """Return the place at a time [s] along straight lines; None before, after and in gaps."""
-    found = np.flatnonzero((starts[:, 0] <= at) & (at <= ends[:, 0]))
-    if not len(found):
+    inside = np.flatnonzero((starts[:, 0] <= at) & (at <= ends[:, 0]))
+    if not len(inside):
         return None
-    start, end = starts[found[0]], ends[found[0]]
+    start, end = starts[inside[0]], ends[inside[0]]
     share = (at - start[0]) / max(end[0] - start[0], 1e-9)
     x, y = start[1:3] + share * (end[1:3] - start[1:3])
     return _RowPlace(float(x), float(y), int((end if share > 0.5 else start)[7]))

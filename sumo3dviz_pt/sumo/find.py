@@ -72,8 +72,8 @@ def note_damage(file: Path) -> None:
         if _NAMES & set(file.name.split(".")):
             _note(file, f"{error}; the file is left out")
         return
-    found = _FIRST_TAG.search(_COMMENTS.sub(b"", head))
-    what = _WHAT.get(found[1].decode("ascii", errors="replace")) if found else None
+    match = _FIRST_TAG.search(_COMMENTS.sub(b"", head))
+    what = _WHAT.get(match[1].decode("ascii", errors="replace")) if match else None
     if what is None:
         return
     try:
@@ -107,7 +107,7 @@ def replaced(text: str) -> str:
     """
     if text.startswith("~"):
         text = "${HOME}" + text[1:]
-    return _VARIABLE.sub(lambda found: _ANY if found[1] in _OF_A_RUN else _value(found[1]), text)
+    return _VARIABLE.sub(lambda match: _ANY if match[1] in _OF_A_RUN else _value(match[1]), text)
 
 
 def not_set(text: str) -> list[str]:
@@ -147,9 +147,9 @@ class Affixes:
         base = next(folder for folder in wanted.parents if _ANY not in str(folder))
         rest = str(wanted.relative_to(base))
         pattern = _ANY.join(glob.escape(part) for part in rest.split(_ANY))
-        found = sorted(base.glob(pattern), key=lambda file: (file.stat().st_mtime, file))
-        if found:
-            return found[-1]
+        files = sorted(base.glob(pattern), key=lambda file: (file.stat().st_mtime, file))
+        if files:
+            return files[-1]
         return path if path.is_file() else wanted
 
 
@@ -227,8 +227,8 @@ def survey_folder(
     top = survey_files((file for file in sorted(folder.iterdir()) if file.is_file()), named)
     for sub in sorted(sub for sub in folder.iterdir() if _is_place(sub)):
         below = survey_files((file for file in sorted(sub.iterdir()) if file.is_file()), named)
-        asked = network is not None and network.resolve() in [n.resolve() for n in below.networks]
-        if below.networks and not asked and (network is not None or top.networks):
+        wanted = network is not None and network.resolve() in [n.resolve() for n in below.networks]
+        if below.networks and not wanted and (network is not None or top.networks):
             logger.info("%s: has its own network and is left out", sub)
         else:
             top = top + below
@@ -240,14 +240,14 @@ def survey_files(files: Iterable[Path], named: Collection[Path] = ()) -> FileSur
 
     A note says which files of SUMO are damaged, but for those that a user names.
     """
-    found = FileSurvey()
+    survey = FileSurvey()
     silent = {file.resolve() for file in named}
     for file in files:
         root = root_of(file) if may_be_xml(file) or may_be_map(file) else None
         if root is None and may_be_xml(file) and file.resolve() not in silent:
             note_damage(file)
-        found = found + _sorted_in(file, root)
-    return found
+        survey = survey + _sorted_in(file, root)
+    return survey
 
 
 def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
@@ -411,20 +411,20 @@ def find_scenario(
     named = _NamedFiles() if configuration is None else _named_by(configuration)
     first = network or next((net for net in named.network if net.is_file()), None)
     own = (*trajectories, *((network,) if network else ()))
-    found = survey_folder(folder, network=first, named=own)
-    if configuration is None and len(found.configurations) == 1:
-        return find_scenario(found.configurations[0], network=network, trajectories=trajectories)
+    survey = survey_folder(folder, network=first, named=own)
+    if configuration is None and len(survey.configurations) == 1:
+        return find_scenario(survey.configurations[0], network=network, trajectories=trajectories)
     if "inputs" in named.unset:
         logger.warning("%s", named.unset["inputs"])
     inputs = survey_files(file for file in named.inputs if file.is_file())
     logs = tuple(trajectories) or _existing(named.trajectories)
     outputs = [named.affixes.written(file) for file in _signal_outputs(named.inputs)]
     return ScenarioFiles(
-        network=first or _only(found, named, path),
-        trajectories=logs or _logs(found, named, path),
-        signals=signal_logs(_existing(outputs) or found.signals),
-        additional=(inputs + found).additional,
-        vehicle_types=(inputs + found).vehicle_types,
+        network=first or _only(survey, named, path),
+        trajectories=logs or _logs(survey, named, path),
+        signals=signal_logs(_existing(outputs) or survey.signals),
+        additional=(inputs + survey).additional,
+        vehicle_types=(inputs + survey).vehicle_types,
         missing=named.missing(),
     )
 
@@ -502,11 +502,11 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(path for path in paths if path.is_file())
 
 
-def _only(found: FileSurvey, named: _NamedFiles, place: Path) -> Path:
+def _only(survey: FileSurvey, named: _NamedFiles, place: Path) -> Path:
     """Return the network if there is exactly one."""
-    networks = found.networks
+    networks = survey.networks
     if not networks:
-        why = named.unset.get("network") or advice(_roots(found.others), networks=True)
+        why = named.unset.get("network") or advice(_roots(survey.others), networks=True)
         why = why or "name it by --network"
         raise InputError(f"no network (.net.xml) was found; {why}", file=place)
     if len(networks) > 1:
@@ -522,11 +522,11 @@ def _logs(survey: FileSurvey, named: _NamedFiles, place: Path) -> tuple[Path, ..
         named: What a configuration names; found logs with similar names are preferred.
         place: Where they were looked for, for messages.
     """
-    found = survey.trajectories
+    every = survey.trajectories
     starts = tuple(path.name.split(".")[0] for path in named.trajectories)
-    alike = tuple(file for file in found if file.name.startswith(starts))
-    logs = vehicle_logs(alike) or vehicle_logs(found)
-    if not found:
+    alike = tuple(file for file in every if file.name.startswith(starts))
+    logs = vehicle_logs(alike) or vehicle_logs(every)
+    if not every:
         run = "run sumo with --fcd-output fcd.xml.gz"
         if survey.configurations or not place.is_dir():
             run = f"let init --record run the simulation, or {run}"
@@ -535,7 +535,7 @@ def _logs(survey: FileSurvey, named: _NamedFiles, place: Path) -> tuple[Path, ..
         raise InputError(f"{'; '.join(parts)}, or name a log by --trajectories", file=place)
     if not logs:
         raise InputError(
-            f"{_names(found)} are vehicle logs; name one by --trajectories", file=place
+            f"{_names(every)} are vehicle logs; name one by --trajectories", file=place
         )
     return logs
 

@@ -95,7 +95,7 @@ def class_of_type(type_id: str, kind: str) -> str | None:
         type_id: SUMO's id, such as `veh_bus` or `Linienbus12m`.
         kind: `vehicle`, `person` or `container`; a person is never taken for a vehicle.
     """
-    return _said(_words(type_id), kind)
+    return _best(_words(type_id), kind)
 
 
 @cache
@@ -111,7 +111,7 @@ def class_of_vehicle(name: str, kind: str) -> str | None:
     words = _words(name)
     while words and words[0] in _EMPTY:
         words.pop(0)
-    return _said(words[:2], kind) if "".join(words[:2]) in _CLASSES else _said(words[:1], kind)
+    return _best(words[:2], kind) if "".join(words[:2]) in _CLASSES else _best(words[:1], kind)
 
 
 def _words(name: str) -> list[str]:
@@ -121,16 +121,16 @@ def _words(name: str) -> list[str]:
     return ["".join(c for c in word if not unicodedata.combining(c)) for word in plain]
 
 
-def _said(words: list[str], kind: str) -> str | None:
+def _best(words: list[str], kind: str) -> str | None:
     """Return the class of the telling word with the first rank; pairs tell more than words."""
     pairs = [first + second for first, second in pairwise(words)]
-    found = {_CLASSES[pair] for pair in pairs if pair in _CLASSES}
-    found = found or {_CLASSES[word] for word in words if word in _CLASSES}
+    classes = {_CLASSES[pair] for pair in pairs if pair in _CLASSES}
+    classes = classes or {_CLASSES[word] for word in words if word in _CLASSES}
     if kind == "person":
-        found &= _OF_PEOPLE
+        classes &= _OF_PEOPLE
     elif kind != "vehicle":
         return None
-    return min(found, key=_RANK.__getitem__, default=None)
+    return min(classes, key=_RANK.__getitem__, default=None)
 
 
 _DEFAULT_OF = {vclass: type_id for type_id, vclass in DEFAULT_TYPES.items()}
@@ -174,12 +174,12 @@ class TypesOfUsers:
 
     def _class_of(self, kind: str, name: str, type_id: str) -> str | None:
         """Return the vClass of a road user without a defined type; None where nothing tells."""
-        given = self._given(type_id or name)
-        if given is not None and kind == "vehicle":
-            return given
+        declared = self._declared(type_id or name)
+        if declared is not None and kind == "vehicle":
+            return declared
         return class_of_type(type_id, kind) if type_id else class_of_vehicle(name, kind)
 
-    def _given(self, name: str) -> str | None:
+    def _declared(self, name: str) -> str | None:
         """Return the class that the scene file gives, or None."""
         if name in self.classes:
             return self.classes[name]
@@ -189,12 +189,12 @@ class TypesOfUsers:
     def typed(self, traces: Iterable[Trace]) -> tuple[tuple[Trace, ...], dict[str, VehicleType]]:
         """Return traces that all have a type id, and the types that they have by id."""
         types: dict[str, VehicleType] = {}
-        found: list[Trace] = []
+        retyped: list[Trace] = []
         for trace in traces:
             own = self.of(trace.kind, trace.id, trace.type_id)
             types[own.id] = own
-            found.append(trace if own.id == trace.type_id else replace(trace, type_id=own.id))
-        return tuple(found), types
+            retyped.append(trace if own.id == trace.type_id else replace(trace, type_id=own.id))
+        return tuple(retyped), types
 
     def guesses(self, traces: Iterable[Trace]) -> tuple[TypeGuess, ...]:
         """Return the types of vehicles that neither a file nor the scene file tells, by their ids.
@@ -206,7 +206,7 @@ class TypesOfUsers:
         counts = Counter(
             (trace.type_id, self._class_of(trace.kind, trace.id, trace.type_id) or "")
             for trace in traces
-            if trace.kind == "vehicle" and not self._told(trace)
+            if trace.kind == "vehicle" and not self._is_known(trace)
         )
         return tuple(
             TypeGuess(type_id, count, vclass, "the names say so" if vclass else "")
@@ -214,10 +214,10 @@ class TypesOfUsers:
             if type_id or vclass
         )
 
-    def _told(self, trace: Trace) -> bool:
+    def _is_known(self, trace: Trace) -> bool:
         """Return whether a file or the scene file tells the class of a vehicle."""
         known = trace.type_id in self.defined or trace.type_id in DEFAULT_TYPES
-        return known or self._given(trace.type_id or trace.id) is not None
+        return known or self._declared(trace.type_id or trace.id) is not None
 
 
 def _default_id(vclass: str) -> str:
@@ -309,9 +309,9 @@ def _with_use(guess: TypeGuess, use: _TypeUse, network: Network, *, fast: bool) 
         network: The roads.
         fast: Whether some vehicles of the log are as fast as cars.
     """
-    said = _by_ids(use)
-    if said:
-        return replace(guess, vclass=said, why="the ids of the vehicles say so")
+    vclass = _by_ids(use)
+    if vclass:
+        return replace(guess, vclass=vclass, why="the ids of the vehicles say so")
     own = _by_lanes(use, network)
     if own:
         return replace(guess, vclass=own, why="the vehicles keep to lanes that are closed to cars")
@@ -323,10 +323,10 @@ def _with_use(guess: TypeGuess, use: _TypeUse, network: Network, *, fast: bool) 
 
 def _by_ids(use: _TypeUse) -> str | None:
     """Return the class that almost all ids of vehicles say, or None."""
-    said = Counter(class_of_vehicle(trace.id, trace.kind) for trace in use.traces)
-    if not said:
+    classes = Counter(class_of_vehicle(trace.id, trace.kind) for trace in use.traces)
+    if not classes:
         return None
-    vclass, count = said.most_common(1)[0]
+    vclass, count = classes.most_common(1)[0]
     return vclass if vclass and count >= _MOST * len(use.traces) else None
 
 

@@ -172,8 +172,8 @@ def _take(draft: _Draft, element: Element) -> None:
                     f"the shape is {length / 1e3:,.0f} km long, and the length is"
                     f" {lane.length:g} m; write the network again with netconvert"
                 )
-            given = "length" in element.attributes
-            siblings.append(whole_lane(lane, draft.oddities, drawn=length, given=given))
+            has_length = "length" in element.attributes
+            siblings.append(whole_lane(lane, draft.oddities, drawn=length, stated=has_length))
             draft.length += length
         case "junction":
             _add(draft.junctions, element, (element, _junction(element, draft)))

@@ -23,7 +23,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import InputError, cut
-from sumo3dviz_pt.files.atomic import Files, keep, make_room, read_whole
+from sumo3dviz_pt.files.atomic import Files, make_room, read_folder, write_folder
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.sumo import values
 from sumo3dviz_pt.sumo.formats import ElementSink, format_of
@@ -249,13 +249,13 @@ class LogReader(ElementSink):
 
 
 _LEAST = 2_000_000
-"""Size of logs below which they are read as quickly as what is kept of them [bytes]."""
+"""Size of logs below which they are read as quickly as what is cached of them [bytes]."""
 
 _MOST = 2_000_000_000
-"""Size of all kept logs above which the oldest are removed [bytes]."""
+"""Size of all cached logs above which the oldest are removed [bytes]."""
 
 _MOST_ROWS = 10_000_000
-"""Number of rows above which a log is not kept."""
+"""Number of rows above which a log is not cached."""
 
 _SAMPLES, _SAMPLE = 16, 65_536
 """Number and size of the samples of a file's content [bytes]."""
@@ -264,7 +264,7 @@ _NUMBERS = ("times", "positions", "yaws", "speeds", "slopes", "offsets")
 _INDICES = ("lanes", "signals")
 
 
-class KeptLog(NamedTuple):
+class CachedLog(NamedTuple):
     """A log, and what is to be noted whenever it is used."""
 
     log: TrafficLog
@@ -293,9 +293,9 @@ def place_of(files: Sequence[Path], question: Iterable[Any]) -> Path | None:
     return catalog.cache_root() / "logs" / digest.hexdigest()
 
 
-def kept_log(place: Path) -> KeptLog | None:
-    """Return a log that was kept; None if it is not there or damaged."""
-    files = read_whole(place)
+def cached_log(place: Path) -> CachedLog | None:
+    """Return a log that was cached; None if it is not there or damaged."""
+    files = read_folder(place)
     if files is None:
         return None
     with contextlib.suppress(OSError):
@@ -306,25 +306,25 @@ def kept_log(place: Path) -> KeptLog | None:
         return None
 
 
-def keep_log(place: Path, kept: KeptLog) -> None:
+def cache_log(place: Path, cached: CachedLog) -> None:
     """Keep a log, unless it is huge, and remove the oldest ones if there are too many."""
-    if sum(len(trace.times) for trace in kept.log.traces) > _MOST_ROWS:
+    if sum(len(trace.times) for trace in cached.log.traces) > _MOST_ROWS:
         return
     try:
-        keep(place, _packed(kept))
+        write_folder(place, _packed(cached))
         make_room(place, _MOST)
     except OSError as error:
         logger.info("%s: the log is not kept (%s)", place, error)
 
 
-def _packed(kept: KeptLog) -> Files:
+def _packed(cached: CachedLog) -> Files:
     """Return a log as files."""
-    log = kept.log
+    log = cached.log
     about = {
         "users": [[t.kind, t.id, t.type_id, len(t.times)] for t in log.traces],
         "lanes": log.lane_names,
         "times": [log.begin, log.end, log.step],
-        "notes": kept.notes,
+        "notes": cached.notes,
     }
     arrays = {
         name: np.concatenate([np.empty(0), *(getattr(t, name).ravel() for t in log.traces)])
@@ -337,8 +337,8 @@ def _packed(kept: KeptLog) -> Files:
     return {"about.json": json.dumps(about).encode(), **files}
 
 
-def _unpacked(files: Files) -> KeptLog:
-    """Return a log that was kept as files."""
+def _unpacked(files: Files) -> CachedLog:
+    """Return a log that was cached as files."""
     about = json.loads(files["about.json"])
     arrays: dict[str, Any] = {name: np.frombuffer(files[name]) for name in _NUMBERS}
     arrays |= {name: np.frombuffer(files[name], np.int64) for name in _INDICES}
@@ -351,7 +351,7 @@ def _unpacked(files: Files) -> KeptLog:
         traces.append(Trace(id=own, kind=kind, type_id=type_id, **parts))
         start = end
     log = TrafficLog(tuple(traces), tuple(about["lanes"]), *about["times"])
-    return KeptLog(log, tuple(about["notes"]))
+    return CachedLog(log, tuple(about["notes"]))
 
 
 def _add_file(digest: Any, file: Path) -> None:

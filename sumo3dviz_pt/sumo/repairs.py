@@ -195,14 +195,14 @@ SHORTEST = 0.01
 _NO_POINTS = frozen(np.empty((0, 3)))
 
 
-def whole_lane(lane: Lane, oddities: Oddities, *, drawn: float, given: bool) -> Lane:
+def whole_lane(lane: Lane, oddities: Oddities, *, drawn: float, stated: bool) -> Lane:
     """Return a lane with a width and a length, and note what it lacks.
 
     Args:
         lane: As the file says.
         oddities: What is odd; it grows.
         drawn: Length of its shape [m]; 0 where it has none.
-        given: Whether the file gives a length.
+        stated: Whether the file gives a length.
     """
     width, length = lane.width, lane.length
     if width < _NARROWEST:
@@ -211,7 +211,7 @@ def whole_lane(lane: Lane, oddities: Oddities, *, drawn: float, given: bool) -> 
             oddities.add(Oddity.NO_WIDTH, lane.id)
         width = DEFAULT_LANE_WIDTH
     if length < values.SHORTEST_LANE:
-        if given:
+        if stated:
             oddities.add(Oddity.NO_LENGTH, lane.id)
         length = drawn
     return replace(lane, width=width, length=length)
@@ -359,15 +359,15 @@ def crossings_at_grade(network: Network) -> tuple[AtGrade, ...]:
     lines = shapely.linestrings(pieces[..., :2])
     one, two = shapely.STRtree(lines).query(lines, predicate="intersects")
     apart = (owner[one] < owner[two]) & _crosswise(pieces[one], pieces[two])
-    found: dict[tuple[str, str], AtGrade] = {}
+    crossings: dict[tuple[str, str], AtGrade] = {}
     for a, b in zip(one[apart].tolist(), two[apart].tolist(), strict=True):
         first, other = lanes[owner[a]][0], lanes[owner[b]][0]
-        if (first.id, other.id) in found or _joined(first, other):
+        if (first.id, other.id) in crossings or _joined(first, other):
             continue
         place, height = _meeting(pieces[a], pieces[b])
         if height < ROOM:
-            found[first.id, other.id] = AtGrade(first.id, other.id, place, height)
-    return tuple(found.values())
+            crossings[first.id, other.id] = AtGrade(first.id, other.id, place, height)
+    return tuple(crossings.values())
 
 
 def say_at_grade(network: Network, file: Path) -> None:
@@ -377,12 +377,12 @@ def say_at_grade(network: Network, file: Path) -> None:
         network: As read.
         file: Its file.
     """
-    found = crossings_at_grade(network)
-    if not found:
+    crossings = crossings_at_grade(network)
+    if not crossings:
         return
-    first = found[0]
+    first = crossings[0]
     x, y, _ = network.location.outside(first.place).tolist()
-    more = f", and {len(found) - 1} more such pairs" if len(found) > 1 else ""
+    more = f", and {len(crossings) - 1} more such pairs" if len(crossings) > 1 else ""
     logger.warning(
         "%s: `%s` and `%s` cross at (%.0f, %.0f) without a junction and with %.1f m of height"
         " between them%s: who drives there passes through others; give the upper road a height"

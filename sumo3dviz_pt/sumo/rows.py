@@ -152,8 +152,8 @@ def riding_rows(rows: RowsOfUsers) -> dict[Key, Bools]:
         places.sort()
         for key, mask in riding.items():
             keys = _place_keys(table_of(rows[key]), shift)
-            found = np.searchsorted(places, keys).clip(max=len(places) - 1)
-            mask |= places[found] == keys
+            index = np.searchsorted(places, keys).clip(max=len(places) - 1)
+            mask |= places[index] == keys
     return riding
 
 

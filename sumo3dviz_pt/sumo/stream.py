@@ -111,8 +111,8 @@ def advice(files: Mapping[Path, str | None], *, networks: bool) -> str:
     """
     for file, root in files.items():
         if root is not None and bool(OTHERS[root].option) is networks:
-            found = f"{file.name} is {OTHERS[root].what}"
-            return f"{found}: {remedy(root, file)}" if networks else found
+            what = f"{file.name} is {OTHERS[root].what}"
+            return f"{what}: {remedy(root, file)}" if networks else what
     return ""
 
 
@@ -297,12 +297,12 @@ def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iter
     """
     roots = (root,) if isinstance(root, str) else root
     parser = expat.ParserCreate()
-    found: list[Element] = []
+    elements: list[Element] = []
     depth = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
-        found.append(Element(tag, attributes, depth, file, parser.CurrentLineNumber))
+        elements.append(Element(tag, attributes, depth, file, parser.CurrentLineNumber))
         depth += 1
 
     def end(_tag: str) -> None:
@@ -312,11 +312,11 @@ def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iter
     parser.StartElementHandler = start
     parser.EndElementHandler = end
     for _ in _steps(parser, file):
-        for element in found:
+        for element in elements:
             if element.depth == 0:
                 check_root(element, roots, what)
             yield element
-        found.clear()
+        elements.clear()
 
 
 def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:

@@ -40,8 +40,8 @@ class ClassDefaults:
 
 def _size_of(kind: str) -> tuple[float, float, float]:
     """Return length, width and height of a kind of road users without a type [m]."""
-    found = UNKNOWN_TYPES[kind]
-    return found.length, found.width, found.height
+    default = UNKNOWN_TYPES[kind]
+    return default.length, default.width, default.height
 
 
 _CAR = _size_of("vehicle")
@@ -182,17 +182,17 @@ def default_vehicle_type(type_id: str, kind: str, *, vclass: str | None = None) 
 
 def _definitions(path: Path) -> list[tuple[Element, dict[str, str]]]:
     """Return the vTypes of a file, each with its `<param>` children."""
-    found: list[tuple[Element, dict[str, str]]] = []
+    definitions: list[tuple[Element, dict[str, str]]] = []
     owner: Element | None = None
     for element in read_elements(path, root=(), what="a route or additional file of SUMO"):
         if element.tag == "vType":
             owner = element
-            found.append((element, {}))
+            definitions.append((element, {}))
         elif owner is not None and element.depth <= owner.depth:
             owner = None
         elif owner is not None and element.tag == "param":
-            found[-1][1][element.text("key")] = element.text("value", "")
-    return found
+            definitions[-1][1][element.text("key")] = element.text("value", "")
+    return definitions
 
 
 def _vehicle_type(element: Element, params: dict[str, str]) -> VehicleType:

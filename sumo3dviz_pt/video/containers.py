@@ -154,23 +154,23 @@ def _rhythm(path: Path, words: FilmWords, rate: Fraction) -> Iterator[tuple[str,
 def _boxes(path: Path, size: tuple[int, int], rate: Fraction, count: int) -> Iterator[str]:
     """Yield what is strange in the boxes of a film."""
     content = path.read_bytes()
-    found: dict[bytes, bytes] = {}
-    strange = set(_strange(content, found))
+    boxes: dict[bytes, bytes] = {}
+    strange = set(_strange(content, boxes))
     if strange:
         words = ", ".join(sorted(each.decode("latin-1") for each in strange))
         yield f"holds boxes that no film of ours has ({words})"
     try:
-        yield from _numbers(found, size, rate, count)
+        yield from _numbers(boxes, size, rate, count)
     except (KeyError, IndexError, ZeroDivisionError, struct.error):
         yield "does not say in full how it is to be shown"
 
 
-def _strange(content: bytes, found: dict[bytes, bytes]) -> Iterator[bytes]:
+def _strange(content: bytes, boxes: dict[bytes, bytes]) -> Iterator[bytes]:
     """Yield boxes that a film should not have, or not twice; collect the others by name."""
     for name, one in _all_boxes(content, b""):
-        if name in found or name in (b"moof", b"clap", b"mvex"):
+        if name in boxes or name in (b"moof", b"clap", b"mvex"):
             yield name
-        found[name] = one
+        boxes[name] = one
     for name, start, length in inner_boxes(content):
         if name == b"moov":
             yield from _unknown(content[start : start + length])
@@ -202,41 +202,41 @@ def _all_boxes(content: bytes, outside: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _numbers(
-    found: dict[bytes, bytes], size: tuple[int, int], rate: Fraction, count: int
+    boxes: dict[bytes, bytes], size: tuple[int, int], rate: Fraction, count: int
 ) -> Iterator[str]:
     """Yield numbers of the boxes that are others than they should be."""
-    scale, length, speed = _header(found[b"mvhd"], ">IIi", 12)
-    if speed != 1 << 16 or found[b"mvhd"][44:80] != _UPRIGHT:
+    scale, length, speed = _header(boxes[b"mvhd"], ">IIi", 12)
+    if speed != 1 << 16 or boxes[b"mvhd"][44:80] != _UPRIGHT:
         yield "tells players another speed, or to turn its pictures"
-    track = found[b"tkhd"]
+    track = boxes[b"tkhd"]
     sides = struct.unpack(">II", track[-8:])
     if not track[11] & 1 or track[-44:-8] != _UPRIGHT or sides != tuple(n << 16 for n in size):
         yield "tells players to hide, turn, crop or stretch its pictures"
-    per_second, _ = _header(found[b"mdhd"], ">II", 12)
+    per_second, _ = _header(boxes[b"mdhd"], ">II", 12)
     _, entries, *steps = struct.unpack(
-        f">{2 + (len(found[b'stts']) - 16) // 4}I", found[b"stts"][8:]
+        f">{2 + (len(boxes[b'stts']) - 16) // 4}I", boxes[b"stts"][8:]
     )
     if entries != 1 or steps[0] != count or Fraction(per_second, steps[1]) != rate:
         yield "tells players times that are not those of its frame rate"
     if abs(Fraction(length, scale) - count / rate) > Fraction(2, scale):
         yield f"tells players that it lasts {length / scale:g} s, not {float(count / rate):g} s"
-    yield from _edits(found, length)
-    kind, *colours = _colours(found[b"colr"])
+    yield from _edits(boxes, length)
+    kind, *colours = _colours(boxes[b"colr"])
     if kind not in (b"nclx", b"nclc") or colours != [1, 1, 1, 0]:
         yield "tells players other colours in its box `colr`"
-    if b"pasp" in found and len(set(struct.unpack(">II", found[b"pasp"][8:16]))) > 1:
+    if b"pasp" in boxes and len(set(struct.unpack(">II", boxes[b"pasp"][8:16]))) > 1:
         yield "tells players that its pixels are no squares"
 
 
-def _edits(found: dict[bytes, bytes], length: int) -> Iterator[str]:
+def _edits(boxes: dict[bytes, bytes], length: int) -> Iterator[str]:
     """Yield that an edit list shows anything but the whole film, once, from its first picture."""
-    edits = found.get(b"elst")
+    edits = boxes.get(b"elst")
     if edits is None:
         return
     (entries,) = struct.unpack(">I", edits[12:16])
     form = ">QqI" if edits[8] else ">IiI"
     whole, start, speed = struct.unpack(form, edits[16 : 16 + struct.calcsize(form)])
-    table = found.get(b"ctts", b"")
+    table = boxes.get(b"ctts", b"")
     first = struct.unpack(">i", table[20:24])[0] if table else 0
     if (entries, speed, start) != (1, 1 << 16, first) or abs(whole - length) > 1:
         yield "tells players by an edit list not to show it from its beginning to its end"

@@ -82,7 +82,7 @@ def keeping(*, size: tuple[int, int], rate: Fraction, part: Path) -> list[str]:
     return ["-y", *source, "-c:v", "ffv1", "-pix_fmt", "bgr0", "-f", "nut", str(part)]
 
 
-def paint(kept: Path, target: Path) -> None:
+def paint(film: Path, target: Path) -> None:
     """Turn kept pictures into a GIF that repeats for ever.
 
     Raises:
@@ -90,9 +90,9 @@ def paint(kept: Path, target: Path) -> None:
     """
     palette = target.with_suffix(".palette.png")
     try:
-        _run("-i", str(kept), "-vf", "palettegen=stats_mode=full", str(palette))
+        _run("-i", str(film), "-vf", "palettegen=stats_mode=full", str(palette))
         dithered = "paletteuse=dither=sierra2_4a:diff_mode=rectangle"
-        _run("-i", str(kept), "-i", str(palette), "-lavfi", dithered, "-loop", "0", str(target))
+        _run("-i", str(film), "-i", str(palette), "-lavfi", dithered, "-loop", "0", str(target))
     finally:
         palette.unlink(missing_ok=True)
 

@@ -117,13 +117,13 @@ class Apart:
         apart, planes = (one.astype(np.float64) - other) / _STEPS, len(_SUMS)
         means, signed = apart[:planes], apart[planes:] ** 2
         luma, colours = signed[: _SUMS[0]].mean(axis=0), signed[_SUMS[0] :]
-        found = (
+        numbers = (
             *(np.abs(means.mean(axis=1)).max(), np.abs(means).max()),
             *(np.sqrt(luma.mean()), np.sqrt(luma.max())),
             *(np.sqrt(colours.mean(axis=1).max()), np.sqrt(colours.max())),
             _tone(means, other[:planes] / _STEPS),
         )
-        return cls(*map(_up, found))
+        return cls(*map(_up, numbers))
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -153,8 +153,8 @@ def _tone(apart: Floats, wanted: Floats) -> float:
     luma, colour = wanted[0] - wanted[0].mean(), wanted[1:] - _NEUTRAL
     turned = np.stack([-colour[1], colour[0]])
     ways = ((apart[0], luma), (apart[1:], colour), (apart[1:], turned))
-    found = (abs(float((by * way).sum())) / max(_size(way), 1e-9) for by, way in ways)
-    return max(found) / math.sqrt(wanted.shape[1])
+    shares = (abs(float((by * way).sum())) / max(_size(way), 1e-9) for by, way in ways)
+    return max(shares) / math.sqrt(wanted.shape[1])
 
 
 def _size(values: Floats) -> float:
@@ -162,9 +162,9 @@ def _size(values: Floats) -> float:
     return float(np.sqrt((values**2).sum()))
 
 
-def as_text(found: Print) -> str:
+def as_text(values: Print) -> str:
     """Return a print as text."""
-    return base64.b64encode(found.astype("<i2").tobytes()).decode()
+    return base64.b64encode(values.astype("<i2").tobytes()).decode()
 
 
 def print_in(text: str) -> Print:
@@ -220,8 +220,8 @@ def film_prints(path: Path, *, codec: Codec, size: tuple[int, int]) -> FilmPrint
             prints = tuple(print_of(planes, bits=codec.bits) for planes in pictures)
         failed = process.wait()
         messages.seek(0)
-        said = messages.read().decode("utf-8", "replace")
-    words = words_in(said)
+        text = messages.read().decode("utf-8", "replace")
+    words = words_in(text)
     if failed or not prints or words is None:
         raise InputError("is no film that can be decoded to its end", file=path)
     return FilmPrints(prints, words)

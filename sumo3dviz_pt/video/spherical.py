@@ -49,13 +49,13 @@ class Spherical:
     @property
     def boxes(self) -> bytes:
         """The boxes, as they lie in a sample entry."""
-        found = _full(b"st3d", bytes([self.stereo]))
+        content = _full(b"st3d", bytes([self.stereo]))
         if self.cropped is None:
-            return found
+            return content
         side = round(self.cropped * 2**32)
         pose = _full(b"prhd", struct.pack(">iii", 0, 0, 0))
         bounds = _full(b"equi", struct.pack(">IIII", 0, 0, side, side))
-        return found + _box(
+        return content + _box(
             b"sv3d", _full(b"svhd", _MADE_BY + b"\0") + _box(b"proj", pose + bounds)
         )
 
@@ -123,7 +123,7 @@ def _copy(old: BinaryIO, new: BinaryIO, boxes: bytes, *, name: str) -> None:
 
 def _with_boxes(content: bytes, boxes: bytes, *, shift: int) -> bytes:
     """Return boxes that lie in each other, with some more in each sample entry."""
-    found = []
+    parts = []
     for name, start, size in inner_boxes(content):
         one = content[start : start + size]
         if name in _HEADERS:
@@ -134,8 +134,8 @@ def _with_boxes(content: bytes, boxes: bytes, *, shift: int) -> bytes:
             one = _entry(one, boxes)
         elif name in (b"stco", b"co64"):
             one = _shifted(one, shift)
-        found.append(one)
-    return b"".join(found)
+        parts.append(one)
+    return b"".join(parts)
 
 
 def _entry(entry: bytes, boxes: bytes) -> bytes:

@@ -198,7 +198,7 @@ class Client:
         began: When the first of them was begun [s].
         pictured: What the last picture shows, or None.
         ticked: Until when time has passed for this page [s]; None while nothing happens.
-        told: The key frames that the page was told of.
+        sent: The key frames that the page was told of.
     """
 
     def __init__(
@@ -223,7 +223,7 @@ class Client:
         self.began = 0.0
         self.pictured: Pictured | None = None
         self.ticked: float | None = None
-        self.told: tuple[KeyFrame, ...] = state.frames
+        self.sent: tuple[KeyFrame, ...] = state.frames
         self._deliver, self._wake, self._leave = deliver, wake, leave
         self._lock = threading.Lock()
         self._orders: deque[tuple[float, Order]] = deque(maxlen=_MOST_ORDERS)

@@ -30,7 +30,7 @@ import numpy as np
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.job.cameras import FOV
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
@@ -333,19 +333,19 @@ def _ends_a_block(event: yaml.Event) -> bool:
 
 def _line_after(text: str, index: int) -> int:
     """Return where the line after a place starts, or its own line if nothing stands before it."""
-    begin = max((found.end() for found in _BREAK.finditer(text, 0, index)), default=0)
+    begin = max((match.end() for match in _BREAK.finditer(text, 0, index)), default=0)
     if not text[begin:index].strip(" "):
         return begin
-    found = _BREAK.search(text, index)
-    return len(text) if found is None else found.end()
+    line_end = _BREAK.search(text, index)
+    return len(text) if line_end is None else line_end.end()
 
 
 def _after_comments(text: str, index: int, column: int) -> int:
     """Skip comments that are indented at least as far as a column: they belong to cameras."""
     here = index
     while here < len(text):
-        found = _BREAK.search(text, here)
-        following = len(text) if found is None else found.end()
+        match = _BREAK.search(text, here)
+        following = len(text) if match is None else match.end()
         line = text[here:following]
         words = line.strip()
         if words.startswith("#") and len(line) - len(line.lstrip(" ")) >= column:
@@ -555,7 +555,7 @@ def _replace(file: Path, content: bytes) -> None:
     try:
         if not os.access(file, os.W_OK):
             raise PermissionError(13, "it is write-protected")
-        with whole(file) as part:
+        with atomic_path(file) as part:
             with part.open("wb") as stream:
                 stream.write(content)
                 stream.flush()

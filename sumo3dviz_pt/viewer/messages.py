@@ -210,8 +210,8 @@ def parsed(raw: Mapping[str, Any]) -> Order:
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
-        said = cut(f"{place}: {first['msg']}", most=200)
-        raise ConfigError(f"the page asked for nonsense ({said})") from error
+        why = cut(f"{place}: {first['msg']}", most=200)
+        raise ConfigError(f"the page asked for nonsense ({why})") from error
 
 
 @dataclass(frozen=True, slots=True)

@@ -207,8 +207,8 @@ class RenderThread:
         """Wait for the next client with something to do; None at the end."""
         with self._changed:
             while not self._closing:
-                if (found := self._choice()) is not None:
-                    return found
+                if (chosen := self._choice()) is not None:
+                    return chosen
                 self._changed.wait(timeout=0.2)
         return None
 
@@ -247,10 +247,10 @@ class RenderThread:
             except ConfigError as error:
                 client.warn(error)
         self._tick(client, clock.perf_counter())
-        if client.state.frames is not client.told:
+        if client.state.frames is not client.sent:
             # Once for all orders, so that many added key frames do not make as many notes.
-            client.told = client.state.frames
-            client.tell("keyframes", frames=frames_said(client.told))
+            client.sent = client.state.frames
+            client.tell("keyframes", frames=frames_said(client.sent))
         if client.ready:
             self._projector.picture(client)
             self._detail(client)
@@ -302,11 +302,11 @@ class RenderThread:
     def _(self, order: messages.Pick, client: Client) -> None:
         live, state = self.live, client.state
         seen = None if client.mean is None else client.mean.value
-        found = live.pick(state.time, state.view(live), (order.x, order.y), seen)
-        if found is None:
+        vehicle = live.pick(state.time, state.view(live), (order.x, order.y), seen)
+        if vehicle is None:
             client.tell("note", level="info", text="nobody is there")
             return
-        self._follow(messages.Ride(do="ride", vehicle=found), client)
+        self._follow(messages.Ride(do="ride", vehicle=vehicle), client)
 
     @_follow.register
     def _(self, order: messages.UnderSky, client: Client) -> None:

@@ -148,8 +148,8 @@ async def _guarded(
     if origin is not None and origin.lower() not in pages:
         raise web.HTTPForbidden(text="The viewer does not talk to other pages.\n")
     # `OPTIONS *` has no slash; a path may hold bytes that are no text.
-    given = request.path.partition("/")[2].partition("/")[0].encode(errors="replace")
-    if not hmac.compare_digest(given, request.app[_SITE].token.encode()):
+    token = request.path.partition("/")[2].partition("/")[0].encode(errors="replace")
+    if not hmac.compare_digest(token, request.app[_SITE].token.encode()):
         raise web.HTTPNotFound(text=_NOT_HERE)
     if request.match_info.http_exception is not None and request.method == "GET":
         raise web.HTTPNotFound(text=_NOT_HERE)
@@ -224,11 +224,11 @@ async def _send(talk: web.WebSocketResponse, outbox: Outbox) -> None:
 def _hear(text: str, client: Client, outbox: Outbox) -> None:
     """Pass on what a page says; nonsense is answered with a note."""
     try:
-        said = _parsed(text)
-        if "ack" not in said:
-            client.order(said)
-        elif outbox.acknowledge(said["ack"]):
-            client.acknowledge(said["ack"])
+        message = _parsed(text)
+        if "ack" not in message:
+            client.order(message)
+        elif outbox.acknowledge(message["ack"]):
+            client.acknowledge(message["ack"])
     except ConfigError as error:
         outbox.deliver(Note({"kind": "note", "level": "error", "text": str(error)}))
 
@@ -240,12 +240,12 @@ def _parsed(text: str) -> dict[str, Any]:
         ConfigError: If it is no JSON object.
     """
     try:
-        said = json.loads(text)
+        message = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ConfigError(f"not understood: {text[:80]!r} is no JSON") from error
-    if not isinstance(said, dict):
+    if not isinstance(message, dict):
         raise ConfigError(f"not understood: {text[:80]!r} is no JSON object")
-    return said
+    return message
 
 
 async def _say_goodbye(app: web.Application) -> None:
@@ -381,11 +381,11 @@ def serve(
         ConfigError: If the port is taken or the token does not suit an address.
         Sumo3dvizError: If the scene cannot be built or rendered.
     """
-    asked = threading.Event()
+    over = threading.Event()
     # The signals are restored first, so that a second Ctrl-C ends the program at once.
-    with Server(render_thread, port=port, token=token) as server, _on_signals(asked.set):
+    with Server(render_thread, port=port, token=token) as server, _on_signals(over.set):
         announce(server.address)
-        while server.running and not asked.wait(0.5):
+        while server.running and not over.wait(0.5):
             pass
 
 
@@ -410,10 +410,10 @@ def _on_signals(act: Callable[[], None]) -> Iterator[None]:
         yield
         return
 
-    def told(_number: int, _frame: FrameType | None) -> None:
+    def on_signal(_number: int, _frame: FrameType | None) -> None:
         act()
 
-    before = {which: signal.signal(which, told) for which in (signal.SIGINT, signal.SIGTERM)}
+    before = {which: signal.signal(which, on_signal) for which in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:

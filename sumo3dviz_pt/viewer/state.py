@@ -250,9 +250,9 @@ def _(order: messages.KeyFrameOrder, state: ViewerState, live: Live) -> ViewerSt
     if order.act == "remove":
         if not -1 <= order.index < len(state.frames) or not state.frames:
             raise ConfigError("there is no such key frame")
-        kept = list(state.frames)
-        del kept[order.index]
-        return replace(outside(state, live), frames=tuple(kept))
+        frames = list(state.frames)
+        del frames[order.index]
+        return replace(outside(state, live), frames=tuple(frames))
     if order.act == "clear":
         return replace(outside(state, live), frames=())
     if order.act == "stop":

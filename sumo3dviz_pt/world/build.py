@@ -342,7 +342,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
     )
     # All of it together.
-    said = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
+    sources = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
     season = season_of(job)
     return BuiltPlace(
         in_season((p for p in (*fixed, *scenery.static) if len(p.part.mesh.faces)), season),
@@ -360,7 +360,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
             *grown.fronts.lamps,
             *street.lamps,
         ),
-        tuple(out for some in said for out in some.left_out),
+        tuple(out for some in sources for out in some.left_out),
     )
 
 
@@ -389,17 +389,17 @@ def _land(
     network, textured = scenario.network, job.textured
     # Roads first: everything else stands beside or below them.
     lanes = world.memory.of(("lane index",), partial(build_lane_index, network))
-    given = partial(
+    lay = partial(
         surroundings, lanes, seed=job.seed, camera_path=camera_path, clearance=world.clearance
     )
-    choice = choose_roads(network, region, replace(given(), memory=world.memory))
+    choice = choose_roads(network, region, replace(lay(), memory=world.memory))
     roads = roads_around(world, choice, camera_path)
     room = Room(occupied(scenario.pois, scenario.polygons, world.clearance.places), camera_path)
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
     # What objects are placed by.
-    around = given(height_at=ground.height_at)
+    around = lay(height_at=ground.height_at)
     around = replace(around, dark=world.dark, memory=world.memory, season=season_of(world.job))
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
@@ -440,9 +440,9 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     rows, fronts = _fronts(scenario, land)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
     drawn = [poi for poi in scenario.pois if _is_drawn(poi, job)]
-    said = before_cameras(drawn, scenario.network, around)
+    lost = before_cameras(drawn, scenario.network, around)
     planting = _planting(scenario, job, roads, around)
-    planting = replace(planting, left_out=(*planting.left_out, *said))
+    planting = replace(planting, left_out=(*planting.left_out, *lost))
     yards = gardens(rows) if _why_barren(job) is None else ()
     trees = yard_trees(yards, around)
     planted = (*planting.pois, *trees, *areas.grown.pois)
@@ -481,8 +481,8 @@ def _rows(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) 
     if why is not None:
         return Rows(why=why)
     paved, network = roads.layout.paved, scenario.network
-    given = (*scenario.polygons, *stop_areas(network, scenario.stops))
-    return grow_rows(network, paved, Given(scenario.pois, given), around=around)
+    shapes = (*scenario.polygons, *stop_areas(network, scenario.stops))
+    return grow_rows(network, paved, Given(scenario.pois, shapes), around=around)
 
 
 def _fronts(scenario: Scenario, land: _PreparedLand) -> tuple[Rows, Fronts]:
@@ -515,9 +515,9 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     if why is not None:
         return Planting(belts, (LeftOut("planting away from fast roads", why),), far)
     plot = replace(plot, objects=np.array([*plot.objects, *(poi.position for poi in belts)]))
-    found = plant(scenario.network, plot, around=around)
+    planted = plant(scenario.network, plot, around=around)
     static = (*far, *plant_far(plot, around=around))
-    return replace(found, pois=(*belts, *found.pois), static=static, open=True)
+    return replace(planted, pois=(*belts, *planted.pois), static=static, open=True)
 
 
 def _islands(world: World, land: _PreparedLand, areas: AreaParts) -> tuple[IslandParts, AreaParts]:

@@ -71,10 +71,10 @@ class Memory:
             make: Makes the thing, which must not be changed afterwards.
         """
         name = (*self._prefix, *name)
-        kept = self._store.find(name)
-        if kept is not None:
-            found: _T = kept.thing
-            return found
+        entry = self._store.find(name)
+        if entry is not None:
+            thing: _T = entry.thing
+            return thing
         # Not under the store's lock: what is made is often made of other things.
         made = make()
         self._store.keep(name, _Sized(made, _size_of(made)))
@@ -111,25 +111,25 @@ class _Store:
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._kept: OrderedDict[Name, _Sized] = OrderedDict()
+        self._entries: OrderedDict[Name, _Sized] = OrderedDict()
         self._bytes = 0
         self._lock = threading.Lock()
 
     def find(self, name: Name) -> _Sized | None:
         """Return what is kept under a name, now the one used last; None if nothing is."""
         with self._lock:
-            if name in self._kept:
-                self._kept.move_to_end(name)
-            return self._kept.get(name)
+            if name in self._entries:
+                self._entries.move_to_end(name)
+            return self._entries.get(name)
 
     def keep(self, name: Name, new: _Sized) -> None:
         """Keep a thing, and of the others those used last, as many as there is room for."""
         with self._lock:
-            before = self._kept.pop(name, None)
-            self._kept[name] = new
+            before = self._entries.pop(name, None)
+            self._entries[name] = new
             self._bytes += new.size - (0 if before is None else before.size)
-            while self._bytes > self._most and len(self._kept) > 1:
-                self._bytes -= self._kept.popitem(last=False)[1].size
+            while self._bytes > self._most and len(self._entries) > 1:
+                self._bytes -= self._entries.popitem(last=False)[1].size
 
 
 def _size_of(value: Any) -> int:

@@ -109,12 +109,12 @@ def _part(network: Network, edges: set[str], boxes: Iterable[BoundsXY]) -> Netwo
         for key, junction in network.junctions.items()
         if any(in_region(junction.outline, box) for box in some)
     }
-    kept = {
+    own = {
         key: edge
         for key, edge in network.edges.items()
         if (key in edges if edge.function in _OWN else junction_of(key) in junctions)
     }
-    return _network(network, set(kept), set(junctions))
+    return _network(network, set(own), set(junctions))
 
 
 _OWN = ("normal", "connector")
@@ -179,14 +179,14 @@ def seen_of(
         lanes: Of the network; roads of small ones are built whatever a camera sees.
     """
     whole = _ROADS if lanes <= MOST_LANES else ()
-    found = []
+    seen_parts = []
     for part in static:
-        kept = part
+        shown = part
         if part.family not in whole and len(part.part.mesh.faces):
             roads = part.family in _ROADS
-            kept = _with_faces(part, _seen(part.part.mesh, camera_path, roads=roads))
-        found.append(kept)
-    return tuple(part for part in found if len(part.part.mesh.faces))
+            shown = _with_faces(part, _seen(part.part.mesh, camera_path, roads=roads))
+        seen_parts.append(shown)
+    return tuple(part for part in seen_parts if len(part.part.mesh.faces))
 
 
 def _seen(mesh: Mesh, camera_path: CameraPath, *, roads: bool) -> Bools:
@@ -206,16 +206,16 @@ def _seen(mesh: Mesh, camera_path: CameraPath, *, roads: bool) -> Bools:
     return np.asarray(seen[own])
 
 
-def _with_faces(part: StaticPart, kept: Bools) -> StaticPart:
+def _with_faces(part: StaticPart, shown: Bools) -> StaticPart:
     """Return a part with some of its faces."""
-    if kept.all():
+    if shown.all():
         return part
     mesh, tint = part.part.mesh, part.part.tint
     runs = [name for name, _ in mesh.things]
     owner = np.repeat(np.arange(len(runs)), [count for _, count in mesh.things])
-    counts = np.bincount(owner[kept], minlength=len(runs)).tolist() if runs else []
+    counts = np.bincount(owner[shown], minlength=len(runs)).tolist() if runs else []
     things = tuple((name, count) for name, count in zip(runs, counts, strict=True) if count)
-    some = replace(mesh, faces=mesh.faces[kept], things=things)
+    some = replace(mesh, faces=mesh.faces[shown], things=things)
     return replace(
-        part, part=replace(part.part, mesh=some, tint=None if tint is None else tint[kept])
+        part, part=replace(part.part, mesh=some, tint=None if tint is None else tint[shown])
     )

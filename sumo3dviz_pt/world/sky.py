@@ -118,10 +118,10 @@ def zone_at(*, latitude: float, longitude: float) -> str:
     except ImportError as error:
         message = "zones of places need the package tzfpy; install it, or give the zone"
         raise ConfigError(message, key="sky.sun.zone") from error
-    found = str(tzfpy.get_tz(longitude, latitude))
-    if not found:
+    zone = str(tzfpy.get_tz(longitude, latitude))
+    if not zone:
         raise ConfigError("no time zone is known there; give one", key="sky.sun.zone")
-    return found
+    return zone
 
 
 def _julian_days(when: dt.datetime) -> float:

@@ -31,7 +31,7 @@ from sumo3dviz_pt.model.weather import (
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.sky import read_clouds
 
-_Said = WeatherMoment | WeatherSettings
+_Stated = WeatherMoment | WeatherSettings
 
 _NEARLY_ALL = 95.0
 """Share of roads on which fog is as dense as said; a viaduct may rise above [%]."""
@@ -91,18 +91,18 @@ def says_anything(settings: WeatherSettings) -> bool:
 def _weather_at(settings: WeatherSettings, time: float, base: float) -> Weather:
     """The weather of a moment that the course names."""
     numbers = _Numbers(settings, time)
-    wetness = numbers.of(lambda said: said.wetness)
-    fallen: dict[str, Any] = {name: _part(numbers, name) for name in FALLING_KINDS}
+    wetness = numbers.of(lambda state: state.wetness)
+    falling: dict[str, Any] = {name: _part(numbers, name) for name in FALLING_KINDS}
     if wetness is None:
-        wetness = min(1.0, (0.0 if fallen["rain"] is None else fallen["rain"].rate) / _SOAKING)
-    puddles = numbers.of(lambda said: said.puddles)
+        wetness = min(1.0, (0.0 if falling["rain"] is None else falling["rain"].rate) / _SOAKING)
+    puddles = numbers.of(lambda state: state.puddles)
     return Weather(
         fog=_fog(numbers, base),
         wetness=wetness,
         puddles=_POOLS * wetness if puddles is None else puddles,
         wind=_wind(numbers),
         season=settings.season,
-        **fallen,
+        **falling,
     )
 
 
@@ -121,34 +121,34 @@ class _Numbers:
     def __init__(self, settings: WeatherSettings, time: float) -> None:
         self.settings, self.time = settings, time
 
-    def of(self, read: Callable[[_Said], float | None]) -> float | None:
+    def of(self, read: Callable[[_Stated], float | None]) -> float | None:
         """Return a number by those who say it: moments, or else the scene file; None if nobody."""
-        said = [(moment.time, read(moment)) for moment in self.settings.course]
-        known = [(time, value) for time, value in said if value is not None]
+        moments = [(moment.time, read(moment)) for moment in self.settings.course]
+        known = [(time, value) for time, value in moments if value is not None]
         if not known:
             return read(self.settings)
         times, values = zip(*known, strict=True)
         return float(np.interp(self.time, times, values))
 
-    def anyone(self, read: Callable[[_Said], object | None]) -> bool:
+    def anyone(self, read: Callable[[_Stated], object | None]) -> bool:
         """Return whether the scene file or a moment says something."""
         moments = self.settings.course
         return read(self.settings) is not None or any(read(each) is not None for each in moments)
 
-    def word(self, read: Callable[[_Said], str | None]) -> str | None:
+    def word(self, read: Callable[[_Stated], str | None]) -> str | None:
         """Return a word: that of the last moment that says it and has come."""
-        found = read(self.settings)
+        value = read(self.settings)
         for moment in self.settings.course:
             word = read(moment)
-            if word is not None and (found is None or moment.time <= self.time):
-                found = word
-        return found
+            if word is not None and (value is None or moment.time <= self.time):
+                value = word
+        return value
 
 
 def _fog(numbers: _Numbers, base: float) -> Fog | None:
     """The fog of a moment; its extinction is interpolated, not its visibility."""
-    extinction = numbers.of(lambda said: None if said.fog is None else _extinction(said.fog))
-    fall = numbers.of(lambda said: None if said.fog is None else _fall(said.fog))
+    extinction = numbers.of(lambda state: None if state.fog is None else _extinction(state.fog))
+    fall = numbers.of(lambda state: None if state.fog is None else _fall(state.fog))
     if extinction is None:
         return None
     return Fog(extinction, 1.0 / fall if fall else math.inf, base)
@@ -167,19 +167,19 @@ def _fall(fog: FogSettings) -> float | None:
 def _part(numbers: _Numbers, name: str) -> WeatherKind | None:
     """A kind of weather whose numbers and words have the same names in the scene file."""
 
-    def said_of(field: str) -> Callable[[_Said], Any]:
-        return lambda said: getattr(getattr(said, name), field, None)
+    def reader(field: str) -> Callable[[_Stated], Any]:
+        return lambda state: getattr(getattr(state, name), field, None)
 
-    if not numbers.anyone(lambda said: getattr(said, name)):
+    if not numbers.anyone(lambda state: getattr(state, name)):
         return None
     kind = FALLING_KINDS[name]
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for each in fields(kind):
         ask = numbers.word if isinstance(each.default, str) else numbers.of
-        value = ask(said_of(each.name))
+        value = ask(reader(each.name))
         if value is not None:
-            found[each.name] = value
-    return kind(**found)
+            values[each.name] = value
+    return kind(**values)
 
 
 def _wind(numbers: _Numbers) -> Wind | None:
@@ -187,14 +187,14 @@ def _wind(numbers: _Numbers) -> Wind | None:
     whole = numbers.settings.wind
     usual = _WEST if whole is None or whole.bearing is None else whole.bearing
 
-    def blowing(said: _Said) -> Wind | None:
-        if said.wind is None:
+    def blowing(state: _Stated) -> Wind | None:
+        if state.wind is None:
             return None
-        bearing = usual if said.wind.bearing is None else said.wind.bearing
-        return Wind.coming(said.wind.speed, math.radians(bearing))
+        bearing = usual if state.wind.bearing is None else state.wind.bearing
+        return Wind.coming(state.wind.speed, math.radians(bearing))
 
     def part(of: str) -> float | None:
-        return numbers.of(lambda said: getattr(blowing(said), of, None))
+        return numbers.of(lambda state: getattr(blowing(state), of, None))
 
     east, north = part("east"), part("north")
     return None if east is None or north is None else Wind(east, north)

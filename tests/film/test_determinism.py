@@ -90,8 +90,8 @@ def test_broken_off_and_resumed_equals_uninterrupted(place, whole, capsys):
     order = FilmOrder(broken, start=4, end=4.8, fps=10, resume=True)
     seen = []
 
-    def stop(news):
-        seen.append(news)
+    def stop(event):
+        seen.append(event)
         if len(seen) == 3:
             raise KeyboardInterrupt
 
@@ -99,7 +99,7 @@ def test_broken_off_and_resumed_equals_uninterrupted(place, whole, capsys):
         render_film(load_job(place), CHEAP.__class__(camera="post", spp=1), order, on_frame=stop)
     # The fourth was traced while the third was written, and what was traced is kept.
     assert len(frames_in(place.parent / "broken.frames")) == 4 and not broken.exists()
-    assert [news.done for news in seen] == [1, 2, 3] and seen[0].total == 8
+    assert [event.done for event in seen] == [1, 2, 3] and seen[0].total == 8
     # A half-written and a foreign frame are rendered anew.
     damaged = place.parent / "broken.frames" / "000001.exr"
     damaged.write_bytes(damaged.read_bytes()[:200])
@@ -218,11 +218,11 @@ def test_a_scene_by_its_files_gives_the_commands_pixels(place, still):
 
 def test_films_over_the_api_equal_the_commands(place, whole):
     target = place.parent / "api.mp4"
-    news = []
+    steps = []
     (folder,) = sv.load(place).render(
-        target, camera="post", start=4, end=4.8, fps=10, spp=1, frames=(2, 4), progress=news.append
+        target, camera="post", start=4, end=4.8, fps=10, spp=1, frames=(2, 4), progress=steps.append
     )
-    assert folder == place.parent / "api.frames" and len(news) == 2
+    assert folder == place.parent / "api.frames" and len(steps) == 2
     assert_equal_frames(frames_in(folder), frames_in(whole.parent / "whole.frames"))
 
 

@@ -160,7 +160,7 @@ def held_while_made(place, film, *, stop=None, **choices):
     """Make a film whose frames go; return how many lay on disk after each frame was stored."""
     held = []
 
-    def look(news):
+    def look(event):
         held.append(len(list(film.with_suffix(".frames").glob("*.exr"))))
         if len(held) == stop:
             raise KeyboardInterrupt

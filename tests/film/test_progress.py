@@ -5,7 +5,7 @@ from builders import write_scenario
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.model.news import Doing, News, heard_by
+from sumo3dviz_pt.model.progress import Doing, ProgressEvent, heard_by
 from sumo3dviz_pt.pipeline.costs import spent
 from sumo3dviz_pt.pipeline.films.film import FilmOrder, render_film
 from sumo3dviz_pt.pipeline.live import render_still
@@ -23,16 +23,16 @@ def test_films_announce_every_step_that_is_expected_and_all_their_cpu_time(tmp_p
     with heard_by(heard.append):
         (report,) = render_film(job, CHEAP, order)
     whole = spent() - before
-    frames = [News(Doing.RENDER, done, 3) for done in range(4)]
+    frames = [ProgressEvent(Doing.RENDER, done, 3) for done in range(4)]
     assert heard == [
-        News(Doing.READ),
-        News(Doing.BUILD),
-        News(Doing.OPEN),
+        ProgressEvent(Doing.READ),
+        ProgressEvent(Doing.BUILD),
+        ProgressEvent(Doing.OPEN),
         *frames,
-        News(Doing.ENCODE),
+        ProgressEvent(Doing.ENCODE),
     ]
     expected = [step.doing for step in film_steps(job, CHEAP, order)]
-    assert expected == list(dict.fromkeys(news.doing for news in heard))
+    assert expected == list(dict.fromkeys(event.doing for event in heard))
     assert whole - 0.2 <= sum(report.cpu.values()) <= whole + 0.01
 
 
@@ -51,7 +51,7 @@ def test_stills_announce_their_passes(tmp_path):
     heard = []
     with heard_by(heard.append):
         render_still(job, CHEAP, 4.0)
-    doings = list(dict.fromkeys(news.doing for news in heard))
+    doings = list(dict.fromkeys(event.doing for event in heard))
     assert doings == [step.doing for step in still_steps(job, CHEAP)]
     assert heard[-1].done == heard[-1].total > 0
 

@@ -8,7 +8,7 @@ from builders import write_scenario
 
 from sumo3dviz_pt.catalog import template_names
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.model.news import Doing, heard_by
+from sumo3dviz_pt.model.progress import Doing, heard_by
 from sumo3dviz_pt.pipeline.production import Request, frame_times, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.report.stress.cases import Case
@@ -85,12 +85,12 @@ def test_an_error_is_a_finding_and_the_rest_goes_on(tmp_path):
     """A lens that no camera takes stands for whatever a scene leads astray."""
     job = load_job(write_scenario(tmp_path, vehicles=2))
     cases = [Case("odd", "eye", fov=1.0), Case("odd too", "eye", fov=1.0), Case("fine")]
-    news = []
-    with heard_by(news.append):
+    events = []
+    with heard_by(events.append):
         report = put_under_stress(job, StressOrder(), cases=cases)
     assert [outcome.verdict for outcome in report.outcomes] == ["failed", "failed", "ok"]
     assert all("fov" in outcome.why for outcome in report.outcomes[:2])
-    measured = [each for each in news if each.doing is Doing.MEASURE]
+    measured = [each for each in events if each.doing is Doing.MEASURE]
     assert [(each.what, each.done, each.total) for each in measured][-1] == ("fine", 3, 3)
 
 

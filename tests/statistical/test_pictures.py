@@ -303,7 +303,7 @@ def test_denoisers_keep_the_mean_and_guides_help(denoise):
     passes = []
     with session_of(scene, quality=quality) as session:
         rendered = session.render(
-            frame_of(view_at([0, 0, 2], pitch=-10)), after_pass=lambda *news: passes.append(news)
+            frame_of(view_at([0, 0, 2], pitch=-10)), after_pass=lambda *event: passes.append(event)
         )
     assert passes == [(1, 1)]
     image = rendered.radiance

@@ -210,11 +210,11 @@ def glazed(
 
 def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
     """Number roles by the classes, (n,), of their quads, (n, 4, 3)."""
-    found: dict[str, Floats] = {}
+    parts: dict[str, Floats] = {}
     for role, (some, classes) in quads.items():
         for number in np.unique(classes).tolist():
-            found[f"{role}{number}"] = some[classes == number]
-    return found
+            parts[f"{role}{number}"] = some[classes == number]
+    return parts
 
 
 def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
@@ -314,9 +314,9 @@ def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> 
 def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
     """Build what reaches out around windows: sills, surrounds, hoods and lintels."""
     u0, u1, z0, z1 = openings.T
-    found: list[Shell] = []
+    shells: list[Shell] = []
     if facade.boards:
-        found.append({"trim": _ledges(u0 - 0.08, u1 + 0.08, (z0 - 0.06, z0), 0.08)})
+        shells.append({"trim": _ledges(u0 - 0.08, u1 + 0.08, (z0 - 0.06, z0), 0.08)})
     if facade.surround:
         wide, out = facade.surround, -0.012
         bands = [
@@ -324,13 +324,13 @@ def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
             rectangles(u1, u1 + wide, z0, z1 + wide, inward=out),
             rectangles(u0, u1, z1, z1 + wide, inward=out),
         ]
-        found.append({"trim": np.concatenate(bands)})
+        shells.append({"trim": np.concatenate(bands)})
     if facade.hood:
         z = z1 + facade.surround + 0.1
-        found.append({"trim": _ledges(u0 - 0.2, u1 + 0.2, (z, z + 0.13), 0.16)})
+        shells.append({"trim": _ledges(u0 - 0.2, u1 + 0.2, (z, z + 0.13), 0.16)})
     if facade.lintel:
-        found.append({"trim": rectangles(u0 - 0.12, u1 + 0.12, z1, z1 + 0.2, inward=-0.015)})
-    return joined(found)
+        shells.append({"trim": rectangles(u0 - 0.12, u1 + 0.12, z1, z1 + 0.2, inward=-0.015)})
+    return joined(shells)
 
 
 def _shutters(openings: Floats, rng: np.random.Generator) -> dict[str, Floats]:
@@ -377,7 +377,7 @@ def _leaves(boards: Floats, turn: Floats, outward: float) -> Floats:
     bars = [low + share * (high - low - 0.09) for share in (0.0, 0.5, 1.0)]
     flat = [rectangles(0.0, wide, low, high)]
     flat += [rectangles(0.0, wide, bar, bar + 0.09, inward=-0.012) for bar in bars]
-    found = []
+    leaves = []
     for quads in flat:
         across, out = quads[..., 0], quads[..., 1]
         u = hinge[:, None] + along[:, None] * across
@@ -385,8 +385,8 @@ def _leaves(boards: Floats, turn: Floats, outward: float) -> Floats:
         turned = np.stack([u, inward, quads[..., 2]], axis=-1)
         # Corners run counter-clockwise as the street sees them.
         turned[along < 0.0] = turned[along < 0.0][:, [1, 0, 3, 2]]
-        found.append(turned)
-    return np.concatenate([*found, found[0][:, ::-1] + np.array([0.0, 0.015, 0.0])])
+        leaves.append(turned)
+    return np.concatenate([*leaves, leaves[0][:, ::-1] + np.array([0.0, 0.015, 0.0])])
 
 
 def _ledges(u0: Floats, u1: Floats, heights: tuple[Floats, Floats], out: float) -> Floats:

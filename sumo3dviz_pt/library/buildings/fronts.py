@@ -225,12 +225,12 @@ def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
     count = len(panes)
     sorts = rng.integers(1, GOODS, (count, _THINGS + 1))
     tall = rng.uniform(0.16, 0.5, (count, _THINGS))
-    found: dict[str, list[Floats]] = {}
+    goods: dict[str, list[Floats]] = {}
 
     def show(quads: Floats, sort: Ints) -> None:
         """Give quads to the roles of their sorts."""
         for number in np.unique(sort).tolist():
-            found.setdefault(f"shop{number}", []).append(quads[sort == number])
+            goods.setdefault(f"shop{number}", []).append(quads[sort == number])
 
     if level == FAR:
         show(panes, sorts[:, 0])
@@ -243,7 +243,7 @@ def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
             show(share_of_panes(panes, left, right, top, 0.84 * one), sorts[:, _THINGS])
         # Sort 0 is the ceiling with its lamps.
         show(share_of_panes(panes, zero, one, 0.84 * one, one), np.zeros(count, np.int64))
-    return {role: np.concatenate(quads) for role, quads in found.items()}
+    return {role: np.concatenate(quads) for role, quads in goods.items()}
 
 
 def _signs(

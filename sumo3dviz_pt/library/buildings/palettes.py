@@ -68,7 +68,7 @@ def lit_roles(
     Returns:
         `WINDOWS` or `SHOPS` and the luminance by channel [cd/m2] of each lit role.
     """
-    found: dict[str, tuple[str, Colour]] = {}
+    roles: dict[str, tuple[str, Colour]] = {}
     for number in range(CLASSES):
         on, hue = rng.random(), _HUES[use][rng.choice(len(_HUES[use]), p=_ODDS[use])]
         luminance = _LUMINANCE[use] * float(np.exp(rng.normal(0.0, _SPREAD)))
@@ -76,22 +76,22 @@ def lit_roles(
             [1.0, rng.uniform(0.85, 1.0), rng.uniform(0.6, 1)]
         )
         if on < _LIT[use]:
-            found[f"room{number}"] = (WINDOWS, _shining(hue, luminance))
+            roles[f"room{number}"] = (WINDOWS, _shining(hue, luminance))
             low = float(rng.uniform(0.3, 0.8))
-            found[f"low{number}"] = (WINDOWS, _shining(hue * (1.0, 0.9, 0.8), low * luminance))
-            found[f"drape{number}"] = (WINDOWS, _shining(hue * cloth, luminance * cloth.mean()))
+            roles[f"low{number}"] = (WINDOWS, _shining(hue * (1.0, 0.9, 0.8), low * luminance))
+            roles[f"drape{number}"] = (WINDOWS, _shining(hue * cloth, luminance * cloth.mean()))
     lamp = _HUES["shop"][rng.choice(3, p=_ODDS["shop"])]
     if rng.random() < 0.75:
         for number in range(GOODS):
             goods = lamp * (rng.uniform(0.6, 1.0, 3) if number else 1.0)
             shown = float(rng.choice(_GOODS)) if number else _CEILING
-            found[f"shop{number}"] = (SHOPS, _shining(goods, shown))
+            roles[f"shop{number}"] = (SHOPS, _shining(goods, shown))
     for number, sign in enumerate(signs):
         on, luminance = rng.random(), float(np.exp(rng.uniform(*_SIGNS)))
         if on < 0.7:
             # Acrylic glass lit from behind: pale colours of the board.
-            found[f"sign{number}"] = (SHOPS, _shining(np.array(sign) / max(sign) + 0.06, luminance))
-    return found
+            roles[f"sign{number}"] = (SHOPS, _shining(np.array(sign) / max(sign) + 0.06, luminance))
+    return roles
 
 
 def _shining(hue: Floats, luminance: float) -> Colour:
@@ -217,10 +217,10 @@ def coats(chosen: Sequence[str | Coat]) -> tuple[Coat, ...]:
     Raises:
         ConfigError: If there is no such palette or coat; the message suggests one.
     """
-    found: list[Coat] = []
+    items: list[Coat] = []
     for item in chosen:
-        found += [item] if isinstance(item, Coat) else _coats_called(item)
-    return tuple(found)
+        items += [item] if isinstance(item, Coat) else _coats_called(item)
+    return tuple(items)
 
 
 def _coats_called(name: str) -> list[Coat]:
@@ -337,28 +337,28 @@ def _lettered(signs: Sequence[Colour], awning: Colour) -> dict[str, Role]:
 
 def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
     """Draw the colours of rooms, blinds and goods as seen through panes."""
-    found: dict[str, Role] = {}
+    roles: dict[str, Role] = {}
     for number in range(CLASSES):
         depth = float(rng.uniform(0.01, 0.05))
         cloth = rng.uniform(0.17, 0.5) * np.array([1.0, rng.uniform(0.9, 1), rng.uniform(0.75, 1)])
-        found[f"room{number}"] = ("glazing", (depth, depth * 1.05, depth * 1.1))
+        roles[f"room{number}"] = ("glazing", (depth, depth * 1.05, depth * 1.1))
         low = 0.7 * depth
-        found[f"low{number}"] = ("glazing", (low, low * 0.97, low * 0.93))
-        found[f"drape{number}"] = ("glazing", _colour(cloth))
+        roles[f"low{number}"] = ("glazing", (low, low * 0.97, low * 0.93))
+        roles[f"drape{number}"] = ("glazing", _colour(cloth))
     for number in range(GOODS):
         goods = rng.uniform(0.01, 0.16) * rng.uniform(0.75, 1.0, 3)
-        found[f"shop{number}"] = ("glazing", _colour(goods))
-    return found
+        roles[f"shop{number}"] = ("glazing", _colour(goods))
+    return roles
 
 
 def _coated(rng: np.random.Generator) -> dict[str, Role]:
     """Draw the colours of panes with a coat against the sun, which show more sky than room."""
     tone = rng.uniform(0.15, 0.24) * np.array([0.86, 0.97, 1.0 + 0.1 * rng.random()])
-    found: dict[str, Role] = {}
+    roles: dict[str, Role] = {}
     for number in range(CLASSES):
         pane = ("coated_glass", _colour(tone * rng.uniform(0.8, 1.15)))
-        found[f"room{number}"] = found[f"low{number}"] = pane
-    return found
+        roles[f"room{number}"] = roles[f"low{number}"] = pane
+    return roles
 
 
 def _drawn(coats: tuple[Coat, ...], rng: np.random.Generator) -> Coat:

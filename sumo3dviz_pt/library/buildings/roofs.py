@@ -65,8 +65,8 @@ def mansard_roof(
     if inner is None:
         return flat_roof(plan, height, parapet=0.6, level=level)
     sides = _ring(plan, inner, height, height + rise)
-    found = {"roof": sides[~steep], "wall": sides[steep]}
-    return {**found, "deck": cap(inner, height + rise)}
+    shell = {"roof": sides[~steep], "wall": sides[steep]}
+    return {**shell, "deck": cap(inner, height + rise)}
 
 
 def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, level: int) -> Shell:
@@ -159,8 +159,8 @@ def inset(plan: Floats, distance: float | Floats) -> Floats | None:
     aside = np.where(2.0 - turn > 0.02, 0.5 * (after_it - before_it) / bent, 0.0)
     moved += aside[:, None] * (inward - before)
     old, new = (np.roll(ring, -1, axis=0) - ring for ring in (plan, moved))
-    kept = ((old * new).sum(axis=1) > 0.04 * (old * old).sum(axis=1)).all()
-    return moved if kept and Polygon(moved).is_valid else None
+    alike = ((old * new).sum(axis=1) > 0.04 * (old * old).sum(axis=1)).all()
+    return moved if alike and Polygon(moved).is_valid else None
 
 
 def upright(plan: Floats, low: float, high: float) -> Floats:
@@ -197,13 +197,13 @@ def split_at(ring: Floats, across: Floats, middle: float) -> Floats:
     Returns:
         (m, 2) [m], m >= n.
     """
-    found = []
+    points = []
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-        found.append(a)
+        points.append(a)
         one, other = (float(settled((p * across).sum() - middle)) for p in (a, b))
         if one * other < -1e-9:
-            found.append(a + (b - a) * one / (one - other))
-    return np.array(found)
+            points.append(a + (b - a) * one / (one - other))
+    return np.array(points)
 
 
 def rain_pipes(plan: Floats, height: float, level: int) -> Shell:
@@ -282,14 +282,14 @@ def _fan(corners: Floats) -> Floats:
 def _clipped(ring: Floats, normal: Floats, offset: float) -> Floats:
     """Keep the part of a convex ring, (n, 2), where `normal @ p >= offset` (Sutherland-Hodgman)."""
     side = settled((ring * normal).sum(axis=1) - offset)
-    found = []
+    points = []
     for k in range(len(ring)):
         a, b, one, other = ring[k - 1], ring[k], side[k - 1], side[k]
         if one * other < 0:
-            found.append(a + (b - a) * one / (one - other))
+            points.append(a + (b - a) * one / (one - other))
         if other >= 0:
-            found.append(b)
-    return np.array(found).reshape(-1, 2)
+            points.append(b)
+    return np.array(points).reshape(-1, 2)
 
 
 def _inward(ring: Floats) -> Floats:

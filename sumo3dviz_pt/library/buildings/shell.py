@@ -27,12 +27,12 @@ _TILES = 1024.0  # texture coordinates lie within half as many tiles of 0
 
 def joined(shells: Iterable[Shell]) -> dict[str, Floats]:
     """Join shells; roles keep the order of their first appearance, empty ones go."""
-    found: dict[str, list[Floats]] = {}
+    by_role: dict[str, list[Floats]] = {}
     for shell in shells:
         for role, quads in shell.items():
             if len(quads):
-                found.setdefault(role, []).append(np.asarray(quads, np.float64).reshape(-1, 4, 3))
-    return {role: np.concatenate(quads) for role, quads in found.items()}
+                by_role.setdefault(role, []).append(np.asarray(quads, np.float64).reshape(-1, 4, 3))
+    return {role: np.concatenate(quads) for role, quads in by_role.items()}
 
 
 def stood_up(shell: Shell, start: Floats, end: Floats) -> dict[str, Floats]:
@@ -68,12 +68,12 @@ def rectangles(
         (n, 4, 3) [m].
     """
     sides = [np.atleast_1d(np.asarray(side)) for side in (u0, u1, z0, z1)]
-    found = np.empty((*np.broadcast(*sides).shape, 4, 3))
-    found[..., 1] = inward
+    quads = np.empty((*np.broadcast(*sides).shape, 4, 3))
+    quads[..., 1] = inward
     # Corners run round from the lower one at the beginning.
     for corner, (u, z) in enumerate(((0, 2), (1, 2), (1, 3), (0, 3))):
-        found[..., corner, 0], found[..., corner, 2] = sides[u], sides[z]
-    return found
+        quads[..., corner, 0], quads[..., corner, 2] = sides[u], sides[z]
+    return quads
 
 
 def box(low: Sequence[float], high: Sequence[float], *, skip: str = "b") -> Floats:

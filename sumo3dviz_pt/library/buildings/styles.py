@@ -140,13 +140,13 @@ _FILES = read_family("buildings", _BuildingFile)
 
 def _styles() -> dict[str, BuildingStyle]:
     """Make the styles of all files, by folder."""
-    found = {}
+    styles = {}
     for name, file in _FILES.items():
         try:
-            found[name] = file.recipe.style()
+            styles[name] = file.recipe.style()
         except ConfigError as error:
             raise ConfigError(str(error), key=f"buildings/{name}") from None
-    return found
+    return styles
 
 
 _STYLES = _styles()
@@ -212,8 +212,8 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
         return None
     corners: Floats = shapely.get_coordinates(shapely.orient_polygons(largest).exterior)[:-1]
     # Simplifying keeps a ring's two ends, even where they coincide.
-    kept: Floats = corners[np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1) > 0.05]
-    return kept if len(kept) > 2 else None
+    apart: Floats = corners[np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1) > 0.05]
+    return apart if len(apart) > 2 else None
 
 
 def style_for(plan: Floats, height: float, *, share: float) -> BuildingStyle:
@@ -370,15 +370,15 @@ def _cuts(
                 begin = min(b, end)
             else:
                 end = max(a, begin)
-    found = [begin]
+    places = [begin]
     for low, high in [*inside, (end, end)]:
-        found += _even(_at(line, knots, found[-1]), found[-1], low, share)
-        found += [low, high] if high > low else []
-    found.append(end)
+        places += _even(_at(line, knots, places[-1]), places[-1], low, share)
+        places += [low, high] if high > low else []
+    places.append(end)
     # A wall behind a bend to the left needs room, or backs would cross.
     room = _CLEAR + _WALL * np.tan(np.clip(_turns(line), 0.0, 1.2) / 2)
-    cuts = [found[0]]
-    for cut in found[1:]:
+    cuts = [places[0]]
+    for cut in places[1:]:
         near = np.flatnonzero(np.abs(knots[1:-1] - cut) < room)
         if len(near) and begin < cut < end:
             cut = float((knots[1:-1] + room)[near[0]])
@@ -415,16 +415,16 @@ def _corners(line: Floats, knots: Floats, depth: float) -> list[tuple[float, flo
             groups[-1].append(k)
         else:
             groups.append([k])
-    found: list[tuple[float, float]] = []
+    spans: list[tuple[float, float]] = []
     for group in groups:
         if turns[group].sum() < _CORNER:
             continue
         low, high = knots[group[0] + 1] - depth - _WING, knots[group[-1] + 1] + depth + _WING
-        if found and low < found[-1][1]:  # two corners of a narrow block
-            middle = (low + found[-1][1]) / 2
-            found[-1], low = (found[-1][0], middle), middle
-        found.append((max(float(low), 0.0), min(float(high), float(knots[-1]))))
-    return [(a, b) for a, b in found if b > a]
+        if spans and low < spans[-1][1]:  # two corners of a narrow block
+            middle = (low + spans[-1][1]) / 2
+            spans[-1], low = (spans[-1][0], middle), middle
+        spans.append((max(float(low), 0.0), min(float(high), float(knots[-1]))))
+    return [(a, b) for a, b in spans if b > a]
 
 
 def _from_a_corner(line: Floats) -> Floats:

@@ -35,14 +35,14 @@ def without_repeats(points: Floats, *, tolerance: float = 0.01) -> Floats:
     Returns:
         Vertices, (k, 3) [m], k <= n.
     """
-    kept = [0]
+    apart = [0]
     for index in range(1, len(points)):
-        if np.hypot(*(points[index, :2] - points[kept[-1], :2])) > tolerance:
-            kept.append(index)
+        if np.hypot(*(points[index, :2] - points[apart[-1], :2])) > tolerance:
+            apart.append(index)
     last = len(points) - 1
-    if kept[-1] != last and len(kept) > 1:
-        kept[-1] = last
-    return points[kept]
+    if apart[-1] != last and len(apart) > 1:
+        apart[-1] = last
+    return points[apart]
 
 
 def with_split_bends(points: Floats) -> Floats:
@@ -153,12 +153,12 @@ class Band:
             return np.zeros((0, 4, 3))
         inner = self.stations[(self.stations > low + 1e-6) & (self.stations < high - 1e-6)]
         at = np.concatenate([[low], inner, [high]])
-        found = np.empty((len(at) - 1, 4, 3))
+        quads = np.empty((len(at) - 1, 4, 3))
         for line, first, second in ((self.right, 0, 1), (self.left, 3, 2)):
             for axis in range(3):
                 values = np.interp(at, self.stations, line[:, axis])
-                found[:, first, axis], found[:, second, axis] = values[:-1], values[1:]
-        return found
+                quads[:, first, axis], quads[:, second, axis] = values[:-1], values[1:]
+        return quads
 
     def dashes(self, *, dash: float, gap: float) -> Floats:
         """Cut the quads of a dashed line, (k, 4, 3) [m]; it starts with half a gap.

@@ -79,18 +79,18 @@ def read_solids(path: Path, *, key: str) -> list[Solid]:
     _check_announced(path, key)
     try:
         with unwarned():
-            found = [_solid(*placed) for placed in _placed(path, key)]
+            solids = [_solid(*placed) for placed in _placed(path, key)]
     except ConfigError:
         raise
     except Exception as error:  # trimesh's readers raise anything
         why = cut(" ".join(f"{type(error).__name__}: {error}".split()), most=120)
         message = f"{path} cannot be read: it is damaged; write it again ({why})"
         raise ConfigError(message, key=key) from error
-    found = [solid for solid in found if len(solid.mesh.faces)]
-    if not found:
+    solids = [solid for solid in solids if len(solid.mesh.faces)]
+    if not solids:
         raise ConfigError(f"{path} holds no triangles", key=key)
-    _check_solids(found, path, key)
-    return found
+    _check_solids(solids, path, key)
+    return solids
 
 
 def _placed(path: Path, key: str) -> list[tuple[Any, Floats]]:
@@ -143,9 +143,9 @@ def _beside(path: Path) -> Any:
     return Beside(str(path))
 
 
-def _check_solids(found: list[Solid], path: Path, key: str) -> None:
+def _check_solids(solids: list[Solid], path: Path, key: str) -> None:
     """Refuse what cannot be drawn."""
-    for solid in found:
+    for solid in solids:
         # Written so that NaN fails too.
         if not (np.abs(solid.mesh.vertices) <= _FARTHEST).all():
             name = f" of {cut(solid.names[0])!r}" if solid.names else ""
@@ -227,14 +227,14 @@ def _solid(item: Any, place: Floats) -> Solid:
 
     material = getattr(item.visual, "material", None)
     names = [item.metadata.get("name"), getattr(material, "name", None)]
-    given = tuple(str(name) for name in names if name)
+    words = tuple(str(name) for name in names if name)
     # Without its looks: a copy of these would unpack all pictures.
     bare: Any = trimesh.Trimesh(item.vertices, item.faces, process=False)
     bare.apply_transform(place)
     bare.merge_vertices()
     keep = (bare.area_faces > 1e-12) & bare.unique_faces()
     mesh = Mesh(np.asarray(bare.vertices, dtype=np.float64), np.asarray(bare.faces)[keep])
-    return _painted(Solid(mesh, given), item.visual)
+    return _painted(Solid(mesh, words), item.visual)
 
 
 def _painted(solid: Solid, visual: Any) -> Solid:

@@ -243,8 +243,8 @@ def fitted(
 def solid_faces(mesh: Mesh) -> Mesh:
     """Drop the faces that lose their area when a mesh is stored as float32."""
     stored = mesh.vertices.astype(np.float32).astype(np.float64)
-    kept = np.linalg.norm(area_vectors(stored, mesh.faces), axis=1) > 1e-12
-    return mesh if kept.all() else replace(mesh, faces=mesh.faces[kept])
+    solid = np.linalg.norm(area_vectors(stored, mesh.faces), axis=1) > 1e-12
+    return mesh if solid.all() else replace(mesh, faces=mesh.faces[solid])
 
 
 def by_material(pieces: Iterable[tuple[str, Mesh]]) -> dict[str, Mesh]:

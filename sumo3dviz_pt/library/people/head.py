@@ -202,8 +202,8 @@ def head(
 
 def _used(vertices: Floats, faces: Ints, level: Floats) -> tuple[Floats, Ints, Floats]:
     """Drop vertices that no face uses."""
-    kept, renumbered = np.unique(faces, return_inverse=True)
-    return vertices[kept], renumbered.reshape(-1, 3), level[kept]
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return vertices[used], renumbered.reshape(-1, 3), level[used]
 
 
 def _colours(face: Face, at: Floats) -> Floats:

@@ -193,11 +193,11 @@ def _track(body: BodyMeasures, side: str) -> float:
 def _swing(body: BodyMeasures, phase: float, side: str, yaw: float) -> FootPose:
     """Place a foot in the air by measured angles, shifted to meet the stance at both ends."""
     share = (phase - TOE_OFF) / (1.0 - TOE_OFF)
-    found = _swung(body, phase, side)
+    ankle = _swung(body, phase, side)
     begin = _stance(body, TOE_OFF, side, yaw).ankle - _swung(body, TOE_OFF, side)
     end = _stance(body, 0.0, side, yaw).ankle - _swung(body, 1.0, side)
     pitch, toes = _pitches(phase)
-    return FootPose(found + begin + share * (end - begin), pitch, toes, yaw)
+    return FootPose(ankle + begin + share * (end - begin), pitch, toes, yaw)
 
 
 def _swung(body: BodyMeasures, phase: float, side: str) -> Floats:

@@ -90,7 +90,7 @@ class BodyMeasures:
 def joints(body: BodyMeasures) -> dict[str, Floats]:
     """Return where each bone begins, and `heel`, `tip` and `finger`, when standing straight [m]."""
     h = body.height
-    found = {
+    points = {
         "pelvis": np.array([0.0, 0.0, float(body.z(0.53))]),
         "chest": np.array([-0.004 * h, 0.0, float(body.z(0.60))]),
         "head": np.array([-0.006 * h, 0.0, float(body.z(0.855))]),
@@ -115,8 +115,8 @@ def joints(body: BodyMeasures) -> dict[str, Floats]:
             "tip": ankle * [1, 1, 0] + [0.205 * body.foot, 0.006 * h, 0],
             "finger": wrist + 0.105 * span * h * arm,
         }
-        found |= {f"{name}_{side}": flip * place for name, place in places.items()}
-    return found
+        points |= {f"{name}_{side}": flip * place for name, place in places.items()}
+    return points
 
 
 def about_z(angle: float) -> Floats:

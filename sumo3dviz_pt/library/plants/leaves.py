@@ -119,11 +119,11 @@ def with_leaves(
         rng: Places and turns them.
     """
     cards = cards_of(mesh, tint)
-    kept = np.repeat(counts == 0, cards.each)
-    used, faces = np.unique(mesh.faces[kept], return_inverse=True)
+    stays = np.repeat(counts == 0, cards.each)
+    used, faces = np.unique(mesh.faces[stays], return_inverse=True)
     normals = None if mesh.normals is None else mesh.normals[used]
     meshes = [Mesh(mesh.vertices[used], faces.reshape(-1, 3), normals)]
-    tints = [tint[kept]]
+    tints = [tint[stays]]
     for half, some in ((_OVATE, outlined), (_DIAMOND, ~outlined)):
         which = np.repeat(np.flatnonzero(some), counts[some])
         if not len(which):
@@ -227,8 +227,8 @@ def directions(towards: Floats) -> list[Direction]:
     step = 2.0 * np.pi / STEPS
     around = np.rint(np.arctan2(towards[:, 1], towards[:, 0]) / step).astype(np.int64) % STEPS
     up = np.rint(np.arctan2(towards[:, 2], np.hypot(*towards[:, :2].T)) / step).astype(np.int64)
-    found = np.unique(np.column_stack([around, up]), axis=0)
-    return [Direction(int(a), int(b)) for a, b in found]
+    pairs = np.unique(np.column_stack([around, up]), axis=0)
+    return [Direction(int(a), int(b)) for a, b in pairs]
 
 
 def seen_shares(mesh: Mesh, direction: Direction) -> Floats:

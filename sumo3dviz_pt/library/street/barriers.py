@@ -223,10 +223,10 @@ def chain_link(
     parts.append(upright_boxes(line[posts], (-0.02, -0.02, -0.4), (0.02, 0.02, _LOW + 0.05)))
     heights = ((0.1, _LOW), (0.1, 0.45, 0.8, 1.15, _LOW), (_LOW,))[level]
     parts += [swept(line, _slab(0.006, z - 0.006, z + 0.006)) for z in heights]
-    found = [Part(merge_meshes(parts), "galvanised")]
+    panel = [Part(merge_meshes(parts), "galvanised")]
     if level == 0:
-        found.append(Part(_wires(line), "steel"))
-    return found
+        panel.append(Part(_wires(line), "steel"))
+    return panel
 
 
 def boards(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
@@ -299,9 +299,9 @@ def quad_mesh(quads: Floats) -> Mesh:
     corners = quads[:, faces].reshape(-1, 3, 3)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(cross, axis=1)
-    kept = size > 1e-8
-    normals = np.repeat(cross[kept] / size[kept, None], 3, axis=0)
-    vertices = corners[kept].reshape(-1, 3)
+    solid = size > 1e-8
+    normals = np.repeat(cross[solid] / size[solid, None], 3, axis=0)
+    vertices = corners[solid].reshape(-1, 3)
     return Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3), normals)
 
 

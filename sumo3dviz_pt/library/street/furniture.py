@@ -167,11 +167,11 @@ def bicycle_stand(level: int = 0) -> list[Part]:
     # Side of the hoop, where the front wheel ends, number of the bicycle, to which side it leans.
     places = ((0.13, -0.22, 0, -1.0), (-0.13, 1.98, 1, 1.0), (0.14, 2.06, 2, -1.0))
     fine = FAR if level else _PARKED
-    found: list[MaterialMesh] = []
+    meshes: list[MaterialMesh] = []
     for x, y, kind, lean in places:
         stand = Transform.from_pose((x, y, -0.01), yaw=np.pi / 2 + 0.03 * lean, roll=0.08 * lean)
-        found += [(name, stand.mesh(mesh)) for name, mesh in _bicycle(kind, fine)]
-    return [*parts, *(Part(mesh, name) for name, mesh in by_material(found).items())]
+        meshes += [(name, stand.mesh(mesh)) for name, mesh in _bicycle(kind, fine)]
+    return [*parts, *(Part(mesh, name) for name, mesh in by_material(meshes).items())]
 
 
 def _bicycle(kind: int, fine: Fineness) -> Iterator[MaterialMesh]:

@@ -141,8 +141,8 @@ def _foremost(corners: Floats, at: tuple[float, float], spot: LampSpot) -> float
         return float("nan")
     width, height = (_PROBED * size for size in spot.size)
     shifts = ((0.0, 0.0), (width, 0.0), (-width, 0.0), (0.0, height), (0.0, -height))
-    found = [_surface(corners, at[0] + dy, at[1] + dz, front=front) for dy, dz in shifts]
-    return float(np.nanmax(found) if front else np.nanmin(found))
+    depths = [_surface(corners, at[0] + dy, at[1] + dz, front=front) for dy, dz in shifts]
+    return float(np.nanmax(depths) if front else np.nanmin(depths))
 
 
 def _surface(corners: Floats, y: float, z: float, *, front: bool) -> float:

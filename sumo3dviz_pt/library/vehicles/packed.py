@@ -122,14 +122,14 @@ def _levels(content: memoryview) -> dict[str, Meshes]:
         raise ValueError("it is too short or too long")
     stored = np.frombuffer(content[begin:middle], CORNER).astype(np.int64)
     table = np.frombuffer(content[middle:], VALUE).astype(np.float64)
-    found: dict[str, dict[str, Mesh]] = {level: {} for level in head["levels"]}
+    levels: dict[str, dict[str, Mesh]] = {level: {} for level in head["levels"]}
     at, row = 0, 0
     for mesh in listed:
         size = mesh.vertices * mesh.values
         own = _corners(stored[row : row + 3 * mesh.faces])
-        found[mesh.level][mesh.material] = _mesh(table[at : at + size], own, mesh)
+        levels[mesh.level][mesh.material] = _mesh(table[at : at + size], own, mesh)
         at, row = at + size, row + 3 * mesh.faces
-    return dict(found)
+    return dict(levels)
 
 
 def _corners(below: Ints) -> Ints:

@@ -70,11 +70,11 @@ def plate_text(name: str) -> str:
         name: The vehicle's id; nothing else counts.
     """
     number = int.from_bytes(hashlib.blake2b(name.encode("utf-8"), digest_size=12).digest(), "big")
-    found = []
+    text = []
     for characters in _FORMAT:
         number, place = divmod(number, len(characters))
-        found.append(characters[place])
-    return "".join(found)
+        text.append(characters[place])
+    return "".join(text)
 
 
 def letter_phase(character: str) -> float:
@@ -116,8 +116,8 @@ def plates_of(prototype: Prototype) -> tuple[Plate, ...]:
     corners = np.concatenate(points)
     ahead = corners[:, 0] > middle
     ends = ((corners[ahead], True), (corners[~ahead], False))
-    found = (_plate(some, forward) for some, forward in ends if len(some))
-    return tuple(plate for plate in found if plate.size[0] < _WIDEST)
+    plates = (_plate(some, forward) for some, forward in ends if len(some))
+    return tuple(plate for plate in plates if plate.size[0] < _WIDEST)
 
 
 def _plate(corners: Floats, forward: bool) -> Plate:

@@ -95,8 +95,8 @@ def _explained(error: ValidationError) -> ConfigError:
     if kind == "unexpected_keyword_argument":
         return ConfigError(f"unknown key {place[-1]!r}", key=_key(place[:-1]))
     if kind == "missing":
-        found = "too few values" if isinstance(place[-1], int) else f"key {place[-1]!r} is missing"
-        return ConfigError(found, key=_key(place[:-1]))
+        why = "too few values" if isinstance(place[-1], int) else f"key {place[-1]!r} is missing"
+        return ConfigError(why, key=_key(place[:-1]))
     if kind == "dataclass_type":
         return ConfigError("must be a mapping", key=_key(place))
     return ConfigError(f"{first['msg']}, not {cut(repr(first['input']))}", key=_key(place))

@@ -254,18 +254,18 @@ class _Arc:
     def points(self, rings: Floats) -> Floats:
         """Put sections of (y, z), (r, m, 2), at their places, (r m, 3) [m]."""
         left = np.column_stack([-np.sin(self.headings), np.cos(self.headings)])
-        found = np.zeros((*rings.shape[:2], 3))
-        found[..., :2] = self.places[:, None] + rings[..., :1] * left[:, None]
-        found[..., 2] = rings[..., 1]
-        return found.reshape(-1, 3)
+        points = np.zeros((*rings.shape[:2], 3))
+        points[..., :2] = self.places[:, None] + rings[..., :1] * left[:, None]
+        points[..., 2] = rings[..., 1]
+        return points.reshape(-1, 3)
 
     def normals(self, outwards: Floats, slopes: Floats) -> Floats:
         """Return unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
         ahead = np.column_stack([np.cos(self.headings), np.sin(self.headings)])
         left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
-        found = np.zeros((len(slopes), len(outwards), 3))
-        found[..., :2] = outwards[None, :, :1] * left[:, None]
-        found[..., :2] += (slopes[:, None] * ahead)[:, None]
-        found[..., 2] = outwards[None, :, 1]
-        found /= np.linalg.norm(found, axis=-1, keepdims=True)
-        return found.reshape(-1, 3)
+        normals = np.zeros((len(slopes), len(outwards), 3))
+        normals[..., :2] = outwards[None, :, :1] * left[:, None]
+        normals[..., :2] += (slopes[:, None] * ahead)[:, None]
+        normals[..., 2] = outwards[None, :, 1]
+        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+        return normals.reshape(-1, 3)

@@ -51,16 +51,16 @@ def companions(path: Path) -> tuple[Path, ...]:
         path: A mesh, or a YAML file about one. A file that cannot be read refers to nothing: what
             is wrong with it is said when it is read for a picture.
     """
-    found: dict[Path, None] = {}
+    files: dict[Path, None] = {}
     waiting = [path]
     while waiting:
         here = waiting.pop()
         for name in _named_in(here):
             other = here.parent / name
-            if other != path and other not in found and other.is_file():
-                found[other] = None
+            if other != path and other not in files and other.is_file():
+                files[other] = None
                 waiting.append(other)
-    return tuple(found)
+    return tuple(files)
 
 
 def _named_in(path: Path) -> list[str]:
@@ -195,16 +195,16 @@ def read_user_vehicle(path: Path, *, materials: Collection[str]) -> UserVehicle:
     body_from_file = _axes(options, gltf=mesh_path.suffix.lower() in (".glb", ".gltf"))
     chosen = _finishes(options.get("materials") or {}, materials, path)
     lamps = _lamps(options.get("lamps") or [], path)
-    found = [
+    meshes = [
         (_turned(solid.mesh, body_from_file), _finish(solid.names, _own_finish(solid), chosen))
         for solid in read_solids(mesh_path, key=_KEY)
     ]
-    corners = np.stack([mesh.bounds for mesh, _ in found])
+    corners = np.stack([mesh.bounds for mesh, _ in meshes])
     low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
     _check_size(mesh_path, high - low, fitted=fitted)
     shift = np.array([-high[0], -(low[1] + high[1]) / 2.0, -low[2]])
     pieces = [
-        (Mesh(mesh.vertices + shift, mesh.faces, mesh.normals), finish) for mesh, finish in found
+        (Mesh(mesh.vertices + shift, mesh.faces, mesh.normals), finish) for mesh, finish in meshes
     ]
     return UserVehicle(tuple(pieces), lamps, fitted)
 
@@ -300,11 +300,11 @@ NamedFinishes = tuple[tuple[str, UserFinish], ...]
 """Finishes by pattern, in the file's order."""
 
 
-def _finishes(given: Any, known: Collection[str], path: Path) -> NamedFinishes:
+def _finishes(finishes: Any, known: Collection[str], path: Path) -> NamedFinishes:
     """What the YAML file says of materials."""
-    if not isinstance(given, Mapping):
+    if not isinstance(finishes, Mapping):
         raise ConfigError(f"{path}: materials must map names to materials", key=_KEY)
-    return tuple((str(name), _wanted(value, known, path)) for name, value in given.items())
+    return tuple((str(name), _wanted(value, known, path)) for name, value in finishes.items())
 
 
 def _wanted(value: Any, known: Collection[str], path: Path) -> UserFinish:

@@ -260,19 +260,19 @@ def bridge(
     # A road user that enters or leaves the log on a slope climbs there already.
     grades = np.diff(samples.positions[:, 2]) / np.maximum(lengths, 1e-9)
     slopes[[0, -1], 2] = along.slopes[[0, -1]] * grades[[0, -1]]
-    for at, given in ((0, first), (-1, last)):
-        if given is not None:
-            slopes[at] = given
+    for at, velocity in ((0, first), (-1, last)):
+        if velocity is not None:
+            slopes[at] = velocity
     return CurveFront(Hermite(samples.times, samples.positions, slopes))
 
 
 def _directions(samples: LoggedSamples, stations: Floats, *, length: float) -> Floats:
     """Return unit vectors in which the front moves at the samples, (n, 2)."""
-    kept = np.concatenate([[0], 1 + np.flatnonzero(np.diff(stations) > _SHORT)])
+    apart = np.concatenate([[0], 1 + np.flatnonzero(np.diff(stations) > _SHORT)])
     yaws = samples.yaws
-    if len(kept) > 2:
-        bends = np.gradient(yaws[kept], stations[kept])
-        lead = np.interp(stations, stations[kept], bends) * length / 2.0
+    if len(apart) > 2:
+        bends = np.gradient(yaws[apart], stations[apart])
+        lead = np.interp(stations, stations[apart], bends) * length / 2.0
         yaws = yaws + np.clip(lead, -_LARGEST_LEAD, _LARGEST_LEAD)
     ahead = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
     around = np.gradient(samples.positions[:, :2], axis=0)

@@ -169,13 +169,13 @@ def _joined(
 
 def _failures(samples: LoggedSamples, failed: Mapping[int, str]) -> tuple[Remark, ...]:
     """Return remarks on steps without lanes; neighbours of one reason become one remark."""
-    found: list[Remark] = []
+    remarks: list[Remark] = []
     for step, reason in sorted(failed.items()):
         begin, end = float(samples.times[step]), float(samples.times[step + 1])
-        if found and found[-1].kind == reason and found[-1].end == begin:
-            begin = found.pop().begin
-        found.append(Remark(reason, begin, end, end - begin))
-    return tuple(found)
+        if remarks and remarks[-1].kind == reason and remarks[-1].end == begin:
+            begin = remarks.pop().begin
+        remarks.append(Remark(reason, begin, end, end - begin))
+    return tuple(remarks)
 
 
 def _gap(

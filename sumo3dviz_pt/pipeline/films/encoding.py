@@ -91,15 +91,15 @@ def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
     """
     layers, final = places.beside(frames_folder(path)), masters_folder(path)
     numbers = {int(file.stem) for file in files}
-    found = [file for number in sorted(numbers) for file in places.files_of(layers, number)]
-    found += [layers / name for name in places.WHOLE] + [
+    paths = [file for number in sorted(numbers) for file in places.files_of(layers, number)]
+    paths += [layers / name for name in places.WHOLE] + [
         frames_folder(path) / name for name in (FACTS, NOTE)
     ]
-    found += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
-    found += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
+    paths += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
+    paths += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
     if is_sequence(path):
-        found += pictures_of(path, files)
-    there = [file for file in found if file.is_file()]
+        paths += pictures_of(path, files)
+    there = [file for file in paths if file.is_file()]
     return {file.relative_to(path.parent).as_posix(): file_hash(file) for file in there}
 
 
@@ -120,10 +120,10 @@ def delivered(
     from sumo3dviz_pt.video.codecs import codec_named
     from sumo3dviz_pt.video.prints import Apart, as_text, film_prints
 
-    found = film_prints(path, codec=codec_named(codec, path=path), size=size).prints
-    if len(found) != len(prints):
-        raise RenderError(f"{path} has {len(found)} pictures of {len(prints)}; encode it again")
-    apart = [Apart.between(own, wanted) for own, wanted in zip(found, prints, strict=True)]
+    decoded = film_prints(path, codec=codec_named(codec, path=path), size=size).prints
+    if len(decoded) != len(prints):
+        raise RenderError(f"{path} has {len(decoded)} pictures of {len(prints)}; encode it again")
+    apart = [Apart.between(own, wanted) for own, wanted in zip(decoded, prints, strict=True)]
     return {
         "sha256": file_hash(path),
         "codec": codec,
@@ -170,13 +170,13 @@ def encode_frames(
     )
     film = None if production.job.overlays is None else read_facts(files[0].parent)
     lens = production.shot.frame_at(float(production.times[0])).view.lens
-    found: dict[str, Any] = {}
+    films: dict[str, Any] = {}
 
     def write(pictures: Iterable[Image], path: Path) -> None:
         if is_sequence(path):
             write_sequence(path, files, pictures)
             return
-        found[path.name] = _film(pictures, path, output, fps=fps, spherical=spherical_of(lens))
+        films[path.name] = _film(pictures, path, output, fps=fps, spherical=spherical_of(lens))
 
     if film is None:
         write(pictures, path)
@@ -191,7 +191,7 @@ def encode_frames(
         )
     if film is not None:
         write_captions(film, path)
-    return found
+    return films
 
 
 def _with_plain(pictures: Iterable[Image], files: Sequence[Path], path: Path) -> Iterator[Image]:
@@ -275,8 +275,8 @@ def developed(
 
     for file in files:
         with intact(file):
-            found = picture(file)
-        yield found
+            image = picture(file)
+        yield image
 
 
 _FPS = 25

@@ -15,8 +15,8 @@ from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, ShotSettings
-from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.numbers import in_short
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.accounts import film_account
 from sumo3dviz_pt.pipeline.conditions import film_cost, forecast_factor, lacking
 from sumo3dviz_pt.pipeline.costs import (
@@ -225,8 +225,8 @@ def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings
     times = order.pace(job, shot).times(shot)
     # A frame alone has no help, and only our own kernel knows what a pixel shows.
     together = len(times) > 1 and ready_renderer(request.variant).jit
-    asked = replace(request, camera=shot.camera)
-    made = prepare(job, asked, times, film=True, together=together)
+    own = replace(request, camera=shot.camera)
+    made = prepare(job, own, times, film=True, together=together)
     return metered(made, request.metered)
 
 
@@ -381,7 +381,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
         InputError: If the simulation's files are not there.
     """
     applied = request.applied(job)
-    found = []
+    planned = []
     shots = check_order(job, request, order)
     check_rides(job, order, shots)
     for shot, path in shots:
@@ -396,7 +396,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
             frames=len(wanted),
             factor=forecast_factor(applied),
         )
-        found.append(
+        planned.append(
             Plan(
                 path,
                 shot,
@@ -410,7 +410,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
                 request.wish,
             )
         )
-    return found
+    return planned
 
 
 def frames_in_log(job: Job, order: FilmOrder, shot: ShotSettings) -> int:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, cut
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.numbers import Ratio, ratio_of
 from sumo3dviz_pt.pipeline.provenance import differences
@@ -273,7 +273,7 @@ def write_json(path: Path, content: Account, *, indent: int | None = None) -> No
         content: What JSON can hold.
         indent: Spaces of each level; None writes a single line.
     """
-    write_whole(path, json.dumps(content, indent=indent))
+    write_atomically(path, json.dumps(content, indent=indent))
 
 
 def film_of(folder: Path) -> Account | None:
@@ -352,9 +352,9 @@ def why_other(stored: Account, wanted: Account) -> str:
     """Return what tells a stored frame from the one that is wanted, in a few words."""
     if "scene" not in stored or "scene" not in wanted:
         return "an older version made them"
-    found = differences(stored, wanted, stored=True)
-    more = f" and {len(found) - 2} more" if len(found) > 2 else ""
-    return "; ".join(found[:2]) + more if found else "something that they do not tell"
+    reasons = differences(stored, wanted, stored=True)
+    more = f" and {len(reasons) - 2} more" if len(reasons) > 2 else ""
+    return "; ".join(reasons[:2]) + more if reasons else "something that they do not tell"
 
 
 def listed(numbers: Iterable[int]) -> str:

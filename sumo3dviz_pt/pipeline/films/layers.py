@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.layers import (
     SURFACES,
     Box2d,
@@ -173,7 +173,7 @@ class LayerFacts:
         facts, view = self.facts, self.frame.view
         points = points_of(facts, self.frame, self.size)
         moved, known = carried(facts, self.session.loaded, (self.frame, after), points)
-        sky = facts.found["depth"] <= 0.0
+        sky = facts.layers["depth"] <= 0.0
         flow, ahead = flow_of(moved, view.directions(self.size), sky, view=after.view)
         flow[~known] = 0.0
         return flow, known & ahead
@@ -181,13 +181,13 @@ class LayerFacts:
     def coverage(self) -> tuple[list[Ints], tuple[str, ...]]:
         """Return which thing several places of every pixel show, (h, w) each, and their names."""
         names: dict[str, int] = {"": 0}
-        found = []
+        counts = []
         for row, column in np.ndindex(_SIDE, _SIDE):
             at = ((column + 0.5) / _SIDE, (row + 0.5) / _SIDE)
             rays = {"depth", "face", "instance"}
             facts = self.session.facts(rays, at=at, owners=self.facts.owners)
-            found.append(self._renumbered(facts, names))
-        return found, tuple(names)
+            counts.append(self._renumbered(facts, names))
+        return counts, tuple(names)
 
     @cached_property
     def boxes_2d(self) -> tuple[Box2d, ...]:
@@ -215,16 +215,16 @@ class LayerFacts:
     @cached_property
     def lit(self) -> tuple[str, ...]:
         """Names of all lamps that are lit, of those that can change and are in the scene."""
-        data, found = self.shot.data, set()
+        data, names = self.shot.data, set()
         for some in data.lamps:
             if some.radiance is None:
                 shines = np.asarray(self.frame.lamps[some.id]).max(axis=1) > 0.0
                 lamps = zip(some.lamps, shines.tolist(), strict=True)
-                found |= {f"{some.id}:{lamp}" for lamp, lit in lamps if lit}
+                names |= {f"{some.id}:{lamp}" for lamp, lit in lamps if lit}
         for mover in self.frame.everyone:
             roles = {lamp.role for lamp in self._prototype(mover).lamps}
-            found |= {f"{mover.id}/{role}" for role in mover.lit & roles}
-        return tuple(sorted(found))
+            names |= {f"{mover.id}/{role}" for role in mover.lit & roles}
+        return tuple(sorted(names))
 
 
 def _is_boxed(thing: Thing) -> bool:
@@ -291,34 +291,34 @@ class LayerWriter:
                 own.write(own_file(self.folder, number, layer), seen, self.production, number)
         # What says that all is there comes last.
         location = self.production.shot.fleet.location
-        said = _said(seen, number, key=self.production.key, location=location)
-        said["layers"] = sorted(wanted)
-        write_whole(said_file(self.folder, number), json.dumps(said))
+        facts = _said(seen, number, key=self.production.key, location=location)
+        facts["layers"] = sorted(wanted)
+        write_atomically(said_file(self.folder, number), json.dumps(facts))
 
     def finish(self) -> None:
         """Write what is said of the whole film, from what is said of its frames."""
         count = len(self.production.times)
-        said = [json.loads(said_file(self.folder, k).read_bytes()) for k in range(count)]
+        facts = [json.loads(said_file(self.folder, k).read_bytes()) for k in range(count)]
         wanted = self.production.job.output.layers
-        cameras = [{"frame": one["frame"], "time": one["time"], **one["camera"]} for one in said]
-        write_whole(self.folder / "cameras.json", json.dumps(cameras, indent=1))
-        rows = {(number, *thing) for one in said for number, thing in one["things"].items()}
+        cameras = [{"frame": one["frame"], "time": one["time"], **one["camera"]} for one in facts]
+        write_atomically(self.folder / "cameras.json", json.dumps(cameras, indent=1))
+        rows = {(number, *thing) for one in facts for number, thing in one["things"].items()}
         ordered = sorted(rows, key=lambda row: row[1:])
         _write_csv(self.folder / "instances.csv", ("number", "name", "label", "label_id"), ordered)
         for layer, row in SAID.items():
             if layer in wanted and row.finish is not None:
-                row.finish(self.folder, said)
+                row.finish(self.folder, facts)
 
 
 def is_written(folder: Path, number: int, *, key: str, layers: Iterable[str]) -> bool:
     """Return whether some layers of a frame are there, of a film with that key."""
     try:
-        said = json.loads(said_file(folder, number).read_bytes())
+        content = json.loads(said_file(folder, number).read_bytes())
     except (OSError, ValueError):
         return False
-    if not isinstance(said, dict) or said.get("key") != key:
+    if not isinstance(content, dict) or content.get("key") != key:
         return False
-    return {*layers} <= {*map(str, said.get("layers", ()))}
+    return {*layers} <= {*map(str, content.get("layers", ()))}
 
 
 def _parts(seen: LayerFacts) -> dict[str, dict[str, Any]]:
@@ -326,8 +326,8 @@ def _parts(seen: LayerFacts) -> dict[str, dict[str, Any]]:
     parts: dict[str, dict[str, Any]] = {}
     for layer, kind in LAYER_KINDS.items():
         if kind.channels and layer in seen.wanted:
-            found = seen.numbers if layer == "instance" else seen.facts.found[layer]
-            stored = np.atleast_3d(found.astype(kind.dtype))
+            values = seen.numbers if layer == "instance" else seen.facts.layers[layer]
+            stored = np.atleast_3d(values.astype(kind.dtype))
             parts[layer] = {letter: stored[..., k] for k, letter in enumerate(kind.channels)}
     return parts
 
@@ -335,7 +335,7 @@ def _parts(seen: LayerFacts) -> dict[str, dict[str, Any]]:
 def _said(seen: LayerFacts, number: int, *, key: str, location: Location) -> dict[str, Any]:
     """Return all that is said of a frame in words and numbers, in SUMO's coordinates."""
     wanted, frame = seen.wanted, seen.frame
-    said: dict[str, Any] = {
+    content: dict[str, Any] = {
         "form": FORM,
         "key": key,
         "frame": number,
@@ -344,8 +344,8 @@ def _said(seen: LayerFacts, number: int, *, key: str, location: Location) -> dic
         "things": {},
     }
     if any(LAYER_KINDS[layer].names for layer in wanted):
-        said["things"] = {t.number: (t.name, t.label, t.label_id) for t in seen.things}
-    return said | {name: row.say(seen, location) for name, row in SAID.items() if name in wanted}
+        content["things"] = {t.number: (t.name, t.label, t.label_id) for t in seen.things}
+    return content | {name: row.say(seen, location) for name, row in SAID.items() if name in wanted}
 
 
 def camera_of(view: View, size: tuple[int, int], location: Location = UNPLACED) -> dict[str, Any]:
@@ -405,9 +405,9 @@ def _write_kitti(path: Path, seen: LayerFacts, production: Production, number: i
         kitti_line(box, around[box.name], labels[box.name], seen.frame.view, seen.size)
         for box in seen.boxes_3d
     ]
-    write_whole(path, "".join(f"{line}\n" for line in lines))
+    write_atomically(path, "".join(f"{line}\n" for line in lines))
     camera = camera_of(seen.frame.view, seen.size)
-    write_whole(_calibration(path), kitti_calibration(camera["focal"], camera["centre"]))
+    write_atomically(_calibration(path), kitti_calibration(camera["focal"], camera["centre"]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -436,14 +436,14 @@ OWN_FILES: Mapping[str, OwnFile] = {
 """Files of layers that are no channels of the frame's EXR."""
 
 
-def _write_coco(folder: Path, said: Sequence[Mapping[str, Any]]) -> None:
+def _write_coco(folder: Path, frames: Sequence[Mapping[str, Any]]) -> None:
     """Write the boxes of all frames as one COCO data set."""
-    write_whole(folder / "coco.json", json.dumps(_coco(said)))
+    write_atomically(folder / "coco.json", json.dumps(_coco(frames)))
 
 
-def _write_lamps(folder: Path, said: Sequence[Mapping[str, Any]]) -> None:
+def _write_lamps(folder: Path, frames: Sequence[Mapping[str, Any]]) -> None:
     """Write which lamps are lit in which frame."""
-    lit = [(one["frame"], one["time"], lamp) for one in said for lamp in one["lamps"]]
+    lit = [(one["frame"], one["time"], lamp) for one in frames for lamp in one["lamps"]]
     _write_csv(folder / "lamps.csv", ("frame", "time", "lamp"), lit)
 
 
@@ -465,30 +465,30 @@ class Said:
 SAID: Mapping[str, Said] = {
     "boxes2d": Said(
         lambda seen, location: [asdict(box) for box in seen.boxes_2d],
-        lambda said: tuple(Box2d(**one) for one in said),
+        lambda boxes: tuple(Box2d(**one) for one in boxes),
         _write_coco,
     ),
     "boxes3d": Said(
         lambda seen, location: [_box_3d(box, location) for box in seen.boxes_3d],
-        lambda said: tuple(_read_box_3d(one) for one in said),
+        lambda boxes: tuple(_read_box_3d(one) for one in boxes),
     ),
     "lamps": Said(lambda seen, location: seen.lit, frozenset, _write_lamps),
 }
 """Layers that are no pictures."""
 
 
-def _read_box_3d(said: Mapping[str, Any]) -> Box3d:
+def _read_box_3d(box: Mapping[str, Any]) -> Box3d:
     """Return a box around a body."""
-    length, width, height = said["size"]
-    placed = Transform(np.array(said["world_from_box"]))
-    return Box3d(said["name"], said["part"], (length, width, height), placed)
+    length, width, height = box["size"]
+    placed = Transform(np.array(box["world_from_box"]))
+    return Box3d(box["name"], box["part"], (length, width, height), placed)
 
 
-def _coco(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _coco(frames: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the boxes of all frames as one COCO data set."""
     images: list[Any] = []
     annotations: list[Any] = []
-    for one in said:
+    for one in frames:
         width, height = one["camera"]["size"]
         number = one["frame"]
         name = f"{number:06d}.exr"
@@ -519,4 +519,4 @@ def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]])
     table = csv.writer(text, lineterminator="\n")
     table.writerow(header)
     table.writerows(rows)
-    write_whole(path, text.getvalue())
+    write_atomically(path, text.getvalue())

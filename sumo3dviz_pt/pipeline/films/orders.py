@@ -138,7 +138,7 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
     if request.camera is not None or order.start is not None:
         if order.shot is not None:
             raise ConfigError("give a shot's number, or --camera, --from and --to", key="shot")
-        shot = _asked_shot(job, request, order)
+        shot = _ordered_shot(job, request, order)
         return [ShotFilm(shot, _film_path(order.path, job, shot))]
     if not job.shots:
         raise ConfigError(
@@ -169,7 +169,7 @@ def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:
     return path.with_name(path.name.replace("{shot}", _NO_NAME.sub("-", name)))
 
 
-def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
+def _ordered_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
     """Return the shot that the command describes."""
     from sumo3dviz_pt.pipeline.scene_file import camera_settings
 

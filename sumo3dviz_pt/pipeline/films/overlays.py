@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import InputError, RenderError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.job.overlays import OverlaySettings
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.network import Network
@@ -189,8 +189,8 @@ def _frame(
     keep = np.linalg.norm(poses[:, :3] - view.position, axis=1) <= reach
     # A speed may be asked for whoever it is of.
     speed = production.job.overlays and production.job.overlays.speed
-    asked = {ridden, *((speed.vehicle, f"vehicle:{speed.vehicle}") if speed else ())}
-    keep |= np.array([fleet.keys[user] in asked for user in present.users.tolist()], dtype=bool)
+    shown = {ridden, *((speed.vehicle, f"vehicle:{speed.vehicle}") if speed else ())}
+    keep |= np.array([fleet.keys[user] in shown for user in present.users.tolist()], dtype=bool)
     return FrameFacts(at, view, present.users[keep], poses[keep], _map_rows(around, at))
 
 
@@ -227,15 +227,15 @@ def _lanes(
     reach = _CORNERS * wanted.map.radius
     eyes = np.array([view.position[:2] for view in views])
     low, high = eyes.min(axis=0) - reach, eyes.max(axis=0) + reach
-    found: list[Floats] = []
+    lines: list[Floats] = []
     widths: list[float] = []
     for edge in network.edges.values():
         for lane in () if edge.function in _ON_FOOT else edge.lanes:
             line = lane.shape[:, :2]
             if (line.max(axis=0) >= low).all() and (line.min(axis=0) <= high).all():
-                found.append(line)
+                lines.append(line)
                 widths.append(lane.width)
-    return found, widths
+    return lines, widths
 
 
 # Trails ------------------------------------------------------------------------------------
@@ -248,14 +248,14 @@ def _paths(fleet: Fleet, times: Floats, wanted: OverlaySettings) -> Mapping[str,
     back = max(trail.seconds for trail in wanted.trails)
     steps = np.arange(times[0] - back, times[-1] + _TRAIL_STEP, _TRAIL_STEP)
     patterns = [pattern for trail in wanted.trails for pattern in trail.ids]
-    found = {}
+    ways = {}
     for trajectory in fleet.trajectories:
         names = (trajectory.id, trajectory.key)
         if any(fnmatchcase(name, pattern) for pattern in patterns for name in names):
             motion = trajectory.sample(steps)
             points = np.column_stack([steps, motion.positions, motion.speeds])
-            found[trajectory.key] = points[motion.alive]
-    return found
+            ways[trajectory.key] = points[motion.alive]
+    return ways
 
 
 FACTS = "overlays.json"
@@ -350,7 +350,7 @@ def note_overlays(folder: Path, production: Production, *, rate: float) -> None:
         return
     from sumo3dviz_pt.overlays.facts import facts_text
 
-    write_whole(path, facts_text(film_facts(production, production.job.overlays, rate=rate)))
+    write_atomically(path, facts_text(film_facts(production, production.job.overlays, rate=rate)))
 
 
 def write_captions(film: FilmFacts, path: Path) -> None:
@@ -358,7 +358,7 @@ def write_captions(film: FilmFacts, path: Path) -> None:
     if film.settings.captions:
         from sumo3dviz_pt.overlays.canvas import captions_text
 
-        write_whole(captions_file(path), captions_text(film.settings.captions, film))
+        write_atomically(captions_file(path), captions_text(film.settings.captions, film))
 
 
 def number_of(file: Path, film: FilmFacts) -> int:

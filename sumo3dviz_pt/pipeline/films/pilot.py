@@ -23,7 +23,7 @@ import numpy as np
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.costs import help_cost
 from sumo3dviz_pt.pipeline.films.frames import NOTE, film_of
 from sumo3dviz_pt.pipeline.production import Production, Request, opened
@@ -109,12 +109,12 @@ def counts(most: int = MOST_SAMPLES) -> list[int]:
     These are k x k and k x (k + 1), because the sampler's pattern rounds all others up; and
     beyond a full pass, whole passes.
     """
-    found: list[int] = []
+    numbers: list[int] = []
     for k in count(1):
         if k * k > _FULL_PASS:
             break
-        found += [k * k, k * (k + 1)]
-    small = [number for number in found if number <= _FULL_PASS]
+        numbers += [k * k, k * (k + 1)]
+    small = [number for number in numbers if number <= _FULL_PASS]
     return [n for n in (*small, *range(2 * _FULL_PASS, most + 1, _FULL_PASS)) if n <= most]
 
 
@@ -180,13 +180,13 @@ def _chosen_before(
 ) -> PilotChoice | None:
     """Return what was chosen for the same film's frames in a folder, if there are some."""
     account = film_of(folder) if (folder / NOTE).is_file() else None
-    told = (account or {}).get("pilot")
-    if account is None or told is None or any(told.get(key) != wish[key] for key in wish):
+    before = (account or {}).get("pilot")
+    if account is None or before is None or any(before.get(key) != wish[key] for key in wish):
         return None
-    same = replace(production, quality=with_samples(production.quality, int(told["spp"])))
+    same = replace(production, quality=with_samples(production.quality, int(before["spp"])))
     if same.key != account.get("key"):
         return None
-    return PilotChoice(int(told["spp"]), wish, float(told["expected"]))
+    return PilotChoice(int(before["spp"]), wish, float(before["expected"]))
 
 
 def _measured(production: Production, wish: Mapping[str, float], helped: float) -> PilotChoice:
@@ -208,7 +208,7 @@ def _measured(production: Production, wish: Mapping[str, float], helped: float) 
 
 def _costs(production: Production, state: FrameState) -> dict[int, float]:
     """Return the CPU-seconds of a later frame by its samples."""
-    found: dict[int, float] = {}
+    costs: dict[int, float] = {}
     with opened(production) as session:
         for group, spp in enumerate(_COSTS):
             session.retune(with_samples(production.quality, spp), seed=0)
@@ -219,8 +219,8 @@ def _costs(production: Production, state: FrameState) -> dict[int, float]:
                 started = time.process_time()
                 session.render(state)
                 seconds.append(time.process_time() - started)
-            found[spp] = float(np.median(seconds[_FIRST:]))
-    return found
+            costs[spp] = float(np.median(seconds[_FIRST:]))
+    return costs
 
 
 def _errors(production: Production, state: FrameState) -> dict[int, float]:

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import frame_file
 from sumo3dviz_pt.pipeline.films.traced import traced_by, write_traced
 from sumo3dviz_pt.pipeline.production import Production, opened
@@ -61,13 +61,13 @@ def stoppable() -> Iterator[None]:
     """
     state = _Asked()
 
-    def told(*_: object) -> None:
+    def on_signal(*_: object) -> None:
         state.asked = True
         if not state.busy:
             raise KeyboardInterrupt
 
     main = threading.current_thread() is threading.main_thread()
-    before = {which: signal.signal(which, told) for which in SIGNALS if main}
+    before = {which: signal.signal(which, on_signal) for which in SIGNALS if main}
     token = _ASKED.set(state)
     try:
         yield
@@ -269,14 +269,14 @@ class Frames:
 
     def tell_kept(self) -> None:
         """Say how many frames were there before."""
-        kept = len(self.wanted) - len(self.missing)
-        if kept:
-            self._tell(FrameDone(kept, len(self.wanted), 0.0, kept=True, cpu={}))
+        there = len(self.wanted) - len(self.missing)
+        if there:
+            self._tell(FrameDone(there, len(self.wanted), 0.0, kept=True, cpu={}))
 
-    def _tell(self, news: FrameDone) -> None:
+    def _tell(self, event: FrameDone) -> None:
         """Say how far the film is."""
         if self.on_frame is not None:
-            self.on_frame(news)
+            self.on_frame(event)
 
 
 def _one_thread() -> ThreadPoolExecutor:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.job.surroundings import SoundSettings
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
@@ -270,7 +270,7 @@ def _write_meaning(path: Path, wanted: SoundSettings, pace: Pace, *, count: int)
         "note": "film_time 0 is the shot's first frame; overlays may put frames before it, which"
         " the film's account counts as frames_before",
     }
-    write_whole(path, json.dumps(content, indent=1) + "\n")
+    write_atomically(path, json.dumps(content, indent=1) + "\n")
 
 
 def _write_table(path: Path, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
@@ -279,7 +279,7 @@ def _write_table(path: Path, columns: Sequence[str], rows: Sequence[Sequence[obj
     table = csv.writer(text, lineterminator="\n")
     table.writerow(columns)
     table.writerows([_cell(value) for value in row] for row in rows)
-    write_whole(path, text.getvalue())
+    write_atomically(path, text.getvalue())
 
 
 def _cell(value: object) -> object:

@@ -73,15 +73,15 @@ def read_frame(folder: Path, number: int) -> FrameLayers:
         InputError: If they are missing, damaged or of another form.
     """
     path = places.said_file(folder, number)
-    said = _said(path)
+    content = _said(path)
     try:
         return FrameLayers(
-            said["frame"],
-            said["time"],
+            content["frame"],
+            content["time"],
             _pictures(folder, number),
-            things={int(key): Thing(one[0], one[1]) for key, one in said["things"].items()},
-            **{layer: row.read(said.get(layer, ())) for layer, row in places.SAID.items()},
-            camera=_camera(said["camera"]),
+            things={int(key): Thing(one[0], one[1]) for key, one in content["things"].items()},
+            **{layer: row.read(content.get(layer, ())) for layer, row in places.SAID.items()},
+            camera=_camera(content["camera"]),
         )
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(f"is damaged ({error}); render the frame again", file=path) from error
@@ -90,21 +90,21 @@ def read_frame(folder: Path, number: int) -> FrameLayers:
 def _said(path: Path) -> dict[str, Any]:
     """Return what is said of a frame."""
     try:
-        said = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     except ValueError as error:
         raise InputError(f"is damaged ({error})", file=path) from error
-    if not isinstance(said, dict) or said.get("form") not in FORMS:
+    if not isinstance(content, dict) or content.get("form") not in FORMS:
         raise InputError("is of another version; render the frame again", file=path)
-    return said
+    return content
 
 
 def _pictures(folder: Path, number: int) -> Layers:
     """Return all layers of a frame that are pictures."""
     from sumo3dviz_pt.image.exr import read_channels
 
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     if (file := places.channels_file(folder, number)).is_file():
         channels, _ = read_channels(file)
         for layer, kind in LAYER_KINDS.items():
@@ -112,16 +112,16 @@ def _pictures(folder: Path, number: int) -> Layers:
             if own:
                 whole = np.stack(own, axis=-1)
                 whole = whole.astype(np.float32) if kind.dtype.startswith("float") else whole
-                found[layer] = whole[..., 0] if len(kind.channels) == 1 else whole
+                values[layer] = whole[..., 0] if len(kind.channels) == 1 else whole
     for layer, row in places.OWN_FILES.items():
         file = places.own_file(folder, number, layer)
         if row.read is not None and file.is_file():
-            found |= row.read(file)
-    return Layers(found)
+            values |= row.read(file)
+    return Layers(values)
 
 
-def _camera(said: Mapping[str, Any]) -> StoredCamera:
+def _camera(camera: Mapping[str, Any]) -> StoredCamera:
     """Return a camera."""
-    (width, height), (across, down) = said["size"], said["centre"]
-    placed = Transform(np.array(said["world_from_camera"]))
-    return StoredCamera((width, height), said["focal"], (across, down), placed)
+    (width, height), (across, down) = camera["size"], camera["centre"]
+    placed = Transform(np.array(camera["world_from_camera"]))
+    return StoredCamera((width, height), camera["focal"], (across, down), placed)

@@ -47,27 +47,27 @@ def as_plain(value: Any) -> Any:
     return value
 
 
-def falling_of(said: dict[str, Any]) -> Falling:
+def falling_of(content: dict[str, Any]) -> Falling:
     """Return what plain values say that falls and flies.
 
     Raises:
         KeyError: If something is missing.
         ValueError: If something is damaged.
     """
-    given: dict[str, Any] = {}
-    for name, value in said.items():
+    values: dict[str, Any] = {}
+    for name, value in content.items():
         made = _PARTS.get(name)
-        given[name] = (
+        values[name] = (
             _of_plain(value)
             if made is None or value is None
             else made(**{key: _of_plain(part) for key, part in value.items()})
         )
-    return Falling(**given)
+    return Falling(**values)
 
 
-def light_of(said: dict[str, Any]) -> SkyLight:
+def light_of(content: dict[str, Any]) -> SkyLight:
     """Return the light of the sky from plain values."""
-    return SkyLight(**{name: _of_plain(value) for name, value in said.items()})
+    return SkyLight(**{name: _of_plain(value) for name, value in content.items()})
 
 
 def _of_plain(value: Any) -> Any:
@@ -90,8 +90,8 @@ def read_text(text: str) -> tuple[Falling, SkyLight]:
         ValueError: If it is damaged.
     """
     try:
-        said = json.loads(text)
-        return falling_of(said["falling"]), light_of(said["light"])
+        content = json.loads(text)
+        return falling_of(content["falling"]), light_of(content["light"])
     except (KeyError, TypeError, zlib.error) as error:
         raise ValueError(f"does not say what falls in it ({error})") from error
 
@@ -173,16 +173,16 @@ def _finishing_of(text: str) -> Finishing:
     """Return how frames are finished, from its text."""
     from sumo3dviz_pt.render.passes.finish import Finishing
 
-    said = json.loads(text)
-    red_green_blue, falls = said["haze"], float(said.get("falls", 0.0))
-    horizon = zlib.decompress(base64.b64decode(said["horizon"]))
+    content = json.loads(text)
+    red_green_blue, falls = content["haze"], float(content.get("falls", 0.0))
+    horizon = zlib.decompress(base64.b64decode(content["horizon"]))
     return Finishing(
-        str(said["denoiser"]),
-        bool(said["guided"]),
-        float(said["raw_share"]),
+        str(content["denoiser"]),
+        bool(content["guided"]),
+        float(content["raw_share"]),
         None if red_green_blue is None else Haze(tuple(red_green_blue), falls),
         np.frombuffer(horizon, dtype=np.float16).astype(np.float32).reshape(-1, 3),
-        bool(said.get("grainy_sky", False)),
+        bool(content.get("grainy_sky", False)),
     )
 
 
@@ -253,7 +253,7 @@ class Shelf:
                 self._frames[path] = (stored, _traced_frame(stored))
             stored, centre = self._frames[path]
             around = _beside(path, stored.window)
-            self._frames = {p: kept for p, kept in self._frames.items() if p == path or p in around}
+            self._frames = {p: one for p, one in self._frames.items() if p == path or p in around}
             others = [self._neighbour(other, stored) for other in around]
             how = _finishing_of(stored.strings[FINISHING])
             if FALLING in stored.strings:

@@ -88,9 +88,9 @@ def strokes_of(
     cover = np.minimum(face / (length * drawn + 0.25 * np.pi * drawn**2), 0.98)
     stronger = 1.0 if drops.flakes else falling.strength
     depths = -np.log1p(-cover) * faded * stronger
-    kept = np.flatnonzero((depths > 1e-5) & (length < _LONGEST * size[0]))
-    colours = lit(middle[kept], falling, light, eye=eye, flakes=drops.flakes)
-    return Strokes(starts[:, kept], ends[:, kept], drawn[kept], depths[kept], away[kept], colours)
+    seen = np.flatnonzero((depths > 1e-5) & (length < _LONGEST * size[0]))
+    colours = lit(middle[seen], falling, light, eye=eye, flakes=drops.flakes)
+    return Strokes(starts[:, seen], ends[:, seen], drawn[seen], depths[seen], away[seen], colours)
 
 
 def _projected(
@@ -115,8 +115,8 @@ def _projected(
         good &= (high[axis] > -room) & (low[axis] < count + room)
     if falling.cabin is not None:
         good &= ~inside(falling.cabin, 0.5 * (drops.first + drops.last))
-    kept = np.flatnonzero(good)
-    return drops.only(kept), starts[:, kept], ends[:, kept]
+    shown = np.flatnonzero(good)
+    return drops.only(shown), starts[:, shown], ends[:, shown]
 
 
 def _rolled(starts: Floats, ends: Floats, falling: Falling, *, rows: int) -> tuple[Floats, Floats]:
@@ -208,22 +208,22 @@ def splashes(
     shown = _distance(seen, pixels)
     good = ahead & (np.abs(places[:, 2] - level) < _FLAT) & (away < _FARTHEST)
     good &= (np.abs(shown - away) < 0.03 * away + 0.03) & _hard(seen, pixels)
-    kept = np.flatnonzero(good)
-    if not len(kept):
+    index = np.flatnonzero(good)
+    if not len(index):
         return None
-    places, away = places[kept], away[kept]
-    rise = np.sin(np.pi * ages[kept]) * diameters[kept]
-    tops = places + np.column_stack([np.zeros((len(kept), 2)), 1e-3 * _HIGH * rise])
+    places, away = places[index], away[index]
+    rise = np.sin(np.pi * ages[index]) * diameters[index]
+    tops = places + np.column_stack([np.zeros((len(index), 2)), 1e-3 * _HIGH * rise])
     low, middle, high = (
         lens.project(local(each, camera), size)[0] for each in (places, 0.5 * (places + tops), tops)
     )
     per_metre = 1.0 / (lens.pixel_width(size[0]) * away)
-    width = 1e-3 * _WIDE * diameters[kept] * (0.5 + 0.5 * ages[kept]) * per_metre
+    width = 1e-3 * _WIDE * diameters[index] * (0.5 + 0.5 * ages[index]) * per_metre
     drawn = np.maximum(width, 1.0)
     length = np.hypot(*(high - low))
     area = width * (1e-3 * _HIGH * rise * per_metre + width)
     cover = area / (drawn * (length + drawn))
-    fade = (1.0 - ages[kept]) * np.clip(3.0 * (1.0 - away / _FARTHEST), 0.0, 1.0)
+    fade = (1.0 - ages[index]) * np.clip(3.0 * (1.0 - away / _FARTHEST), 0.0, 1.0)
     colours = lit(tops, falling, light, eye=camera[:3, 3], flakes=False)
     crowns = Strokes(low, high, drawn, _DENSE * cover * fade, 0.97 * away, colours)
     return _whole(crowns, middle, lens, size)
@@ -264,9 +264,9 @@ def _events(falling: Falling, camera: Floats, *, all_round: bool) -> tuple[Float
     number = np.floor(turns[alive]).astype(np.int64)
     keys = keys_of(falling.seed + _SALT, x[squares], y[squares], rank, number)
     chance = shares(keys, 4)
-    kept = np.flatnonzero(chance[3] * count < per_second * _SQUARE**2 * _TURN)
+    event = np.flatnonzero(chance[3] * count < per_second * _SQUARE**2 * _TURN)
     places = (np.column_stack([x[squares], y[squares]]) + chance[:2].T) * _SQUARE
-    return places[kept], sizes.share_at(chance[2], _LARGE, 6.0)[kept], ages[alive][kept]
+    return places[event], sizes.share_at(chance[2], _LARGE, 6.0)[event], ages[alive][event]
 
 
 def _distance(seen: Layers, pixels: _Pixels) -> Floats:

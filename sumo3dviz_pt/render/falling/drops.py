@@ -71,11 +71,11 @@ def keys_of(seed: int, *numbers: Ints | int) -> Keys:
 
 def shares(keys: Keys, count: int) -> Floats:
     """Return numbers in [0, 1) for each key, (count, n)."""
-    found = np.empty((count, len(keys)))
+    values = np.empty((count, len(keys)))
     for row in range(count):
         words = _mixed(keys + _STEPS[row])
-        found[row] = (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
-    return found
+        values[row] = (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    return values
 
 
 def _mixed(words: Keys) -> Keys:
@@ -185,14 +185,14 @@ def _kinds(
     diameter: Callable[[Floats], Floats],
 ) -> tuple[SizeBin, ...]:
     """Return the bins between diameters [mm]."""
-    found = []
+    kinds = []
     for number, (low, high) in enumerate(pairwise(edges)):
         middle = np.array(0.5 * (low + high))
         wide = float(diameter(middle))
         cell = float(np.clip(0.8 * wide, 0.3, 3.0))
         kind = SizeBin(number, low, high, float(speed(middle)), 1e-3 * wide, cell)
-        found.append(kind)
-    return tuple(found)
+        kinds.append(kind)
+    return tuple(kinds)
 
 
 def reach(

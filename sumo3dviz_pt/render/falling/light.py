@@ -29,10 +29,10 @@ from sumo3dviz_pt.model.geometry import Floats
 def local(places: Floats, frame: Floats) -> Floats:
     """Return places in the world, (n, 3) [m], in a rigid frame, (4, 4)."""
     apart = [places[:, axis] - frame[axis, 3] for axis in range(3)]
-    found = np.empty_like(places)
+    turned = np.empty_like(places)
     for column in range(3):
-        found[:, column] = sum(apart[axis] * frame[axis, column] for axis in range(3))
-    return found
+        turned[:, column] = sum(apart[axis] * frame[axis, column] for axis in range(3))
+    return turned
 
 
 def along(vectors: Floats, axis: Floats) -> Floats:
@@ -195,6 +195,6 @@ def _by_throw(
         scattered = _scattered((way * to_eye[where]).sum(axis=1), flakes)
         rows = np.clip(np.rint(row[where]), 0, count - 1).astype(int)
         columns = np.clip(np.rint(column[where]), 0, count - 1).astype(int)
-        given = throws.pattern[rows, columns] / (away[where] ** 2 + closest**2)
-        share[where] = given * scattered
+        arriving = throws.pattern[rows, columns] / (away[where] ** 2 + closest**2)
+        share[where] = arriving * scattered
     return np.asarray(share[:, None] * throws.intensity[number])

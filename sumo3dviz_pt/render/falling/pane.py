@@ -68,8 +68,8 @@ def through_pane(
     assert pane is not None
     hit = seen["hit"]
     distance = np.asarray(seen["depth"] / np.maximum(hit, np.float32(1e-6)), np.float32)
-    found = _refracted(radiance, (distance, hit), falling, pane, lens)
-    return _with_blades(found, (distance, hit), falling, pane, light, lens)
+    refracted = _refracted(radiance, (distance, hit), falling, pane, lens)
+    return _with_blades(refracted, (distance, hit), falling, pane, light, lens)
 
 
 def _refracted(
@@ -85,22 +85,22 @@ def _refracted(
     drawn = np.sqrt(radii**2 + blur**2) + 0.5
     good = (middles[0] > -drawn) & (middles[0] < height + drawn) & (drops.shown > 0.0)
     good &= (middles[1] > -drawn) & (middles[1] < width + drawn) & (away > 0.1)
-    kept = np.flatnonzero(good)
-    if not len(kept):
+    shown = np.flatnonzero(good)
+    if not len(shown):
         return radiance
     strength = _STRONG * drops.shown * (radii / drawn) ** 1.5
-    pixel, owner, off = _discs(middles[:, kept], drawn[kept], (width, height))
-    apart = np.hypot(*off) / drawn[kept][owner]
-    soft = np.clip(blur / drawn, 0.15, 1.0)[kept][owner]
+    pixel, owner, off = _discs(middles[:, shown], drawn[shown], (width, height))
+    apart = np.hypot(*off) / drawn[shown][owner]
+    soft = np.clip(blur / drawn, 0.15, 1.0)[shown][owner]
     mask = np.clip((1.0 - apart) / soft, 0.0, 1.0)
-    mask *= mask * (3.0 - 2.0 * mask) * strength[kept][owner]
+    mask *= mask * (3.0 - 2.0 * mask) * strength[shown][owner]
     distance, hit = (each.reshape(-1)[pixel] for each in before)
-    through = (1.0 - hit) + hit * (distance > _BEHIND * away[kept][owner])
+    through = (1.0 - hit) + hit * (distance > _BEHIND * away[shown][owner])
     mask *= through
 
     # Through a drop the scene is seen upside down, and much of it.
     row, column = (
-        middles[axis, kept][owner] - _WIDE_VIEW * off[axis] * (radii / drawn)[kept][owner]
+        middles[axis, shown][owner] - _WIDE_VIEW * off[axis] * (radii / drawn)[shown][owner]
         for axis in (0, 1)
     )
     lens_light = _sampled(_coarse(radiance), row, column)
@@ -138,9 +138,9 @@ def _drops(seed: int, pane: Windscreen, time: float) -> _PaneDrops:
     left = np.where(free, (_STAYS - since) / 0.5, 1.0)
     shown *= np.clip(left, 0.0, 1.0)
     radii = _SMALLEST * (_LARGEST / _SMALLEST) ** (chance[3] ** 1.5)
-    kept = np.flatnonzero(shown > 0.0)
+    index = np.flatnonzero(shown > 0.0)
     at = middle + (chance[1:3].T - 0.5) * 0.7 * _CELL
-    return _PaneDrops(at[kept], radii[kept], shown[kept])
+    return _PaneDrops(at[index], radii[index], shown[index])
 
 
 def _wiped(places: Floats, pane: Windscreen) -> tuple[Floats, Floats]:
@@ -247,8 +247,8 @@ def _coarse(radiance: Image) -> Image:
     """Return a picture with fewer pixels, each the mean of a block."""
     height, width = radiance.shape[:2]
     rows, columns = max(height // _COARSE, 1), max(width // _COARSE, 1)
-    kept = radiance[: rows * _COARSE, : columns * _COARSE]
-    blocks = kept.reshape(rows, min(_COARSE, height), columns, min(_COARSE, width), 3)
+    whole = radiance[: rows * _COARSE, : columns * _COARSE]
+    blocks = whole.reshape(rows, min(_COARSE, height), columns, min(_COARSE, width), 3)
     return np.asarray(blocks.mean(axis=(1, 3)))
 
 

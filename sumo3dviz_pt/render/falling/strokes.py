@@ -128,15 +128,15 @@ def laid(
         np.abs((off * towards).sum(axis=0)),
         np.abs(off[0] * towards[1] - off[1] * towards[0]),
     )
-    kept = np.flatnonzero((along < _SHIFTED * long + 1.0) & (aside < _BENT * long + 1.0))
-    starts, ends = starts[:, kept], ends[:, kept]
+    near = np.flatnonzero((along < _SHIFTED * long + 1.0) & (aside < _BENT * long + 1.0))
+    starts, ends = starts[:, near], ends[:, near]
     if turn is None:
-        return Laid(starts, ends, kept)
-    shifts = np.repeat((0.0, -turn, turn), len(kept))
+        return Laid(starts, ends, near)
+    shifts = np.repeat((0.0, -turn, turn), len(near))
     starts, ends = np.tile(starts, 3), np.tile(ends, 3)
     starts[1] += shifts
     ends[1] += shifts
-    return Laid(starts, ends, np.tile(kept, 3))
+    return Laid(starts, ends, np.tile(near, 3))
 
 
 def _beside(starts: Floats, places: Floats, turn: float) -> Floats:

@@ -95,20 +95,20 @@ class MeanOfRows:
 
     def add(self, layers: Layers, rows: slice) -> None:
         """Add what was found in some rows; the layers have only these."""
-        for name, found in layers.items():
+        for name, layer in layers.items():
             if name not in self._sums:
-                self._sums[name] = np.zeros((self.height, *found.shape[1:]))
+                self._sums[name] = np.zeros((self.height, *layer.shape[1:]))
                 self._counts[name] = np.zeros(self.height)
-            self._sums[name][rows] += found
+            self._sums[name][rows] += layer
             self._counts[name][rows] += 1.0
 
     def means(self) -> Layers:
         """Return the mean of all rows."""
-        found = {}
+        means = {}
         for name, sums in self._sums.items():
             counts = self._counts[name].reshape(-1, *(1,) * (sums.ndim - 1))
-            found[name] = np.asarray(sums / np.maximum(counts, 1.0), np.float32)
-        return Layers(found)
+            means[name] = np.asarray(sums / np.maximum(counts, 1.0), np.float32)
+        return Layers(means)
 
 
 _MORE = 2
@@ -167,15 +167,15 @@ class ByKernel:
             kernel = self.followed()
             passes = self._passes(kernel, order, after_pass)
             whole = passes[0] if len(passes) == 1 else merged(passes, _mean)
-            found = by_path.as_guides(whole)
-            found |= {name: passes[0][name] for name in FIRST.places if name in found}
+            layers = by_path.as_guides(whole)
+            layers |= {name: passes[0][name] for name in FIRST.places if name in layers}
             if self._apart:
-                found |= {"glow": self._glow(kernel, order)}
-            found |= self._through_pane(self._reflected(kernel, order), found)
-            accumulator = Accumulator(by_path.uncapped(found), white=self._settings.white)
+                layers |= {"glow": self._glow(kernel, order)}
+            layers |= self._through_pane(self._reflected(kernel, order), layers)
+            accumulator = Accumulator(by_path.uncapped(layers), white=self._settings.white)
             for traced in passes:
                 accumulator.add(traced["capped"], traced["lost"])
-        return Traced(found, accumulator, kernel.movers)
+        return Traced(layers, accumulator, kernel.movers)
 
     def expose(
         self,
@@ -215,11 +215,11 @@ class ByKernel:
                     numbers.add(Layers({k: one[k] for k in FIRST.places if k in one}), rows)
             if after_moment is not None:
                 after_moment(number + 1, len(moments))
-        found = by_path.as_guides(means.means() | numbers.means())
-        found |= self._through_pane(reflected, found)
-        accumulator = Accumulator(by_path.uncapped(found), white=settings.white)
-        accumulator.add(found["capped"], found["lost"])
-        return Traced(found, accumulator, movers)
+        layers = by_path.as_guides(means.means() | numbers.means())
+        layers |= self._through_pane(reflected, layers)
+        accumulator = Accumulator(by_path.uncapped(layers), white=settings.white)
+        accumulator.add(layers["capped"], layers["lost"])
+        return Traced(layers, accumulator, movers)
 
     def current(self) -> Kernel:
         """Return the kernel as it last followed the scene, or a new one for another scene."""
@@ -269,8 +269,8 @@ class ByKernel:
         """
         if kernel.mirrors is None or not self._settings.quality.accumulate:
             return []
-        found = kernel.mirrors.areas(self._view, self._settings.size)
-        parts = (area.within(rows.start, rows.stop) for area in found)
+        areas = kernel.mirrors.areas(self._view, self._settings.size)
+        parts = (area.within(rows.start, rows.stop) for area in areas)
         return [part for part in parts if part is not None]
 
     def _glow(self, kernel: Kernel, order: PassOrder) -> Image:
@@ -294,18 +294,18 @@ class ByKernel:
             light = denoise(light, quality=quality.denoise, **guides_of)
         return _Reflected(view, light)
 
-    def _through_pane(self, reflected: _Reflected | None, found: Layers) -> Layers:
+    def _through_pane(self, reflected: _Reflected | None, layers: Layers) -> Layers:
         """Return what a pane adds to a picture, and the share that it lets through.
 
         Args:
             reflected: What it shows, if there is one.
-            found: `depth` and `hit` of the picture behind it.
+            layers: `depth` and `hit` of the picture behind it.
         """
         if reflected is None or reflected.view.pane is None:
             return Layers()
-        view, hit = reflected.view, found["hit"]
-        distance = np.where(hit > 0.5, found["depth"] / np.maximum(hit, 1e-6), np.inf)
-        directions = view.directions(found.size)
+        view, hit = reflected.view, layers["hit"]
+        distance = np.where(hit > 0.5, layers["depth"] / np.maximum(hit, 1e-6), np.inf)
+        directions = view.directions(layers.size)
         share = reflected_share(reflected.view.pane, view.position, directions, distance)
         return Layers({"reflected": share[..., None] * reflected.light, "passed": 1.0 - share})
 
@@ -331,14 +331,14 @@ def with_more(picture: Layers, more: Sequence[Layers], area: PixelArea) -> Layer
         more: As many samples each.
         area: Of the picture.
     """
-    found = {}
+    merged = {}
     for name, layer in picture.items():
-        found[name] = layer
+        merged[name] = layer
         if name not in FIRST.places:
-            found[name] = layer.copy()
+            merged[name] = layer.copy()
             sums = np.add.reduce([one[name] for one in more])
-            found[name][area.slices] = (layer[area.slices] + sums) / (1 + len(more))
-    return Layers(found)
+            merged[name][area.slices] = (layer[area.slices] + sums) / (1 + len(more))
+    return Layers(merged)
 
 
 def _mean(*pictures: Image) -> Image:

@@ -376,16 +376,16 @@ class Deposits:
             spot: Where.
         """
         reach = self._exposure(spot)
-        found, normal, snow = finish, spot.normal, None
+        covered, normal, snow = finish, spot.normal, None
         if self.snowy:
             snow = lying(spot, reach, self._roads, self._depth)
         if self._wet:
-            found, normal = self._wetted(found, spot, reach, snow)
+            covered, normal = self._wetted(covered, spot, reach, snow)
         if snow is not None:
-            found, normal = snowed(found, normal, snow)
+            covered, normal = snowed(covered, normal, snow)
         # A normal that faces away from the eye would be black.
         faces = dr.dot(normal, spot.wi) * dr.sign(dr.dot(spot.normal, spot.wi)) > 0.02
-        return found, dr.select(faces, normal, spot.normal)
+        return covered, dr.select(faces, normal, spot.normal)
 
     def _exposure(self, spot: Spot) -> SkyExposure:
         """Return how far rain and snow reach a place."""

@@ -218,13 +218,13 @@ def trodden(tracks: TyreTracks, origin: Floats) -> tuple[Image, Image]:
             cell[:, 1] * TRACK_CELLS + cell[:, 0], weights=weight, minlength=len(passed)
         )
     cells = passed.reshape(TRACK_CELLS, TRACK_CELLS)
-    found = []
+    shares = []
     for width, often in ((_WIDTH, _OFTEN), (_WIDE, _MESSED)):
         # A straight line of one passage in each cell has this height when it is spread.
         once = 1.0 / (np.sqrt(2.0 * np.pi) * width)
         spread = gaussian_filter(cells, width)
-        found.append(np.asarray(1.0 - np.exp(-spread / (often * once)), np.float32))
-    return found[0], found[1]
+        shares.append(np.asarray(1.0 - np.exp(-spread / (often * once)), np.float32))
+    return shares[0], shares[1]
 
 
 def rut_depths(ruts: TyreTracks, origin: Floats) -> Image:

@@ -107,9 +107,9 @@ class Halos:
             room=self._room,
             seen=(start + origin, origin),
         )
-        given = _given(sources, directions, start + origin, fading=frame.weather.extinction)
-        total = given.sum(axis=1, keepdims=True)
-        chances = given / np.where(total > 0.0, total, 1.0)
+        power = _scattered(sources, directions, start + origin, fading=frame.weather.extinction)
+        total = power.sum(axis=1, keepdims=True)
+        chances = power / np.where(total > 0.0, total, 1.0)
         self._columns = dr.opaque(mi.UInt32, directions.shape[1])
         self._rows, self._chances, self._summed = (
             mi.Float(aligned(table.ravel(), np.float32))
@@ -252,8 +252,8 @@ def _middles(eye: Eye, size: tuple[int, int]) -> tuple[Floats, Floats]:
     part = mi.Point2f(across * (TILE / size[0]), down * (TILE / size[1]))
     ray = eye.ray(dr.minimum(part, 1.0), mi.Point2f(0.5))
     dr.eval(ray)
-    starts, found = (np.array(each, np.float64).T for each in (ray.o, ray.d))
-    return starts.mean(axis=0), found.reshape(rows, columns, 3)
+    starts, forwards = (np.array(each, np.float64).T for each in (ray.o, ray.d))
+    return starts.mean(axis=0), forwards.reshape(rows, columns, 3)
 
 
 def _spread(directions: Floats) -> float:
@@ -264,7 +264,7 @@ def _spread(directions: Floats) -> float:
     return float(np.arccos(np.clip(np.median(cosine), -1.0, 1.0)))
 
 
-def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) -> Floats:
+def _scattered(sources: Sources, directions: Floats, eye: Floats, *, fading: float) -> Floats:
     """Return what lamps scatter along rays, about, (rays, lamps).
 
     Args:
@@ -283,7 +283,7 @@ def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) 
     aside = np.sqrt(square + wide * wide)
     first = np.arctan(-nearest / aside)
     span = np.float32(0.5 * np.pi) - first
-    found = np.zeros_like(aside)
+    power = np.zeros_like(aside)
     for share, part in _PLACES:
         beyond = aside * np.tan(first + span * np.float32(share))
         reach: Image = np.sqrt(square + beyond * beyond)
@@ -291,8 +291,8 @@ def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) 
         light *= np.float32(1.0 - _BY_CHANCE) * _phase(-beyond / reach)
         light += (_BY_CHANCE / (4.0 * np.pi) * sources.mean).astype(np.float32)
         light *= np.float32(part)
-        found += light * np.exp(np.float32(-fading) * (nearest + beyond + reach))
-    return np.asarray(found * span / aside, np.float64)
+        power += light * np.exp(np.float32(-fading) * (nearest + beyond + reach))
+    return np.asarray(power * span / aside, np.float64)
 
 
 def _shining(sources: Sources, ways: Image, to: Image, t: Image, reach: Image) -> Image:

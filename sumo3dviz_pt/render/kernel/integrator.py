@@ -69,10 +69,10 @@ def met_through(
     down = mi.Float(row) + dr.opaque(mi.Float, at[1])
     point = mi.Point2f(across / mi.Float(columns), down / mi.Float(rows))
     ray = eye.ray(point, mi.Point2f(0.5))
-    found = place.solids.nearest(ray, True)
+    hit = place.solids.nearest(ray, True)
     # Rays may begin a little before the eye.
-    found.t += eye.lead(ray)
-    met = Met(place, found, ray)
+    hit.t += eye.lead(ray)
+    met = Met(place, hit, ray)
     channels = {name: of(met) for name, of in RAYS.items() if name in wanted}
     dr.schedule(channels)
     return {
@@ -89,18 +89,18 @@ class Met:
 
     Attributes:
         place: What they went through.
-        found: Mitsuba's word for what each of them met first.
+        hit: Mitsuba's word for what each of them met first.
         ray: The rays.
     """
 
     place: Place
-    found: Any
+    hit: Any
     ray: Any
 
     @cached_property
     def surface(self) -> Any:
         """The surfaces that they met."""
-        return self.place.surfaces.met(self.found, self.ray, mi.Bool(True))
+        return self.place.surfaces.met(self.hit, self.ray, mi.Bool(True))
 
     def there(self, channels: Any) -> list[Any]:
         """Return channels where something was met, else 0."""
@@ -109,28 +109,28 @@ class Met:
 
 def _instance(met: Met) -> list[Any]:
     """Return Mitsuba's numbers of instances."""
-    number = dr.reinterpret_array(mi.UInt32, met.found.instance)
-    return [dr.select(mi.Bool(met.found.is_valid()), number, 0)]
+    number = dr.reinterpret_array(mi.UInt32, met.hit.instance)
+    return [dr.select(mi.Bool(met.hit.is_valid()), number, 0)]
 
 
 def _corners(met: Met) -> list[Any]:
     """Return where in the faces they were met."""
-    there = mi.Bool(met.found.is_valid())
-    return [dr.select(there, one, 0.0) for one in met.found.prim_uv]
+    there = mi.Bool(met.hit.is_valid())
+    return [dr.select(there, one, 0.0) for one in met.hit.prim_uv]
 
 
 def _albedo(met: Met) -> list[Any]:
     """Return reflectances."""
     albedo, foreign = met.surface.finish.colour, met.surface.foreign
     if met.place.surfaces.foreign:
-        si = met.found.compute_surface_interaction(met.ray, mi.RayFlags.All, foreign)
+        si = met.hit.compute_surface_interaction(met.ray, mi.RayFlags.All, foreign)
         theirs = si.bsdf().eval_diffuse_reflectance(si, foreign)
         albedo = dr.select(foreign, theirs, albedo)
     return met.there(albedo)
 
 
 RAYS: Mapping[str, Callable[[Met], list[Any]]] = {
-    "depth": lambda met: [dr.select(mi.Bool(met.found.is_valid()), met.found.t, 0.0)],
+    "depth": lambda met: [dr.select(mi.Bool(met.hit.is_valid()), met.hit.t, 0.0)],
     "face": lambda met: [dr.select(met.surface.there, met.surface.face, 0)],
     "instance": _instance,
     "corners": _corners,
@@ -338,9 +338,9 @@ class Kernel:
             tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
             of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.eval(of_all, of_first)
-            found = [_of_all(channel, spp) for channel in of_all]
-            found += [_of_first(channel, spp) for channel in of_first]
-            parts.append(self._rows(found, (count, columns)))
+            means = [_of_all(channel, spp) for channel in of_all]
+            means += [_of_first(channel, spp) for channel in of_first]
+            parts.append(self._rows(means, (count, columns)))
         if len(parts) == 1:
             return parts[0]
         return merged(parts, lambda *rows: np.concatenate(rows))
@@ -367,13 +367,13 @@ class Kernel:
             channels: Arrays of Dr.Jit, which also puts those of a layer side by side.
             size: Rows, and columns [px].
         """
-        found = {name: channels[place] for name, place in self._channels.places.items()}
+        layers = {name: channels[place] for name, place in self._channels.places.items()}
         flat = {
             name: some[0] if len(some) == 1 else dr.ravel(mi.Color3f(*some))
-            for name, some in found.items()
+            for name, some in layers.items()
         }
         dr.schedule(flat)
-        shapes = {name: size if len(some) == 1 else (*size, 3) for name, some in found.items()}
+        shapes = {name: size if len(some) == 1 else (*size, 3) for name, some in layers.items()}
         return Layers({name: np.array(one).reshape(shapes[name]) for name, one in flat.items()})
 
 

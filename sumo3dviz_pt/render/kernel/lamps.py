@@ -94,7 +94,7 @@ class LampTables:
     def shining(self) -> Floats:
         """Return the corners of all faces whose lamps shine, (n, 3, 3) [m]."""
         parameters = self._loaded.parameters
-        found = [np.zeros((0, 3, 3))]
+        triangles = [np.zeros((0, 3, 3))]
         for name, size in zip(self.names, self._sizes, strict=True):
             vertices = np.asarray(parameters[f"{name}.vertex_positions"]).reshape(-1, 3)
             faces = np.asarray(parameters[f"{name}.faces"]).reshape(-1, 3)
@@ -102,8 +102,8 @@ class LampTables:
             v = -np.asarray(parameters[f"{name}.vertex_texcoords"]).reshape(-1, 2)[faces[:, 0], 1]
             lamp = np.minimum((v * size.count).astype(int), size.count - 1)
             radiance = np.asarray(parameters[f"{name}.emitter.radiance"]).reshape(-1, 3)
-            found.append(vertices[faces[(radiance[lamp] != 0.0).any(axis=1)]])
-        return np.concatenate(found)
+            triangles.append(vertices[faces[(radiance[lamp] != 0.0).any(axis=1)]])
+        return np.concatenate(triangles)
 
     def _row(self, number: Any, active: Any) -> tuple[Any, Any]:
         """Return a mesh's sizes, and where its numbers begin."""
@@ -337,14 +337,14 @@ class Mirrors:
             view: Of the camera, in the frame that the scene shows.
             size: Width, height of the picture [px].
         """
-        found = [PixelArea.around(covered(panes, view, size)) for panes in self._panes()]
-        large = [area for area in found if area is not None and area.pixels >= _LEAST]
-        kept, room = [], _MOST * size[0] * size[1]
+        areas = [PixelArea.around(covered(panes, view, size)) for panes in self._panes()]
+        large = [area for area in areas if area is not None and area.pixels >= _LEAST]
+        chosen, room = [], _MOST * size[0] * size[1]
         for area in sorted(large, key=lambda each: -each.pixels):
             if area.pixels <= room:
-                kept.append(area)
+                chosen.append(area)
                 room -= area.pixels
-        return tuple(kept)
+        return tuple(chosen)
 
     def covered(self, view: View, size: tuple[int, int]) -> Bools:
         """Return the pixels that mirrors may cover, (h, w); arguments as in `areas`."""

@@ -30,16 +30,16 @@ from sumo3dviz_pt.render.sky.weathered import SUN_DISTANCE
 
 def where(
     active: Any,
-    given: tuple[Any, ...],
-    found: Callable[..., tuple[Any, ...]],
+    args: tuple[Any, ...],
+    compute: Callable[..., tuple[Any, ...]],
     otherwise: tuple[Any, ...],
 ) -> tuple[Any, ...]:
     """Return what a function finds for lanes that want it, and other values for the rest.
 
     Args:
         active: Which lanes want it.
-        given: The function's arguments.
-        found: The function; it returns as many values as `otherwise` has.
+        args: The function's arguments.
+        compute: The function; it returns as many values as `otherwise` has.
         otherwise: Values of the other lanes.
     """
 
@@ -47,9 +47,9 @@ def where(
         return all_given[-len(otherwise) :]
 
     def wanted(*all_given: Any) -> tuple[Any, ...]:
-        return found(*all_given[: -len(otherwise)])
+        return compute(*all_given[: -len(otherwise)])
 
-    result: tuple[Any, ...] = dr.if_stmt((*given, *otherwise), active, wanted, skipped)
+    result: tuple[Any, ...] = dr.if_stmt((*args, *otherwise), active, wanted, skipped)
     return result
 
 
@@ -72,18 +72,18 @@ class EmitterChances:
         self._count, self._placed = count, placed
         self._chances = self._summed = self._grid = mi.Float(0.0)
 
-    def follow(self, weights: Floats, given: Floats, grid: Floats) -> None:
+    def follow(self, weights: Floats, power: Floats, grid: Floats) -> None:
         """Bring the chances to a frame.
 
         Args:
             weights: How often paths aim at each emitter from anywhere, (count,).
-            given: What each gives to each cell, (count, cells), if the place matters.
+            power: What each gives to each cell, (count, cells), if the place matters.
             grid: x and y of the corner in the renderer's coordinates [m], and cells per metre.
         """
         chances = (weights / weights.sum())[None]
         if self._placed:
-            total = given.sum(axis=0)
-            by_place = (given / np.where(total > 0.0, total, 1.0)).T
+            total = power.sum(axis=0)
+            by_place = (power / np.where(total > 0.0, total, 1.0)).T
             chances = np.where(
                 total[:, None] > 0.0, (1.0 - _BY_PLACE) * chances + _BY_PLACE * by_place, chances
             )
@@ -189,7 +189,7 @@ class Lights:
         if self._loaded.sky_changes:
             self._sky_given = self._light_of_sky()
         weights = np.array([_weight(parameters, name) for name in self._names])
-        self._choice.follow(weights, self._given(), self._grid())
+        self._choice.follow(weights, self._powers(), self._grid())
         if self._lamps is not None:
             self._lamps.follow()
         if self._beams is not None:
@@ -208,24 +208,24 @@ class Lights:
         grid = grid_of(frame.view, CELLS)
         return np.array([*(grid.corner - frame.origin[:2]), 1.0 / grid.step])
 
-    def _given(self) -> Floats:
+    def _powers(self) -> Floats:
         """Return what each emitter gives to each cell, (emitters, cells)."""
         if not self.many:
             return np.zeros((1, 1))
         corner_x, corner_y, per_metre = self._grid()
-        given = np.zeros((len(self._names), CELLS**2))
-        given[: self._first_lamp] = self._sky_given
+        power = np.zeros((len(self._names), CELLS**2))
+        power[: self._first_lamp] = self._sky_given
         for k, name in enumerate(self._names[self._first_lamp : self._first_beam]):
             values = np.asarray(self._loaded.parameters[f"{name}.given"])
             cells = round(len(values) ** 0.5)
             index = np.arange(CELLS) * cells // CELLS
-            given[self._first_lamp + k] = values.reshape(cells, cells)[np.ix_(index, index)].ravel()
+            power[self._first_lamp + k] = values.reshape(cells, cells)[np.ix_(index, index)].ravel()
         middles = (np.arange(CELLS) + 0.5) / per_metre
         x, y = np.meshgrid(corner_x + middles, corner_y + middles)
         for k, name in enumerate(self.beam_names):
             if self._beams is not None and name in self._beams.placed:
-                given[self._first_beam + k] = self._beams.given(name, x.ravel(), y.ravel())
-        return given
+                power[self._first_beam + k] = self._beams.given(name, x.ravel(), y.ravel())
+        return power
 
     def met(self, hit: Any, ray: Any, before: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance of what a ray ends in, and the density of aiming there.
@@ -381,11 +381,11 @@ def _merged(
 ) -> LightAim:
     """Put the directions that some lanes want into those of all."""
 
-    def found(*given: Any) -> tuple[Any, ...]:
-        return tuple(maker(*given))
+    def compute(*args: Any) -> tuple[Any, ...]:
+        return tuple(maker(*args))
 
-    given = (mi.Point3f(place), mi.Point2f(sample), mi.UInt32(number), mi.Bool(chosen))
-    return LightAim(*where(mi.Bool(chosen), given, found, tuple(aim)))
+    args = (mi.Point3f(place), mi.Point2f(sample), mi.UInt32(number), mi.Bool(chosen))
+    return LightAim(*where(mi.Bool(chosen), args, compute, tuple(aim)))
 
 
 def _interaction(place: Any) -> Any:

@@ -119,11 +119,11 @@ class Finish:
     def respond(self, wi: Any, wo: Any) -> Response:
         """Return what goes from `wo` to `wi`, unit vectors in the surface's frame."""
         side = self.side(wi)
-        found = self._respond(side * wi, side * wo)
+        response = self._respond(side * wi, side * wo)
         if not self.lobes.mirrors:
-            return found
+            return response
         # No direction that something else picks is the mirror's own.
-        return Response(*(dr.select(self.mirror, 0.0, each) for each in found))
+        return Response(*(dr.select(self.mirror, 0.0, each) for each in response))
 
     def bounce(self, wi: Any, pick: Any, sample: Any) -> Bounce:
         """Pick a direction for a path that came from `wi`.
@@ -190,8 +190,8 @@ class Finish:
         pdf = dr.select(faced, pdf, 0.0)
 
         # Diffuse light, brighter back towards where it came from on rough surfaces.
-        kept = 1.0 - self.metallic if self.lobes.metals else mi.Float(1.0)
-        share = kept * dr.abs(out_cos) * dr.inv_pi
+        dull = 1.0 - self.metallic if self.lobes.metals else mi.Float(1.0)
+        share = dull * dr.abs(out_cos) * dr.inv_pi
         lambert = diffuse * dr.abs(out_cos) * dr.inv_pi
         if not self.lobes.leaves:
             value += dr.select(reflected, self.colour * (share * self._rough(wi, wo, half)), 0.0)

@@ -77,17 +77,17 @@ def aimed(
         return lights.aim(si.p, sampler.next_2d(active), active)
     count = dr.select(primary, mi.UInt32(FIRST), mi.UInt32(LATER))
 
-    def step(kept: _BestSoFar, sampler: Any) -> Any:
-        _look(kept, lights, surface, sampler, count=count, active=active)
-        return kept, sampler
+    def step(best: _BestSoFar, sampler: Any) -> Any:
+        _look(best, lights, surface, sampler, count=count, active=active)
+        return best, sampler
 
-    kept = dr.while_loop(
-        (_nothing(), sampler), lambda kept, _: kept.number < count, step, label="candidates"
+    choice = dr.while_loop(
+        (_nothing(), sampler), lambda best, _: best.number < count, step, label="candidates"
     )[0]
-    found = kept.worth > 0.0
-    share = dr.select(found, kept.total / (kept.worth * mi.Float(count)), 0.0)
-    pdf = dr.select(found, kept.pdf, 0.0)
-    return LightAim(kept.d, kept.distance, pdf, kept.light * share), kept.delta
+    valid = choice.worth > 0.0
+    share = dr.select(valid, choice.total / (choice.worth * mi.Float(count)), 0.0)
+    pdf = dr.select(valid, choice.pdf, 0.0)
+    return LightAim(choice.d, choice.distance, pdf, choice.light * share), choice.delta
 
 
 def _nothing() -> _BestSoFar:
@@ -100,12 +100,12 @@ def _nothing() -> _BestSoFar:
 
 
 def _look(
-    kept: _BestSoFar, lights: Lights, surface: Surface, sampler: Any, *, count: Any, active: Any
+    best: _BestSoFar, lights: Lights, surface: Surface, sampler: Any, *, count: Any, active: Any
 ) -> None:
     """Look at one more candidate of so many, which may stay instead of the one before."""
     chance = sampler.next_2d(active)
     # Each candidate has its own part of all emitters.
-    chance.x = (mi.Float(kept.number) + chance.x) / mi.Float(count)
+    chance.x = (mi.Float(best.number) + chance.x) / mi.Float(count)
     si = surface.si
     aim, delta = lights.aim(si.p, chance, active)
     answer = mi.luminance(surface.finish.respond(si.wi, si.to_local(aim.d)).value)
@@ -114,15 +114,15 @@ def _look(
     worth = mi.luminance(aim.light) * answer
     worth = dr.select(dr.isfinite(worth), worth, _BROKEN)
     worth = dr.select(aim.pdf > 0.0, worth, 0.0)
-    kept.total += worth
-    stays = sampler.next_1d(active) * kept.total < worth
-    kept.d = dr.select(stays, aim.d, kept.d)
-    kept.distance = dr.select(stays, aim.distance, kept.distance)
-    kept.pdf = dr.select(stays, aim.pdf, kept.pdf)
-    kept.light = dr.select(stays, aim.light, kept.light)
-    kept.delta = dr.select(stays, delta, kept.delta)
-    kept.worth = dr.select(stays, worth, kept.worth)
-    kept.number += 1
+    best.total += worth
+    stays = sampler.next_1d(active) * best.total < worth
+    best.d = dr.select(stays, aim.d, best.d)
+    best.distance = dr.select(stays, aim.distance, best.distance)
+    best.pdf = dr.select(stays, aim.pdf, best.pdf)
+    best.light = dr.select(stays, aim.light, best.light)
+    best.delta = dr.select(stays, delta, best.delta)
+    best.worth = dr.select(stays, worth, best.worth)
+    best.number += 1
 
 
 _LIKELIEST = 0.95  # that a path goes on, by roulette
@@ -303,8 +303,8 @@ def emitted_along(place: Place, ray: Any) -> Any:
 
 def _lamps_along(place: Place, ray: Any, active: Any) -> tuple[Surface, Any, Any]:
     """Return what a ray meets first, the share of its light that passes, and light of lamps."""
-    found = place.solids.nearest(ray, True, active)
-    surface = place.surfaces.met(found, ray, active)
+    hit = place.solids.nearest(ray, True, active)
+    surface = place.surfaces.met(hit, ray, active)
     before = dr.zeros(mi.Interaction3f)
     light = place.lights.glow(surface, before, surface.there)[0]
     clear = mi.Color3f(1.0)
@@ -316,14 +316,14 @@ def _lamps_along(place: Place, ray: Any, active: Any) -> tuple[Surface, Any, Any
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     """Follow a path's next segment, and find where it goes on."""
     ray, primary = path.ray, path.depth == 0
-    found = place.solids.nearest(ray, primary, path.active)
-    surface = place.surfaces.met(found, ray, path.active)
+    hit = place.solids.nearest(ray, primary, path.active)
+    surface = place.surfaces.met(hit, ray, path.active)
     clear = _veiled(path, surface, place.air)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
-    emitted = _met(path, found, surface, place, bounds.direct)
+    emitted = _met(path, hit, surface, place, bounds.direct)
     aim, delta = aimed(place.lights, surface, sampler, primary=primary, active=on)
     chance = (sampler.next_1d(on), sampler.next_2d(on))
-    scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
+    scattered = _scattered(surface, hit, ray, aim.d, chance, place.surfaces.kinds)
 
     # Light of the emitter that the path aims at.
     share = dr.select(delta, 1.0, _heuristic(aim.pdf, scattered.pdf))
@@ -336,7 +336,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     first = surface.there & primary
     _note(path.seen, first, surface, emitted, *_guides(surface, scattered.albedo, clear))
     if place.surfaces.numbered:
-        _number(path.seen, place.surfaces.mover(found, surface, first), first)
+        _number(path.seen, place.surfaces.mover(hit, surface, first), first)
 
     # Where the path goes on, and whether.
     path.ray = si.spawn_ray(scattered.d)
@@ -367,12 +367,12 @@ def _shadow_ray(si: Any, aim: LightAim) -> Any:
     return ray
 
 
-def _met(path: _Path, found: Any, surface: Surface, place: Place, direct: Any) -> Any:
+def _met(path: _Path, hit: Any, surface: Surface, place: Place, direct: Any) -> Any:
     """Add the light of what a path met; return that of a lamp."""
     before, lights = dr.zeros(mi.Interaction3f), place.lights
     before.p = path.before
     primary = path.depth == 0
-    radiance, aimed = lights.met(found, path.ray, before, path.active & ~surface.there)
+    radiance, aimed = lights.met(hit, path.ray, before, path.active & ~surface.there)
     weight = dr.select(primary, 1.0, _heuristic(path.density, aimed))
     path.light = dr.fma(path.through, radiance * weight, path.light)
     if not lights.lamps:
@@ -436,13 +436,13 @@ def _number(seen: _FirstMet, mover: Any, first: Any) -> None:
 
 
 def _scattered(
-    surface: Surface, found: Any, ray: Any, d: Any, chance: Any, kinds: MaterialKind
+    surface: Surface, hit: Any, ray: Any, d: Any, chance: Any, kinds: MaterialKind
 ) -> _Scattered:
     """Return what a surface does with light.
 
     Args:
         surface: The surface.
-        found: Mitsuba's preliminary intersection.
+        hit: Mitsuba's preliminary intersection.
         ray: That met it.
         d: Unit vector to an emitter.
         chance: One number in [0, 1), and two.
@@ -456,14 +456,14 @@ def _scattered(
     )
     if MaterialKind.FOREIGN not in kinds:
         return ours
-    theirs = _by_mitsuba(surface.foreign, found, ray, d, chance)
+    theirs = _by_mitsuba(surface.foreign, hit, ray, d, chance)
     pairs = zip(theirs, ours, strict=True)
     return _Scattered(*(dr.select(surface.foreign, a, b) for a, b in pairs))
 
 
-def _by_mitsuba(foreign: Any, found: Any, ray: Any, d: Any, chance: Any) -> _Scattered:
+def _by_mitsuba(foreign: Any, hit: Any, ray: Any, d: Any, chance: Any) -> _Scattered:
     """Return what Mitsuba's own materials do with light; arguments as in `_scattered`."""
-    si = found.compute_surface_interaction(ray, mi.RayFlags.All, foreign)
+    si = hit.compute_surface_interaction(ray, mi.RayFlags.All, foreign)
     bsdf = si.bsdf()
     wo = si.to_local(d)
     context = mi.BSDFContext()
@@ -486,6 +486,6 @@ def _capped(light: Any, cap: Any) -> list[Any]:
     """Return what stays of samples and what the cap takes; NaN and Inf are taken as Inf."""
     sound = dr.all(dr.isfinite(light))
     peak = dr.maximum(dr.max(light), 1e-30)
-    kept = light * dr.minimum(1.0, cap / peak)
-    lost = dr.select(sound, light - kept, np.inf)
-    return [*dr.select(sound, kept, 0.0), *lost]
+    light_within = light * dr.minimum(1.0, cap / peak)
+    lost = dr.select(sound, light - light_within, np.inf)
+    return [*dr.select(sound, light_within, 0.0), *lost]

@@ -123,14 +123,14 @@ class RowMaker:
             painted: Whether its tint is the colour of the instance that was hit.
         """
         try:
-            return Row(**self._said(bsdf, painted=painted))
+            return Row(**self._fields(bsdf, painted=painted))
         except _ForeignError:
             return Row(MaterialKind.FOREIGN)
 
-    def _said(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
+    def _fields(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
         """Return the fields of a row."""
         if bsdf.get("type") == "twosided" and set(bsdf) == {"type", "bsdf"}:
-            inner = self._said(bsdf["bsdf"], painted=painted)
+            inner = self._fields(bsdf["bsdf"], painted=painted)
             return inner | {"kind": inner["kind"] | MaterialKind.OPEN}
         makers = {
             "principled": self._principled,
@@ -141,8 +141,8 @@ class RowMaker:
         maker = makers.get(str(bsdf.get("type")))
         if maker is None:
             raise _ForeignError
-        said = maker(bsdf)
-        return said | self._coloured(said.pop("base"), said["kind"], painted=painted)
+        row = maker(bsdf)
+        return row | self._coloured(row.pop("base"), row["kind"], painted=painted)
 
     def _principled(self, bsdf: Bsdf) -> dict[str, Any]:
         """Return the fields of a material of Disney's kind, with its colour as `base`."""
@@ -151,7 +151,7 @@ class RowMaker:
         gloss = _number(bsdf.get("clearcoat_gloss", 0.0))
         specular = _number(bsdf.get("specular", _MIDDLE))
         dull, bright = _COAT_ROUGHNESS
-        said = {
+        row = {
             "kind": PLAIN,
             "base": bsdf["base_color"],
             "metallic": _of_faces(bsdf.get("metallic", 0.0), 0.0),
@@ -159,13 +159,13 @@ class RowMaker:
             "coat": _number(bsdf.get("clearcoat", 0.0)),
             "coat_roughness": dull + gloss * (bright - dull),
         }
-        return said | self._roughened(bsdf.get("roughness", _MIDDLE), said)
+        return row | self._roughened(bsdf.get("roughness", _MIDDLE), row)
 
-    def _roughened(self, value: Any, said: Mapping[str, Any]) -> dict[str, Any]:
+    def _roughened(self, value: Any, row: Mapping[str, Any]) -> dict[str, Any]:
         """Return the fields of a roughness: a number, one by face, or a texture."""
         if isinstance(value, Mapping) and value.get("type") == "untiled" and "roughness" in value:
             number = _numbered(self.untiled, value)
-            return {"kind": said["kind"] | MaterialKind.ROUGH, "rough_texture": number}
+            return {"kind": row["kind"] | MaterialKind.ROUGH, "rough_texture": number}
         return {"roughness": _of_faces(value, _MIDDLE)}
 
     def _thin(self, bsdf: Bsdf) -> dict[str, Any]:
@@ -205,11 +205,11 @@ class RowMaker:
     def _laid(self, base: Mapping[str, Any], kind: MaterialKind) -> dict[str, Any]:
         """Return the fields of a colour that is a bitmap without repetition."""
         plain = {key: value for key, value in base.items() if key != "gain"}
-        said = {"kind": kind, "texture": _numbered(self.untiled, plain)}
+        row = {"kind": kind, "texture": _numbered(self.untiled, plain)}
         if "gain" not in base:
-            return said
+            return row
         gain = tuple(float(channel) for channel in base["gain"])
-        return said | {"kind": kind | MaterialKind.SEASONED, "gain": gain}
+        return row | {"kind": kind | MaterialKind.SEASONED, "gain": gain}
 
 
 def _matt(bsdf: Bsdf) -> dict[str, Any]:
@@ -259,10 +259,10 @@ def _numbered(known: list[Bsdf], value: Bsdf) -> int:
 
 def kinds_of(rows: Iterable[Row]) -> MaterialKind:
     """Return everything that is special about any of some materials."""
-    found = PLAIN
+    kinds = PLAIN
     for row in rows:
-        found |= row.kind
-    return found
+        kinds |= row.kind
+    return kinds
 
 
 def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:

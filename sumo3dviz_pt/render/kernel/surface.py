@@ -156,15 +156,15 @@ class Textures:
             (colour,) = where(own, (spot.uv, own), _bitmap(texture), (colour,))
         return colour, roughness
 
-    def _without_repetition(self, *given: Any) -> tuple[Any, Any]:
+    def _without_repetition(self, *inputs: Any) -> tuple[Any, Any]:
         """Return colours and roughnesses where a bitmap without repetition is seen.
 
         Args:
-            given: A spot's arrays; numbers of the textures of colour and roughness; which lanes
+            inputs: A spot's arrays; numbers of the textures of colour and roughness; which lanes
                 have the one and which the other.
         """
-        number, rough_number, untiled, rough = given[-4:]
-        spot = TextureSpot(*given[:-4])
+        number, rough_number, untiled, rough = inputs[-4:]
+        spot = TextureSpot(*inputs[:-4])
         colour, roughness = mi.Color3f(0.5), mi.Float(0.5)
         if any("roughness" not in value for value in self._tables.textures.untiled):
             colour = self._row(number, untiled).colour(spot, untiled)

@@ -201,10 +201,10 @@ class Tables:
 
     def _follow_parked(self) -> None:
         """Write which instances show who never moves; only snow asks."""
-        found = np.zeros(dr.width(self._shapes))
+        parked = np.zeros(dr.width(self._shapes))
         for slot in () if self._loaded.pool is None else self._loaded.pool.parked:
-            found[self._numbers[slot]] = 1.0
-        self._parked = mi.Float(aligned(found, np.float32))
+            parked[self._numbers[slot]] = 1.0
+        self._parked = mi.Float(aligned(parked, np.float32))
 
     def parked(self, hit: Any, active: Any) -> Any:
         """Return whether the instance that was hit shows who never moves."""
@@ -268,8 +268,8 @@ class Tables:
 
     def place(self, name: str) -> tuple[int, int]:
         """Return a mesh's first vertex and first face in the tables, by its name."""
-        found = next(place for place in self._places if place.mesh.name == name)
-        return found.vertex, found.face
+        place_of = next(place for place in self._places if place.mesh.name == name)
+        return place_of.vertex, place_of.face
 
     def mirrors(self) -> list[tuple[str, str]]:
         """Return bodies with mirrors, and the names of the mirrors' meshes.
@@ -306,8 +306,8 @@ class Tables:
         known = active & (mesh != NO_MESH)
         if indexed:
             mesh += dr.select(instance != 0, hit.shape_index, 0)
-        found = dr.gather(mi.Vector2u, self._meshes, mesh, known)
-        return found.x, found.y, known
+        row = dr.gather(mi.Vector2u, self._meshes, mesh, known)
+        return row.x, row.y, known
 
     def corners(self, face: Any, active: Any) -> tuple[Any, Any, Any]:
         """Return a face's three vertices, its material's number, and if it is smooth."""

@@ -62,9 +62,9 @@ class Glow:
     @property
     def power(self) -> Floats:
         """What units give, mean of the channels, (m,)."""
-        given = (self.radiance.mean(axis=1) * self.lobes[:, 2])[self.lamp_of_unit] * self.areas
+        power = (self.radiance.mean(axis=1) * self.lobes[:, 2])[self.lamp_of_unit] * self.areas
         # Lamps whose radiance is NaN must be picked, too, so that the picture's account shows it.
-        return np.asarray(np.nan_to_num(given, nan=1.0, posinf=1e3))
+        return np.asarray(np.nan_to_num(power, nan=1.0, posinf=1e3))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,21 +144,21 @@ def picked(glow: Glow, grid: Grid, shine: Shine | None = None) -> Picks:
     if not len(lit):
         return Picks(density, chance, np.zeros(cells**2))
     middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
-    given = _given(glow, lit, middles, grid.step)
+    power = _powers(glow, lit, middles, grid.step)
     if shine is not None:
         mirrored = _mirrored(glow.places[lit], middles, grid.step, shine.eye)
-        given *= 1.0 + shine.wetness * _SHINY * mirrored
-    total = given.sum(axis=1)
-    given /= total[:, None]
-    density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
-    summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(given, axis=1)], axis=1)
+        power *= 1.0 + shine.wetness * _SHINY * mirrored
+    total = power.sum(axis=1)
+    power /= total[:, None]
+    density[:, lit] = power / np.maximum(glow.areas[lit], 1e-12)
+    summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(power, axis=1)], axis=1)
     # Units that are off have the summed chance of the lit unit before them.
     before = np.searchsorted(lit, np.arange(units), side="right")
     np.take(summed / summed[:, -1:], before, axis=1, out=chance)
     return Picks(density, chance, total)
 
 
-def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
+def _powers(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
     """Return what units give to cells, (c * c, m): power over squared distance, less behind them.
 
     Args:

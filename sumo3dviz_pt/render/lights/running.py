@@ -242,20 +242,20 @@ class Beams:
 
     def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
         """Return where lamps are and how strong they are, those that matter most first."""
-        found = []
+        beams = []
         for mover in (*frame.movers, *frame.deforming, *frame.far):
             if "head" in mover.lit and mover.prototype in self._heads:
                 place = _unscaled(mover.world_from_body, self._heads[mover.prototype])
                 power = self._power.get(mover.prototype, 1.0)
                 # A bicycle's lamp matters as much as a car's at several times its distance.
                 away = float(np.linalg.norm(place.position - frame.view.position)) / power**0.25
-                found.append((away, mover.id, place, power))
-        found.sort(key=lambda row: row[:2])
+                beams.append((away, mover.id, place, power))
+        beams.sort(key=lambda row: row[:2])
         # With more vehicles than spots, the farthest beams fade, so that none appears suddenly.
-        end = min([BEAM_END, *(row[0] for row in found[self.count : self.count + 1])])
+        end = min([BEAM_END, *(row[0] for row in beams[self.count : self.count + 1])])
         return [
             (place, power * float(np.clip((end - away) / (_FADE * end), 0.0, 1.0)))
-            for away, _, place, power in found[: self.count]
+            for away, _, place, power in beams[: self.count]
         ]
 
 

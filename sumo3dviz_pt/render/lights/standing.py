@@ -72,8 +72,8 @@ class Lamps:
 
     def things(self, mesh: str) -> tuple[tuple[str, int], ...]:
         """Return what the faces of a lamp set's mesh belong to; see `Mesh.things`."""
-        found = (each.lamps.mesh.things for each in self._sets if each.name == mesh)
-        return next(found, ())
+        things = (each.lamps.mesh.things for each in self._sets if each.name == mesh)
+        return next(things, ())
 
     def entries(self, origin: Floats) -> dict[str, Any]:
         """Shapes by name, relative to an origin; all are dark."""
@@ -227,23 +227,23 @@ def sources_of(
     rows = np.concatenate(lamps)
     nearness = 1.0 / (((rows[:, :3] - eye) ** 2).sum(axis=1) + 100.0)
     best = np.argsort(-rows[:, 11] * nearness, kind="stable")[:room]
-    kept = np.zeros((room + len(beams), 13))
-    kept[: len(best)] = rows[np.sort(best)]
+    table = np.zeros((room + len(beams), 13))
+    table[: len(best)] = rows[np.sort(best)]
     turns = np.zeros((len(beams), 3, 3))
     for k, name in enumerate(beams):
         if name in placed:
             matrix, intensity = placed[name]
-            kept[room + k, :3] = matrix[:3, 3] + origin
-            kept[room + k, 6:9] = intensity
-            kept[room + k, 11] = np.mean(intensity) * _BEAM_MEAN
+            table[room + k, :3] = matrix[:3, 3] + origin
+            table[room + k, 6:9] = intensity
+            table[room + k, 11] = np.mean(intensity) * _BEAM_MEAN
             turns[k] = matrix[:3, :3]
     return Sources(
-        places=kept[:, :3],
-        axes=kept[:, 3:6],
-        colours=kept[:, 6:9],
-        lobes=kept[:, 9:11],
-        mean=kept[:, 11],
-        sizes=kept[:, 12],
+        places=table[:, :3],
+        axes=table[:, 3:6],
+        colours=table[:, 6:9],
+        lobes=table[:, 9:11],
+        mean=table[:, 11],
+        sizes=table[:, 12],
         turns=turns,
         beam=beam,
     )

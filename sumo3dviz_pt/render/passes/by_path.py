@@ -194,11 +194,11 @@ def register_capped() -> None:
                 # The difference may be slightly negative by rounding.
                 radiance = dr.maximum(radiance - _emitted(scene, ray, active), 0.0)
             peak = dr.maximum(dr.max(radiance), 1e-30)
-            kept = radiance * dr.minimum(1.0, self.limit / peak)
+            within = radiance * dr.minimum(1.0, self.limit / peak)
             # Mitsuba's film with more channels than colours turns NaN into black; Inf gets
             # through, so NaN and Inf travel as Inf in what is lost, and are counted.
-            lost = dr.select(sound, radiance - kept, np.inf)
-            return dr.select(sound, kept, 0.0), valid, list(lost)
+            lost = dr.select(sound, radiance - within, np.inf)
+            return dr.select(sound, within, 0.0), valid, list(lost)
 
         def aov_names(self) -> list[str]:
             return ["lost.R", "lost.G", "lost.B"]
@@ -293,17 +293,17 @@ class ByPath:
     def finds(self) -> Collection[str]:
         """Layers that it can find besides the picture's."""
         guiding = [one for one in (self._guide_integrator, self._lamp_guide) if one is not None]
-        found = found_by(guiding)
+        names = found_by(guiding)
         if self._lamp_integrator is not None:
-            found |= {"glow"}
-        return found | set(SURFACE) if self._jit else found
+            names |= {"glow"}
+        return names | set(SURFACE) if self._jit else names
 
     def trace(self, seed: int, after_pass: AfterPass | None) -> Traced:
         """Trace what the scene shows, in all passes of a frame."""
         with self._clock.phase("guides"):
-            found = self._guides(seed)
+            layers = self._guides(seed)
         with self._clock.phase("render"):
-            return Traced(found, self._passes(seed, uncapped(found), after_pass))
+            return Traced(layers, self._passes(seed, uncapped(layers), after_pass))
 
     def _guides(self, seed: int) -> Layers:
         """Trace what guides denoiser, haze and cap, or is wanted; nothing where none is."""
@@ -313,13 +313,13 @@ class ByPath:
         scene, spp = self._loaded.scene, guide_spp(quality)
         sensor = scene.sensors()[1]
         own = seed ^ 0x5BD1E995
-        found = traced(scene, self._guide_integrator, sensor, spp, own)
+        layers = traced(scene, self._guide_integrator, sensor, spp, own)
         if self._lamp_guide is not None:
-            found |= traced(scene, self._lamp_guide, sensor, spp, own)
-        found = as_guides(found)
+            layers |= traced(scene, self._lamp_guide, sensor, spp, own)
+        layers = as_guides(layers)
         if self._lamp_integrator is not None:
-            found |= {"glow": self._glow(seed)}
-        return found
+            layers |= {"glow": self._glow(seed)}
+        return layers
 
     def _glow(self, seed: int) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
@@ -338,8 +338,8 @@ class ByPath:
         accumulator = Accumulator(exempt, white=settings.white)
         for number in range(settings.passes):
             own = pass_seed(seed, number)
-            found = traced(scene, self._integrator, scene.sensors()[0], settings.pass_spp, own)
-            accumulator.add(*self._split(found))
+            values = traced(scene, self._integrator, scene.sensors()[0], settings.pass_spp, own)
+            accumulator.add(*self._split(values))
             if after_pass is not None:
                 after_pass(number + 1, settings.passes)
         return accumulator

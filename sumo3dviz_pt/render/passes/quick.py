@@ -65,8 +65,8 @@ class Quick:
         """
         quality = self._session.settings.quality
         limits = Limits(quality.max_depth, quality.rr_depth, self._session.limit)
-        found = by_path.as_guides(self._traced(view, part, spp=1, seed=seed, limits=limits))
-        return Layers({"radiance": found["capped"], "depth": found["depth"], "hit": found["hit"]})
+        guide = by_path.as_guides(self._traced(view, part, spp=1, seed=seed, limits=limits))
+        return Layers({"radiance": guide["capped"], "depth": guide["depth"], "hit": guide["hit"]})
 
     def hazed(self, seen: Layers, view: View) -> Image:
         """Return the radiance of a picture with the scene's haze, if it has any, (h, w, 3)."""
@@ -81,8 +81,8 @@ class Quick:
             seed: Of what is traced.
         """
         parts = parts_of(seen.size[0] // self._size[0])
-        found = joined([self._guided(view, part, seed) for part in parts])
-        albedo, normal = found.get("albedo"), found.get("normal")
+        layers = joined([self._guided(view, part, seed) for part in parts])
+        albedo, normal = layers.get("albedo"), layers.get("normal")
         clean = denoise(seen["radiance"], quality="high", albedo=albedo, normal=normal)
         return seen | {"radiance": clean}
 

@@ -78,8 +78,8 @@ def capped(radiance: Image, limit: float) -> tuple[Image, Image]:
     peak = radiance.max(axis=-1, keepdims=True)
     # NaN and Inf come out as NaN and are counted later.
     with np.errstate(invalid="ignore"):
-        kept = radiance * np.minimum(1.0, limit / np.maximum(peak, 1e-30))
-        return kept, radiance - kept
+        within = radiance * np.minimum(1.0, limit / np.maximum(peak, 1e-30))
+        return within, radiance - within
 
 
 @dataclass(slots=True)
@@ -100,28 +100,28 @@ class Accumulator:
 
     def add(self, radiance: Image, lost: Image | None = None) -> None:
         """Add one pass and what the cap took from it, (h, w, 3) each."""
-        kept = np.array(radiance, np.float32)
-        gone = np.zeros_like(kept) if lost is None else np.array(lost, np.float32)
+        light = np.array(radiance, np.float32)
+        gone = np.zeros_like(light) if lost is None else np.array(lost, np.float32)
         # A sum that is finite has finite parts; it costs a third of looking at each of them.
         with np.errstate(invalid="ignore", over="ignore"):
-            broken = ~np.isfinite(_over(np.add, kept + gone))
+            broken = ~np.isfinite(_over(np.add, light + gone))
         if broken.any():
             self.tally.nonfinite += int(broken.sum())
-            kept[broken] = gone[broken] = 0.0
-        if kept.min(initial=0.0) < 0.0:
-            self.tally.negative += int(_over(np.logical_or, kept < 0).sum())
-            np.maximum(kept, 0.0, out=kept)
-        self.tally.energy += _sum(kept) + _sum(gone)
+            light[broken] = gone[broken] = 0.0
+        if light.min(initial=0.0) < 0.0:
+            self.tally.negative += int(_over(np.logical_or, light < 0).sum())
+            np.maximum(light, 0.0, out=light)
+        self.tally.energy += _sum(light) + _sum(gone)
         self.tally.passes += 1
-        self._kept = kept if self._kept is None else self._kept + kept
+        self._kept = light if self._kept is None else self._kept + light
         self._lost = gone if self._lost is None else self._lost + gone
         self._count_lost(self._kept, self._lost)
 
-    def _count_lost(self, kept: Image, lost: Image) -> None:
+    def _count_lost(self, within: Image, lost: Image) -> None:
         """Bring the tally's account of the cap up to date."""
-        counts = np.ones(kept.shape[:2], bool) if self.exempt is None else ~self.exempt
-        dark = counts & (_over(np.maximum, kept) < self.white * self.tally.passes)
-        light, gone = _over(np.add, kept), _over(np.add, lost)
+        counts = np.ones(within.shape[:2], bool) if self.exempt is None else ~self.exempt
+        dark = counts & (_over(np.maximum, within) < self.white * self.tally.passes)
+        light, gone = _over(np.add, within), _over(np.add, lost)
         self.tally.capped = _sum(gone[counts])
         self.tally.dimmed = _sum(gone[dark])
         self.tally.dark = _sum(light[dark]) + self.tally.dimmed
@@ -144,10 +144,10 @@ class Accumulator:
 
     def mean(self) -> Image:
         """Return the mean of all passes, uncapped where exempt; errors as in `means`."""
-        kept, lost = self.means()
+        within, lost = self.means()
         if self.exempt is not None:
-            kept[self.exempt] += lost[self.exempt]
-        return kept
+            within[self.exempt] += lost[self.exempt]
+        return within
 
 
 def _over(how: np.ufunc, picture: Image | Bools) -> Any:

@@ -122,16 +122,16 @@ class ClearDome:
         rows = _blend(self.elevation, elevation)
         folded = np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
         columns = _blend(self.azimuth, folded)
-        found = np.einsum("an,nmc,bm->abc", rows, self.radiance, columns, optimize=True)
-        return np.asarray(found)
+        radiance = np.einsum("an,nmc,bm->abc", rows, self.radiance, columns, optimize=True)
+        return np.asarray(radiance)
 
 
-def _blend(known: Floats, asked: Floats) -> Floats:
+def _blend(known: Floats, wanted: Floats) -> Floats:
     """Return weights that interpolate linearly, (asked, known)."""
-    right = np.clip(np.searchsorted(known, asked), 1, len(known) - 1)
-    share = np.clip((asked - known[right - 1]) / (known[right] - known[right - 1]), 0.0, 1.0)
-    weights = np.zeros((len(asked), len(known)))
-    each = np.arange(len(asked))
+    right = np.clip(np.searchsorted(known, wanted), 1, len(known) - 1)
+    share = np.clip((wanted - known[right - 1]) / (known[right] - known[right - 1]), 0.0, 1.0)
+    weights = np.zeros((len(wanted), len(known)))
+    each = np.arange(len(wanted))
     weights[each, right - 1], weights[each, right] = 1.0 - share, share
     return weights
 

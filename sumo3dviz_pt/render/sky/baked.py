@@ -19,7 +19,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.atomic import Files, keep, make_room, read_whole
+from sumo3dviz_pt.files.atomic import Files, make_room, read_folder, write_folder
 from sumo3dviz_pt.files.values import kinds_in, packed
 from sumo3dviz_pt.model.falling import SkyLight
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image
@@ -273,19 +273,19 @@ def horizon_towards(horizon: Image, towards: Floats | Image) -> Image:
     whole = np.floor(place)
     right = np.asarray(place - whole, dtype=np.float32)
     left = whole.astype(np.intp)
-    found = np.empty((3, *right.shape), dtype=np.float32)
-    for one, channel in zip(found, np.asarray(horizon.T, dtype=np.float32), strict=True):
+    colours = np.empty((3, *right.shape), dtype=np.float32)
+    for one, channel in zip(colours, np.asarray(horizon.T, dtype=np.float32), strict=True):
         before = np.take(channel, left, mode="wrap")
         one[...] = before + (np.take(channel, left + 1, mode="wrap") - before) * right
-    return np.moveaxis(found, 0, -1)
+    return np.moveaxis(colours, 0, -1)
 
 
 _LOG = logging.getLogger(__name__)
 
-_KEPT_LEAST = 8_000_000
+_CACHED_LEAST = 8_000_000
 """Texels of a map that is worth keeping."""
 
-_KEPT_MOST = 600_000_000
+_CACHED_MOST = 600_000_000
 """What all skies may take, a dozen [bytes]."""
 
 _KINDS = kinds_in(Sky)
@@ -293,7 +293,7 @@ _KINDS = kinds_in(Sky)
 _DOME, _SUN = "dome.f32", "sun.json"
 
 
-def kept_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
+def cached_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
     """Return a baked sky: what was kept of it, or newly baked, and then kept if it is large.
 
     Args:
@@ -301,14 +301,14 @@ def kept_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
         size: Rows and columns of the map; default what the sky needs.
     """
     size = size or map_size(sky)
-    if sky.image is not None or size[0] * size[1] < _KEPT_LEAST:
+    if sky.image is not None or size[0] * size[1] < _CACHED_LEAST:
         return bake_sky(sky, size)
     folder, upper = _folder(sky, size), (size[0] // 2, size[1])
-    kept = _kept_dome(folder, upper)
-    if kept is None:
-        kept = bake_dome(sky, upper)
-        _keep_dome(folder, *kept)
-    return sky_of_dome(*kept)
+    dome = _cached_dome(folder, upper)
+    if dome is None:
+        dome = bake_dome(sky, upper)
+        _cache_dome(folder, *dome)
+    return sky_of_dome(*dome)
 
 
 def _folder(sky: Sky, size: tuple[int, int]) -> Path:
@@ -320,9 +320,9 @@ def _folder(sky: Sky, size: tuple[int, int]) -> Path:
     return catalog.cache_root() / "skies" / digest.hexdigest()
 
 
-def _kept_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] | None:
-    """Return a kept upper half and what stands in it; None if it is not there or damaged."""
-    files = read_whole(folder)
+def _cached_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] | None:
+    """Return a cached upper half and what stands in it; None if it is not there or damaged."""
+    files = read_folder(folder)
     if files is None:
         return None
     with contextlib.suppress(OSError):
@@ -333,7 +333,7 @@ def _kept_dome(folder: Path, size: tuple[int, int]) -> tuple[Image, Sun | None] 
     )
 
 
-def _keep_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
+def _cache_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
     """Keep an upper half, and remove the oldest ones if there are too many."""
     about = sun and {
         "direction": sun.direction.tolist(),
@@ -345,7 +345,7 @@ def _keep_dome(folder: Path, dome: Image, sun: Sun | None) -> None:
         _SUN: json.dumps(about).encode(),
     }
     try:
-        keep(folder, files)
-        make_room(folder, _KEPT_MOST)
+        write_folder(folder, files)
+        make_room(folder, _CACHED_MOST)
     except OSError as error:
         _LOG.info("%s: the sky is not kept (%s)", folder, error)

@@ -37,8 +37,8 @@ from sumo3dviz_pt.render.sky.baked import (
     SkyMap,
     Sun,
     bake_sky,
+    cached_sky,
     horizon_of,
-    kept_sky,
     map_size,
     sky_of_dome,
 )
@@ -80,16 +80,16 @@ class WeatheredSky:
         self, sky: Sky, course: WeatherCourse, size: tuple[int, int] | None = None
     ) -> None:
         size = size or map_size(sky)
-        self.dry = kept_sky(sky, size)
+        self.dry = cached_sky(sky, size)
         self._rows = size[0] // 2
         # A city's lamps shine from below: rain clouds show their light, and do not take it away.
         unlit = replace(sky, glow=(0.0, 0.0, 0.0))
         self._closed: Image | None = None
         self._from_below: Image | None = None
         if sky.overcast is not None:
-            self._closed = _dome_of(kept_sky(replace(unlit, clouds=sky.overcast), size))
+            self._closed = _dome_of(cached_sky(replace(unlit, clouds=sky.overcast), size))
             if max(sky.glow) > 0.0:
-                lit = _dome_of(kept_sky(replace(sky, clouds=sky.overcast), size))
+                lit = _dome_of(cached_sky(replace(sky, clouds=sky.overcast), size))
                 self._from_below = np.maximum(lit - self._closed, np.float32(0.0))
         # What weather acts on is the light of a clear sky, whatever clouds stand on it.
         clear = bake_sky(replace(unlit, clouds=None), _COARSE if sky.image is None else size)
@@ -127,8 +127,8 @@ class WeatheredSky:
         if hidden <= 0.0 or self._closed is None:
             return dome, sun
         wanted = self._under_cloud(weather)
-        given = float(dome_irradiance(self._closed) @ LUMINANCE)
-        share = np.float32(hidden * wanted / max(given, 1e-30))
+        light = float(dome_irradiance(self._closed) @ LUMINANCE)
+        share = np.float32(hidden * wanted / max(light, 1e-30))
         dome = dome * np.float32(1.0 - hidden) + self._closed * share
         if self._from_below is not None:
             dome = dome + self._from_below * np.float32(hidden)

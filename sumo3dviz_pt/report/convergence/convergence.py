@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
     Request,
@@ -202,7 +202,7 @@ def _plan(session: Session, subject: MeasuredSubject, work: _ConvergenceRun) -> 
         top = _affordable_top(session, subject, work)
         noise = _noise(session, subject, top)
         made = {**what, "top": top, "noise": noise, "target": noise / BETTER}
-        write_whole(path, json.dumps(made, indent=1))
+        write_atomically(path, json.dumps(made, indent=1))
     wanted = _groups(subject, made["top"])
     work.total = _samples(wanted) + _REFERENCE_SHARE * made["top"]
     return made
@@ -302,10 +302,10 @@ def _measured(
             continue
         if work.over:
             break
-        found = _rows_of_group(session, subject, work, group, reference)
-        for row in found:
+        measured = _rows_of_group(session, subject, work, group, reference)
+        for row in measured:
             append_row(path, row)
-        rows += found
+        rows += measured
     return rows
 
 

@@ -137,8 +137,8 @@ class _TracedFrame:
     def traced(self, session: Session) -> TracedFrame:
         """Return it as its neighbours need it."""
         white, spp = session.settings.white, session.settings.quality.spp
-        found = self.samples
-        return TracedFrame(found.apart, self.state.view, white, spp, found.movers)
+        samples = self.samples
+        return TracedFrame(samples.apart, self.state.view, white, spp, samples.movers)
 
 
 def _costs(frames: Sequence[_TracedFrame], group: SeedGroup) -> dict[str, float]:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.convergence.ladder import MeasuredSubject, halves_flip
@@ -113,7 +113,7 @@ def write_page(folder: Path, rows: Sequence[TableRow], notes: PageNotes) -> Path
 
 def write_text(path: Path, lines: Sequence[str]) -> Path:
     """Write lines of text; the file's path."""
-    write_whole(path, "\n".join(lines).rstrip() + "\n")
+    write_atomically(path, "\n".join(lines).rstrip() + "\n")
     return path
 
 
@@ -217,10 +217,10 @@ def _slopes(rows: Sequence[TableRow]) -> list[str]:
 
 def _slope_cells(fit: Slope, sampler: str, column: str) -> list[str]:
     """Return a line of the table of slopes."""
-    found = verdict(fit, sampler) if column == "rmse_capped" else "-"
+    word = verdict(fit, sampler) if column == "rmse_capped" else "-"
     rungs = f"{fit.spp[0]} to {fit.spp[1]}"
     return [sampler, plain_title(column), f"{fit.value:+.3f}", _interval(fit), rungs,
-            str(fit.seeds), found]  # fmt: skip
+            str(fit.seeds), word]  # fmt: skip
 
 
 def _interval(fit: Slope) -> str:

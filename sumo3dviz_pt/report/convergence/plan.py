@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.image.tonemap import develop_float
@@ -107,7 +107,7 @@ class Halves:
     def save(self, path: Path) -> None:
         """Store both halves; an interruption leaves the old state."""
         arrays = {f"{name}{half}": self.sums[half][name] for half in (0, 1) for name in LAYERS}
-        with whole(path) as part, part.open("wb") as stream:
+        with atomic_path(path) as part, part.open("wb") as stream:
             np.savez(stream, count=self.count, **arrays)  # type: ignore[arg-type]
 
     @classmethod
@@ -370,10 +370,10 @@ def _as_used(name: str, quality: Quality, top: int) -> list[SeedGroup]:
     if not quality.accumulate:
         return [SeedGroup(name, quality, (quality.denoise,))]
     still = quality.by_itself
-    found = [SeedGroup(name, quality, (quality.denoise,), seeds=FILM_SEEDS)]
+    used = [SeedGroup(name, quality, (quality.denoise,), seeds=FILM_SEEDS)]
     if still.spp <= top:
-        found.append(SeedGroup(f"{name} {STILL}", still, (quality.denoise,)))
-    return found
+        used.append(SeedGroup(f"{name} {STILL}", still, (quality.denoise,)))
+    return used
 
 
 def digest(wanted: list[SeedGroup]) -> str:

@@ -16,11 +16,11 @@ from types import MappingProxyType
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import LUMINANCE
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.still import check_free
 from sumo3dviz_pt.report.convergence.page import PAGE
 from sumo3dviz_pt.report.convergence.plan import CAP, TRIM, PictureLook
@@ -265,7 +265,7 @@ def _change(now: Image, before: Image | None) -> float:
 
 def _write_csv(path: Path, rows: Sequence[FrameRow]) -> None:
     """Write all rows."""
-    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+    with atomic_path(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)

@@ -156,8 +156,8 @@ def flicker(picture: Image, before: Image, flow: Flow, *, order: PlaneOrder = 3)
     valid = flow.valid
     if not valid.any():
         return Flicker(float("nan"), 0.0)
-    found = warped(before, flow, order=order)
-    change = np.abs(picture[valid] - found[valid]).mean(dtype=np.float64)
+    moved = warped(before, flow, order=order)
+    change = np.abs(picture[valid] - moved[valid]).mean(dtype=np.float64)
     return Flicker(255.0 * float(change), float(valid.mean()))
 
 
@@ -279,5 +279,5 @@ def _agrees(expected: Floats, before: SeenFrame, places: Floats) -> Bools:
     height, width = before.depth.shape
     view = before.frame.view
     axial = before.depth * (view.directions((width, height)) @ view.forward)
-    found = map_coordinates(1.0 / axial, places, order=1, mode="nearest")
-    return np.asarray(np.abs(found - expected) <= DEPTH_TOLERANCE * expected + SKY)
+    depths = map_coordinates(1.0 / axial, places, order=1, mode="nearest")
+    return np.asarray(np.abs(depths - expected) <= DEPTH_TOLERANCE * expected + SKY)

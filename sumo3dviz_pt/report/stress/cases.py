@@ -399,8 +399,8 @@ def nearest_lane(network: Network, eye: Floats) -> tuple[Floats, Floats]:
 
 def _is_road(network: Network, edge: str) -> bool:
     """Return whether an edge's lanes have the direction of driving; a walking area's do not."""
-    found = network.edges.get(edge)
-    return found is None or found.function == "normal"
+    known = network.edges.get(edge)
+    return known is None or known.function == "normal"
 
 
 def nearest_body(
@@ -443,17 +443,17 @@ def _on_side(points: Floats, low: Floats, high: Floats) -> Floats:
 def moments(scenario: Scenario, trajectories: Sequence[Trajectory]) -> dict[str, float]:
     """Return the edges of the log that exist: `first`, `last`, `empty`, `crowded` [s]."""
     log = scenario.traffic
-    found = {"first": log.begin, "last": log.end}
+    times_of = {"first": log.begin, "last": log.end}
     count = 1 if log.step <= 0 else round((log.end - log.begin) / log.step) + 1
     times = np.linspace(log.begin, log.end, max(1, min(count, _MOST_MOMENTS)))
     lives = [(p.begin, p.end) for trajectory in trajectories for p in trajectory.pieces]
     begins, ends = np.sort(np.array(lives).reshape(-1, 2), axis=0).T
     alive = np.searchsorted(begins, times, "right") - np.searchsorted(ends, times, "left")
     if alive.min() == 0:
-        found["empty"] = float(times[np.argmin(alive)])
+        times_of["empty"] = float(times[np.argmin(alive)])
     if alive.max() > 0:
-        found["crowded"] = float(times[np.argmax(alive)])
-    return found
+        times_of["crowded"] = float(times[np.argmax(alive)])
+    return times_of
 
 
 def _triangles(data: SceneData) -> int:

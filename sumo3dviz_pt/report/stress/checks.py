@@ -184,48 +184,48 @@ def unsound(radiance: Image, what: str) -> tuple[str, ...]:
     """Say which pixels hold values that no radiance can have."""
     finite = np.isfinite(radiance).all(axis=-1)
     negative = np.count_nonzero((radiance < 0).any(axis=-1))
-    found = []
+    faults = []
     if not finite.all():
-        found.append(
+        faults.append(
             f"{np.count_nonzero(~finite)} of {finite.size} pixels of {what} are NaN or Inf"
         )
     if negative:
-        found.append(f"{negative} of {finite.size} pixels of {what} are negative")
-    return tuple(found)
+        faults.append(f"{negative} of {finite.size} pixels of {what} are negative")
+    return tuple(faults)
 
 
 def _too_much(seen: CaseEvidence) -> list[str]:
     """Say where the picture is brighter than its lights can make it."""
-    found = []
+    faults = []
     peak, most = float(seen.radiance.max()), MARGIN * max(seen.light.brightest, seen.limit)
     if peak > most:
-        found.append(f"a pixel of {peak:.3g} is brighter than any light or the cap ({most:.3g})")
+        faults.append(f"a pixel of {peak:.3g} is brighter than any light or the cap ({most:.3g})")
     surfaces = np.sort((seen.radiance @ LUMINANCE)[~seen.open_sky])
     plain = surfaces[: len(surfaces) - int(np.ceil(_GLINTS * len(surfaces)))]
     bound = MARGIN * seen.light.wall
     if len(plain) and plain.mean() > bound:
-        found.append(f"surfaces shine at {plain.mean():.3g}; a white wall would at {bound:.3g}")
-    return found
+        faults.append(f"surfaces shine at {plain.mean():.3g}; a white wall would at {bound:.3g}")
+    return faults
 
 
 def _too_little(case: Case, seen: CaseEvidence) -> list[str]:
     """Say where light is lost, or where the picture shows nothing."""
     luminance = seen.radiance @ LUMINANCE
-    found = []
+    faults = []
     if case.shows_sun and seen.light.sun > 0 and luminance.max() < 0.5 * seen.light.sun:
-        found.append(
+        faults.append(
             f"the sun's disc should be seen at {seen.light.sun:.3g};"
             f" the brightest pixel is {luminance.max():.3g}"
         )
     if case.may_be_dark:
-        return found
+        return faults
     least = DARKEST * seen.light.mean
     if luminance.mean() < least:
-        found.append(f"the picture is black: {luminance.mean():.3g}, not {least:.3g} or more")
+        faults.append(f"the picture is black: {luminance.mean():.3g}, not {least:.3g} or more")
     full_of_things = seen.open_sky.size > 1 and seen.open_sky.mean() < 0.75
     if full_of_things and (seen.radiance == seen.radiance[0, 0]).all():
-        found.append("the picture is blank: all pixels are the same")
-    return found
+        faults.append("the picture is blank: all pixels are the same")
+    return faults
 
 
 def _sky(seen: CaseEvidence) -> list[str]:
@@ -251,6 +251,6 @@ def _development(seen: CaseEvidence) -> list[str]:
     broken = unsound(seen.stored, "the stored picture")
     if broken:
         return list(broken)
-    kept = develop_float(seen.stored, exposure=seen.exposure, tone=seen.tone)
-    codes = 255 * float(np.abs(kept - shown).max())
+    again = develop_float(seen.stored, exposure=seen.exposure, tone=seen.tone)
+    codes = 255 * float(np.abs(again - shown).max())
     return [f"storing changes the film by {codes:.1f} of 255 codes"] if codes > 1 else []

@@ -24,7 +24,7 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError, interrupted
 from sumo3dviz_pt.job.settings import Job, OutputSettings, Quality, SkySettings, SunSettings
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.accounts import preset_weather
 from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
@@ -264,8 +264,8 @@ def _production(scene: _UserScene, case: Case) -> Production:
     output: OutputSettings = made.job.output
     if case.weather is not None:
         job = job.model_copy(update={"weather": preset_weather(case.weather)})
-    asked = (case.spot, case.moment, case.size, case.film)
-    if job is not scene.job or asked != ("shot", "shot", SIZE, False):
+    wanted = (case.spot, case.moment, case.size, case.film)
+    if job is not scene.job or wanted != ("shot", "shot", SIZE, False):
         if case.spot != "shot":
             name = _STRESS_CAMERA
             stand = SPOTS[case.spot](scene.facts, case)

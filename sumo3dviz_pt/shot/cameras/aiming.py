@@ -175,8 +175,8 @@ def clearance_of(
     Raises:
         ConfigError: If a camera looks at the point where it stands.
     """
-    found = [_views(camera, location) for camera in clearing(cameras)]
-    return Clearance(tuple(CameraPath.of(views, aspect=aspect) for views in found if views))
+    by_camera = [_views(camera, location) for camera in clearing(cameras)]
+    return Clearance(tuple(CameraPath.of(views, aspect=aspect) for views in by_camera if views))
 
 
 def clearing(cameras: Iterable[CameraSettings]) -> list[CameraSettings]:

@@ -64,8 +64,8 @@ def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[s
         *(_lengths, _times, _cameras, _shutters, _presence, _bodies, _motion, _lamps, _signals),
         *(_development, _digests, _weather, _drawn_over),
     )
-    found = [fault for check in checks for fault in check(one, other, acts)]
-    return found + list(_settings(one, other, acts, planned))
+    faults = [fault for check in checks for fault in check(one, other, acts)]
+    return faults + list(_settings(one, other, acts, planned))
 
 
 def named_differences(one: Account, other: Account, acts: Acts) -> list[str]:
@@ -151,25 +151,25 @@ def _cameras(one: Account, other: Account, acts: Acts) -> Iterator[str]:
 
 def _lens(camera: Account) -> str:
     """Return what is said of a lens beside its angle, in words."""
-    said = camera.get("lens", {})
-    return ", ".join(f"{name} {_short(value)}" for name, value in said.items()) or "of a pinhole"
+    lens = camera.get("lens", {})
+    return ", ".join(f"{name} {_short(value)}" for name, value in lens.items()) or "of a pinhole"
 
 
 def _shutters(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     """Yield that frames are exposed for other times."""
     first, second = one.get("shutter"), other.get("shutter")
     if first != second and not acts.moves:
-        words = [_shutter(said) for said in (first, second)]
+        words = [_shutter(shutter) for shutter in (first, second)]
         yield f"the shutter is {words[0]} in one film and {words[1]} in the other"
 
 
-def _shutter(said: Account | None) -> str:
+def _shutter(shutter: Account | None) -> str:
     """Return what a shutter does, in words."""
-    if said is None:
+    if shutter is None:
         return "an instant"
-    rolling = float(said.get("rolling", 0.0))
+    rolling = float(shutter.get("rolling", 0.0))
     rows = f", rolling for {rolling:.3g} s" if rolling else ""
-    return f"open for {float(said.get('open', 0.0)):.3g} s{rows}"
+    return f"open for {float(shutter.get('open', 0.0)):.3g} s{rows}"
 
 
 def _presence(one: Account, other: Account, acts: Acts) -> Iterator[str]:
@@ -224,8 +224,8 @@ def _signals(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     apart = sorted(first ^ second)
     if apart:
         number, tls, state = apart[0]
-        said = "the first" if apart[0] in first else "the second"
-        yield f"traffic light {tls} goes to {state} at frame {number} in {said} film only"
+        which = "the first" if apart[0] in first else "the second"
+        yield f"traffic light {tls} goes to {state} at frame {number} in {which} film only"
 
 
 def _development(one: Account, other: Account, acts: Acts) -> Iterator[str]:
@@ -261,14 +261,14 @@ def _drawn_over(one: Account, other: Account, acts: Acts) -> Iterator[str]:
         for film in (one, other)
     )
     if first != second and not (acts.overlays or acts.anything):
-        yield "overlays are others: " + " and ".join(_overlays(said) for said in (first, second))
+        yield "overlays are others: " + " and ".join(_overlays(drawn) for drawn in (first, second))
 
 
-def _overlays(said: Account) -> str:
+def _overlays(drawn: Account) -> str:
     """Return what an account says of overlays, in words."""
-    if not said:
+    if not drawn:
         return "none"
-    return ", ".join(f"{value} {key.replace('_', ' ')}" for key, value in said.items())
+    return ", ".join(f"{value} {key.replace('_', ' ')}" for key, value in drawn.items())
 
 
 def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Iterator[str]:
@@ -282,15 +282,15 @@ def _same_thing(one: Account, other: Account, planned: Collection[str]) -> Itera
 def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> Iterator[str]:
     """Yield settings, files and versions that differ though no level changes them."""
     keys, files = {key_of(change) for change in planned}, _planned_files(one, other, planned)
-    for said in differences(one, other):
-        key = key_of(said)
-        if key in keys or said.startswith(_TOLD_ELSEWHERE):
+    for difference in differences(one, other):
+        key = key_of(difference)
+        if key in keys or difference.startswith(_TOLD_ELSEWHERE):
             continue
         if key.startswith("input ") and key.removeprefix("input ") in files:
             continue
         if key in ("camera", "shot: from") and (acts.moves or acts.motion):
             continue
-        yield f"no level changes this: {said}"
+        yield f"no level changes this: {difference}"
     yield from _same_thing(one, other, keys)
 
 
@@ -301,14 +301,14 @@ def _planned_files(one: Account, other: Account, planned: Sequence[str]) -> froz
     """
     inputs = {*one["inputs"], *other["inputs"]} if "inputs" in one and "inputs" in other else set()
     named = {word for change in planned for word in _names_in(change.partition(": ")[2])}
-    found = {name for name in inputs if {name, PurePosixPath(name).name} & named}
-    found |= {name for name in inputs if name.startswith(_PRESETS) and _stem(name) in named}
+    files = {name for name in inputs if {name, PurePosixPath(name).name} & named}
+    files |= {name for name in inputs if name.startswith(_PRESETS) and _stem(name) in named}
     for account in (one, other):
         for name, needed in (account.get("companions") or {}).items():
-            found |= set(needed) if {name, PurePosixPath(name).name} & named else set()
+            files |= set(needed) if {name, PurePosixPath(name).name} & named else set()
     if any(key_of(change).startswith(_CONFIGURED) for change in planned):
-        found |= {name for name in inputs if name.endswith(_OF_SIMULATIONS)}
-    return frozenset(found)
+        files |= {name for name in inputs if name.endswith(_OF_SIMULATIONS)}
+    return frozenset(files)
 
 
 def _names_in(change: str) -> Iterator[str]:
@@ -335,9 +335,9 @@ def _users(one: Account, other: Account) -> Iterator[tuple[str, Account, Account
         yield key, first[key], second[key]
 
 
-def _change(said: Account) -> tuple[int, str, str]:
+def _change(change: Account) -> tuple[int, str, str]:
     """Return a change of a traffic light without its time, which is its frame's."""
-    return int(said["frame"]), str(said["tls"]), str(said["state"])
+    return int(change["frame"]), str(change["tls"]), str(change["state"])
 
 
 def _short(value: Any) -> str:

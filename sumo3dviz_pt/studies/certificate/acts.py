@@ -110,10 +110,10 @@ class Acts:
             "what is drawn over the film": self.overlays,
             "anything": self.anything,
         }
-        said = [f"the shape of {', '.join(self.things)}"] if self.things else []
-        said += [f"the colour of {', '.join(self.looks)}"] if self.looks else []
-        said += [word for word, true in words.items() if true]
-        return "; ".join(said) or "nothing"
+        parts = [f"the shape of {', '.join(self.things)}"] if self.things else []
+        parts += [f"the colour of {', '.join(self.looks)}"] if self.looks else []
+        parts += [word for word, true in words.items() if true]
+        return "; ".join(parts) or "nothing"
 
 
 def matches(patterns: Iterable[str], name: str, label: str = "") -> bool:
@@ -262,23 +262,23 @@ class Subject:
     ruleless: tuple[str, ...] = ()
 
 
-def subject_of(changes: Sequence[str], *, asked: Acts | None = None, rider: str = "") -> Subject:
+def subject_of(changes: Sequence[str], *, intended: Acts | None = None, rider: str = "") -> Subject:
     """Return what a factor is about, and what its levels change beside it.
 
     Args:
         changes: What differs in the scenes of two levels, as in `StimulusPair.changed`.
-        asked: Where the study file says that it acts, if it does.
+        intended: Where the study file says that it acts, if it does.
         rider: Id of the vehicle that the camera rides in, if it does.
     """
     rules = {change: _rule_of(key_of(change), rider) for change in changes}
-    if asked is not None:
-        beside = [change for change in changes if _is_beside(change, rules[change][1], asked)]
+    if intended is not None:
+        beside = [change for change in changes if _is_beside(change, rules[change][1], intended)]
         # How much of it there may be is what the keys' own rules say.
         tilt, lift = (
             max((getattr(own, of) for _, own in rules.values()), default=0.0)
             for of in ("tilt", "lift")
         )
-        return Subject(replace(asked, tilt=tilt, lift=lift), tuple(beside))
+        return Subject(replace(intended, tilt=tilt, lift=lift), tuple(beside))
     about = {change: subject for change, (subject, _) in rules.items()}
     main = min({*about.values()} - {""}, key=_rank, default="")
     own = {"", main, *_WITH.get(main, ())}
@@ -290,22 +290,22 @@ def subject_of(changes: Sequence[str], *, asked: Acts | None = None, rider: str 
     return Subject(acts, tuple(beside), tuple(ruleless))
 
 
-def _is_beside(change: str, acts: Acts, asked: Acts) -> bool:
+def _is_beside(change: str, acts: Acts, intended: Acts) -> bool:
     """Return whether a setting is none of what a factor says that it acts on."""
-    if asked.anything:
+    if intended.anything:
         return False
     if acts.anything:
         return _CONTENT.fullmatch(key_of(change)) is None
     filmed = (
-        acts.camera and not (asked.camera or asked.motion),
-        acts.light and not asked.light,
-        acts.overlays and not asked.overlays,
+        acts.camera and not (intended.camera or intended.motion),
+        acts.light and not intended.light,
+        acts.overlays and not intended.overlays,
         re.match(r"output\.(codec|half|sound)\b", change) is not None,
     )
     users = [each for each in (*acts.things, *acts.looks) if each.startswith(_KINDS_OF_USERS)]
-    may = asked.may_reshape if acts.things else asked.may_look
+    may = intended.may_reshape if acts.things else intended.may_look
     others = bool(users) and not any(may(each) for each in users)
-    return any(filmed) or (acts.picture and not asked.develops) or others
+    return any(filmed) or (acts.picture and not intended.develops) or others
 
 
 def _rank(subject: str) -> tuple[int, str]:
@@ -342,10 +342,10 @@ def _rule_of(key: str, rider: str) -> tuple[str, Acts]:
     """Return what a key is about, and what it acts on."""
     own = f"vehicle:{_literal(rider)}" if rider else ""
     for pattern, subject, acts in _RULES:
-        found = re.fullmatch(pattern, key)
-        if found:
+        match = re.fullmatch(pattern, key)
+        if match:
             # Ids are patterns of * and ? in scene files; brackets stand for themselves there.
-            named = {name: _literal(id_) for name, id_ in found.groupdict().items()}
+            named = {name: _literal(id_) for name, id_ in match.groupdict().items()}
             things = (each.format(rider=own, **named) for each in acts.things)
             looks = tuple(each.format(**named) for each in acts.looks)
             some = replace(acts, things=tuple(each for each in things if each), looks=looks)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.png import write_png
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films import layers
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, sealed
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder, write_json
@@ -231,33 +231,33 @@ def _verdict(
     accounts = [read_film_account(film) for film in films]
     subject = subject_of_pair(plan.file, pair, rider=rider_in(accounts[0]))
     acts, confounds = subject.acts, tuple(subject.confounds)
-    found = account_faults(accounts[0], accounts[1], acts, pair.changed)
+    faults = account_faults(accounts[0], accounts[1], acts, pair.changed)
     verdict = PairVerdict(
         pair.factor,
         pair.levels,
         pair.one,
         pair.other,
         str(acts),
-        (*(f"levels also set {each}" for each in confounds), *found),
+        (*(f"levels also set {each}" for each in confounds), *faults),
         tuple(named_differences(accounts[0], accounts[1], acts)),
         confounds=confounds,
         not_tested=untested(acts),
-        told=len(confounds) + len(found),
+        told=len(confounds) + len(faults),
         moving=moving_otherwise(accounts[0], accounts[1], acts, pair.changed),
     )
     count = min(len(account["frames"]) for account in accounts)
     wanted = compared_frames(count, plan.file.settings.certificate.frames)
     try:
-        said, shown = _compared(verdict, films, accounts, acts=acts, numbers=wanted)
+        judged, shown = _compared(verdict, films, accounts, acts=acts, numbers=wanted)
     except InputError as error:
         why = str(error).replace(f"{folder}/", "")
         return replace(verdict, faults=(*verdict.faults, f"not compared: {why}"))
     if not draw:
-        return said
+        return judged
     name = f"{FOLDER}/{verdict.one}--{verdict.other}.png"
     (folder / FOLDER).mkdir(exist_ok=True)
     write_png(folder / name, _picture(*shown, light=not acts.light), level=6)
-    return replace(said, picture=name)
+    return replace(judged, picture=name)
 
 
 def _compared(
@@ -278,24 +278,24 @@ def _compared(
             for film, account in zip(films, accounts, strict=True)
         )
         check_same_size(one, other, films[1])
-        found = compare(number, one, other, acts)
-        comparisons.append(found)
-        if shown is None or _weight(found) > _weight(shown[0]):
-            shown = (found, one, other)
+        comparison = compare(number, one, other, acts)
+        comparisons.append(comparison)
+        if shown is None or _weight(comparison) > _weight(shown[0]):
+            shown = (comparison, one, other)
     assert shown is not None
-    said = pixel_verdict(comparisons, acts)
+    judged = pixel_verdict(comparisons, acts)
     whole = replace(
         verdict,
-        faults=(*verdict.faults, *(() if unlike else said.faults)),
-        named=(*verdict.named, *said.named),
+        faults=(*verdict.faults, *(() if unlike else judged.faults)),
+        named=(*verdict.named, *judged.named),
         not_judged=(*verdict.not_judged, *unlike),
         frames=tuple(numbers),
-        differing=said.differing,
-        wrong=0.0 if unlike else said.wrong,
-        light=said.light,
-        codes=said.codes,
-        lit=said.lit,
-        things=said.things,
+        differing=judged.differing,
+        wrong=0.0 if unlike else judged.wrong,
+        light=judged.light,
+        codes=judged.codes,
+        lit=judged.lit,
+        things=judged.things,
     )
     return whole, shown
 
@@ -312,19 +312,19 @@ def _unlike_views(
     return ()
 
 
-def _weight(found: Comparison) -> tuple[int, int]:
+def _weight(diff: Comparison) -> tuple[int, int]:
     """Return by how much a frame is worth showing: what is wrong, then what differs."""
-    return int(found.wrong.sum()), int((found.shape | found.paint | found.light).sum())
+    return int(diff.wrong.sum()), int((diff.shape | diff.paint | diff.light).sum())
 
 
-def _picture(found: Comparison, one: Evidence, other: Evidence, *, light: bool) -> Pixels:
+def _picture(diff: Comparison, one: Evidence, other: Evidence, *, light: bool) -> Pixels:
     """Return two pictures and the mask of their difference side by side, (h, 3 w, 3).
 
     In the mask, blue is what differs, amber blocks that are lit otherwise, red what differs in
     shape or colour and should not.
 
     Args:
-        found: What differs.
+        diff: What differs.
         one: Of the first film.
         other: Of the second.
         light: Whether other light alone counts as a difference.
@@ -332,11 +332,11 @@ def _picture(found: Comparison, one: Evidence, other: Evidence, *, light: bool) 
     step = -(-one.picture.shape[1] // _WIDEST)
     first, second = (_blocks(each.picture, step).mean(axis=(1, 3)) for each in (one, other))
     mask = np.repeat(_GREY * first.mean(axis=-1, keepdims=True), 3, axis=-1)
-    differs = found.shape | found.paint | (found.light & light)
+    differs = diff.shape | diff.paint | (diff.light & light)
     lit = np.zeros_like(differs)
-    if found.blocks is not None:
-        lit = spread(found.blocks.lit, side=found.blocks.side, shape=differs.shape)
-    for where, colour in ((differs, _BLUE), (lit & differs, _AMBER), (found.wrong, _RED)):
+    if diff.blocks is not None:
+        lit = spread(diff.blocks.lit, side=diff.blocks.side, shape=differs.shape)
+    for where, colour in ((differs, _BLUE), (lit & differs, _AMBER), (diff.wrong, _RED)):
         # A block shows what any of its pixels does, so that nothing small gets lost.
         mask[_blocks(where, step).any(axis=(1, 3))] = colour
     return np.concatenate([first, second, mask], axis=1).round().astype(np.uint8)
@@ -410,10 +410,10 @@ def _codec(study: StudyFolder) -> dict[str, Any]:
         for picture in film["pictures"]
     ]
     values = np.array(errors, dtype=np.float64).reshape(-1, len(_APART))
-    said: dict[str, Any] = {"pictures": len(values)}
+    content: dict[str, Any] = {"pictures": len(values)}
     for name, column in zip(_APART, values.T, strict=True) if errors else ():
-        said[name] = {"median": round(float(np.median(column)), 2), "most": float(column.max())}
-    return said
+        content[name] = {"median": round(float(np.median(column)), 2), "most": float(column.max())}
+    return content
 
 
 def _plain(verdict: PairVerdict) -> dict[str, Any]:

@@ -203,8 +203,8 @@ def differing_things(comparisons: list[Comparison]) -> list[ThingDifference]:
             row = [int(mask.sum()), *counted, float(each.codes[mask].sum())]
             known = sums.setdefault(name, [0.0] * len(row))
             sums[name], may[name] = [a + b for a, b in zip(known, row, strict=True)], acts
-    found = [_difference(name, may[name], row) for name, row in sums.items()]
-    differing = [each for each in found if each.shape or each.paint or each.light]
+    differences = [_difference(name, may[name], row) for name, row in sums.items()]
+    differing = [each for each in differences if each.shape or each.paint or each.light]
     return sorted(
         differing,
         key=lambda each: (not each.acts, -(each.shape + each.paint), -each.light, each.name),
@@ -346,12 +346,12 @@ def _things(one: Evidence, other: Evidence) -> dict[str, Bools]:
     """Return where each thing is seen in either film, by name."""
     names = {**one.names, **other.names}
     shown = np.unique(np.concatenate([np.unique(one.things), np.unique(other.things)]))
-    found: dict[str, Bools] = {}
+    masks: dict[str, Bools] = {}
     for number in shown.tolist():
         mask = (one.things == number) | (other.things == number)
         name = names.get(number, str(number))
-        found[name] = found[name] | mask if name in found else mask
-    return found
+        masks[name] = masks[name] | mask if name in masks else mask
+    return masks
 
 
 def _where(things: dict[str, Bools], chosen: list[bool]) -> Bools:
@@ -547,12 +547,12 @@ def _overdrawn(comparisons: Sequence[Comparison]) -> list[str]:
 def _unlike(light: float, codes: float) -> list[str]:
     """Return that the whole picture differs."""
     where = "a typical pixel where the factor does not act"
-    found = []
+    faults = []
     if light > TYPICAL_LIGHT:
-        found.append(f"{where} differs in light by {light:.1%}, more than {TYPICAL_LIGHT:.0%}")
+        faults.append(f"{where} differs in light by {light:.1%}, more than {TYPICAL_LIGHT:.0%}")
     if codes > TYPICAL_CODES:
-        found.append(
+        faults.append(
             f"{where} is brighter or darker by {codes:.1f} of 255 codes, more than"
             f" {TYPICAL_CODES:g}"
         )
-    return found
+    return faults

@@ -88,7 +88,7 @@ class FilmTest:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Delivered:
+class _Delivery:
     """What an account says of a delivered film."""
 
     path: Path
@@ -115,25 +115,25 @@ def film_faults(
         develop: Whether frames are developed again.
     """
     try:
-        said = {path: _said(path, account) for path in _films_of(film, account)}
+        claims = {path: _delivered(path, account) for path in _films_of(film, account)}
     except (KeyError, TypeError, ValueError, ConfigError) as error:
         return FilmTest(
             (FilmFault(film, f"its account does not tell its pictures ({error})"),), 0, 0
         )
     faults: list[FilmFault] = []
     pictures = 0
-    for path, each in said.items():
+    for path, each in claims.items():
         wanted = {each.sha256} | ({sha256} if path == film else set())
         if not path.is_file():
             faults.append(FilmFault(path, "is not there"))
             continue
         if {file_hash(path)} != wanted:
             faults.append(FilmFault(path, NOT_WRITTEN))
-        found, count = _pictures(each)
-        faults += found
+        more, count = _pictures(each)
+        faults += more
         pictures += count
     frames = whole_frames(film, account, spare) if develop else []
-    again, count = _again(film, account, said, frames)
+    again, count = _again(film, account, claims, frames)
     return FilmTest((*faults, *again), pictures, count)
 
 
@@ -145,8 +145,8 @@ def replayed_faults(film: Path, account: Account, frame: Path) -> list[FilmFault
         account: Its account.
         frame: Rendered anew, beside all that help it.
     """
-    said = {path: _said(path, account) for path in _films_of(film, account)}
-    return _again(film, account, said, [frame])[0]
+    claims = {path: _delivered(path, account) for path in _films_of(film, account)}
+    return _again(film, account, claims, [frame])[0]
 
 
 def _films_of(film: Path, account: Account) -> list[Path]:
@@ -154,7 +154,7 @@ def _films_of(film: Path, account: Account) -> list[Path]:
     return [film, *([plain_twin(film)] if account.get("overlays") else [])]
 
 
-def _said(path: Path, account: Account) -> _Delivered:
+def _delivered(path: Path, account: Account) -> _Delivery:
     """Return what an account says of a film.
 
     Raises:
@@ -167,7 +167,7 @@ def _said(path: Path, account: Account) -> _Delivered:
     if not all(math.isfinite(value) for each in own["pictures"] for value in each["codec_error"]):
         raise ValueError("a codec's error is no number")
     whole = bool(account.get("overlays")) and ".plain" not in path.suffixes[-2:-1]
-    return _Delivered(
+    return _Delivery(
         path,
         str(own["sha256"]),
         codec_named(str(own["codec"]), path=path),
@@ -182,65 +182,65 @@ def _said(path: Path, account: Account) -> _Delivered:
 # What was delivered -----------------------------------------------------------------------
 
 
-def _pictures(said: _Delivered) -> tuple[list[FilmFault], int]:
+def _pictures(film: _Delivery) -> tuple[list[FilmFault], int]:
     """Return which pictures of a film are not those that were developed; and how many it has."""
     from sumo3dviz_pt.video.prints import Apart, film_prints
 
     try:
-        found = film_prints(said.path, codec=said.codec, size=said.size)
+        decoded = film_prints(film.path, codec=film.codec, size=film.size)
     except InputError:
-        return [FilmFault(said.path, "cannot be decoded to its end")], 0
-    faults = list(_form(found, said))
+        return [FilmFault(film.path, "cannot be decoded to its end")], 0
+    faults = list(_form(decoded, film))
     beyond = {}
-    for number, (own, wanted) in enumerate(zip(found.prints, said.prints, strict=False)):
+    for number, (own, wanted) in enumerate(zip(decoded.prints, film.prints, strict=False)):
         apart = Apart.between(own, wanted)
-        most = max(a - b for a, b in zip(apart.values, codec_most(said.size), strict=True))
-        over = max(apart.beyond(said.bounds[number]), most)
+        most = max(a - b for a, b in zip(apart.values, codec_most(film.size), strict=True))
+        over = max(apart.beyond(film.bounds[number]), most)
         if over > 0.0:
             beyond[number] = over
     if beyond:
-        faults.append(_farthest(beyond, found.prints, said))
-    return faults, len(found.prints)
+        faults.append(_farthest(beyond, decoded.prints, film))
+    return faults, len(decoded.prints)
 
 
-def _form(found: FilmPrints, said: _Delivered) -> Iterator[FilmFault]:
+def _form(decoded: FilmPrints, film: _Delivery) -> Iterator[FilmFault]:
     """Yield that a film has another length, size, rhythm or other colours for players."""
     from sumo3dviz_pt.video.containers import container_faults
 
-    if len(found.prints) != len(said.prints):
-        last = min(len(found.prints), len(said.prints)) - said.before
-        what = f"has {len(found.prints)} pictures of {len(said.prints)}"
-        yield FilmFault(said.path, what, last)
-    told = container_faults(
-        said.path, found.words, codec=said.codec, size=said.size, rate=said.rate
+    if len(decoded.prints) != len(film.prints):
+        last = min(len(decoded.prints), len(film.prints)) - film.before
+        what = f"has {len(decoded.prints)} pictures of {len(film.prints)}"
+        yield FilmFault(film.path, what, last)
+    faults = container_faults(
+        film.path, decoded.words, codec=film.codec, size=film.size, rate=film.rate
     )
-    for what, picture in told:
-        yield FilmFault(said.path, what, None if picture is None else picture - said.before)
+    for what, picture in faults:
+        yield FilmFault(film.path, what, None if picture is None else picture - film.before)
 
 
-def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], said: _Delivered) -> FilmFault:
+def _farthest(beyond: Mapping[int, float], prints: Sequence[Print], film: _Delivery) -> FilmFault:
     """Return which pictures are not those that were developed; named by the one farthest away."""
     from sumo3dviz_pt.video.prints import Apart
 
     number = max(beyond, key=lambda each: beyond[each])
-    apart = [Apart.between(prints[number], each) for each in said.prints]
+    apart = [Apart.between(prints[number], each) for each in film.prints]
     nearest = min(range(len(apart)), key=lambda each: apart[each].pixel)
-    alike = nearest != number and not apart[nearest].beyond(said.bounds[nearest])
-    first = min(beyond) - said.before
+    alike = nearest != number and not apart[nearest].beyond(film.bounds[nearest])
+    first = min(beyond) - film.before
     what = (
         f"its picture is not the one that was developed, by {beyond[number]:.1f} codes more than"
         " the codec does"
-        + (f"; it is that of frame {nearest - said.before}" if alike else "")
+        + (f"; it is that of frame {nearest - film.before}" if alike else "")
         + (f"; of {len(beyond)} such pictures the first is {first}" if len(beyond) > 1 else "")
     )
-    return FilmFault(said.path, what, number - said.before)
+    return FilmFault(film.path, what, number - film.before)
 
 
 # What was developed -----------------------------------------------------------------------
 
 
 def _again(
-    film: Path, account: Account, said: Mapping[Path, _Delivered], frames: Sequence[Path]
+    film: Path, account: Account, claims: Mapping[Path, _Delivery], frames: Sequence[Path]
 ) -> tuple[list[FilmFault], int]:
     """Develop frames; return which of them are not the film's, and how many were developed."""
     from sumo3dviz_pt.video.encoder import planes_of
@@ -250,7 +250,7 @@ def _again(
     count = 0
     try:
         for path, number, picture in _developed(film, account, frames):
-            own = said[path]
+            own = claims[path]
             index = number + own.before
             planes = planes_of(picture, index=index, kind=own.codec, size=own.size)
             apart = Apart.between(print_of(planes, bits=own.codec.bits), own.prints[index])

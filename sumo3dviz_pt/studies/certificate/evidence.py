@@ -220,7 +220,7 @@ def touched_blocks(
     tinted = seen & (np.abs(logs).max(axis=-1) > CHANGED) & (np.abs(bright) < _SAME_LUMINANCE)
     noise = _noise(first @ LUMINANCE, np.maximum(albedo @ LUMINANCE, 0.02), things, seen)
     rows, columns = (length // side for length in seen.shape)
-    found: Bools = np.zeros((rows, columns), dtype=np.bool_)
+    touched: Bools = np.zeros((rows, columns), dtype=np.bool_)
     changed = seen & (np.abs(logs).max(axis=-1) > CHANGED)
     for row, column in np.ndindex(rows, columns):
         where = np.s_[row * side : (row + 1) * side, column * side : (column + 1) * side]
@@ -233,8 +233,8 @@ def touched_blocks(
         typical = float(np.median(known)) if len(known) else 0.0
         for channel in range(3):
             alike = max(alike, _most_alike(logs[where][..., channel][inside], typical))
-        found[row, column] = alike > SAME_SHARE * count
-    return found
+        touched[row, column] = alike > SAME_SHARE * count
+    return touched
 
 
 def _most_alike(logs: Floats, noise: float) -> int:
@@ -426,9 +426,9 @@ def _medians(values: Floats, side: int, judged: Bools) -> Floats:
     rows, columns = judged.shape
     cut = values[: rows * side, : columns * side].reshape(rows, side, columns, side)
     blocks = np.moveaxis(cut, 2, 1).reshape(rows, columns, side * side)
-    found = np.zeros(judged.shape)
-    found[judged] = np.nanmedian(blocks[judged], axis=-1)
-    return found
+    medians = np.zeros(judged.shape)
+    medians[judged] = np.nanmedian(blocks[judged], axis=-1)
+    return medians
 
 
 def _sums(values: Floats | Bools, side: int) -> Floats:
@@ -500,55 +500,55 @@ def around(own: Bools, *, reach: int) -> Bools:
     return np.asarray(binary_dilation(own, iterations=reach))
 
 
-def lit_shares(found: Sequence[LightDifference]) -> tuple[float, float, float]:
+def lit_shares(lights: Sequence[LightDifference]) -> tuple[float, float, float]:
     """Return which shares of blocks are lit otherwise, are so out of reach, and may be; or NaN."""
-    blocks = sum(int(each.judged.sum()) for each in found)
+    blocks = sum(int(each.judged.sum()) for each in lights)
     if not blocks:
         return (float("nan"),) * 3
-    lit = sum(int(each.lit.sum()) for each in found) / blocks
-    beyond = sum(int(each.beyond.sum()) for each in found) / blocks
-    return lit, beyond, max(each.most for each in found)
+    lit = sum(int(each.lit.sum()) for each in lights) / blocks
+    beyond = sum(int(each.beyond.sum()) for each in lights) / blocks
+    return lit, beyond, max(each.most for each in lights)
 
 
-def light_faults(found: Sequence[LightDifference]) -> list[str]:
+def light_faults(lights: Sequence[LightDifference]) -> list[str]:
     """Return what is lit otherwise and should not be, a sentence each.
 
     Args:
-        found: By compared frame.
+        lights: By compared frame.
     """
-    lit, beyond, most = lit_shares(found)
-    sky, unlike = (sum(each.sky[n] for each in found) for n in (0, 1))
+    lit, beyond, most = lit_shares(lights)
+    sky, unlike = (sum(each.sky[n] for each in lights) for n in (0, 1))
     where = "where the factor does not act"
-    said = []
-    blocks = max(sum(int(each.judged.sum()) for each in found), 1)
-    own = sum(int(each.own.sum()) for each in found) / blocks
+    faults = []
+    blocks = max(sum(int(each.judged.sum()) for each in lights), 1)
+    own = sum(int(each.own.sum()) for each in lights) / blocks
     # A single block is chance, however small a picture is; out of reach, one in every frame.
     one = 1.5 / blocks
-    if lit > max(most, one) or beyond > max(MOST_BEYOND, one * len(found)):
-        said.append(
+    if lit > max(most, one) or beyond > max(MOST_BEYOND, one * len(lights)):
+        faults.append(
             f"light differs {where} in {lit:.1%} of the picture's blocks, and out of its reach in"
-            f" {beyond:.1%}{_by(found)}; {most:.1%} and {MOST_BEYOND:.1%} may"
+            f" {beyond:.1%}{_by(lights)}; {most:.1%} and {MOST_BEYOND:.1%} may"
         )
     if own > MOST_OWN:
-        said.append(
+        faults.append(
             f"light differs on the ridden vehicle, {where}, in {own:.1%} of the picture's blocks,"
             f" more than {MOST_OWN:.0%}"
         )
-    touched = sum(int(each.touched.sum()) for each in found)
+    touched = sum(int(each.touched.sum()) for each in lights)
     if touched / blocks > max(MOST_TOUCHED, one):
-        said.append(
+        faults.append(
             f"light was changed by hand {where}, in {touched / blocks:.1%} of the picture's blocks,"
             f" more than {MOST_TOUCHED:.1%}"
         )
     if unlike > MOST_SKY * sky:
-        said.append(
+        faults.append(
             f"the sky is another {where}, in {unlike / sky:.1%} of its pixels, more than"
             f" {MOST_SKY:.0%}"
         )
-    return said
+    return faults
 
 
-def _by(found: Sequence[LightDifference]) -> str:
+def _by(lights: Sequence[LightDifference]) -> str:
     """Return by how much blocks that are lit otherwise differ at most."""
-    worst = max(float(np.abs(each.typical[each.lit]).max(initial=0.0)) for each in found)
+    worst = max(float(np.abs(each.typical[each.lit]).max(initial=0.0)) for each in lights)
     return f", by {worst:.0%} at most"

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, digest_in
 from sumo3dviz_pt.pipeline.films.frames import account_file
 from sumo3dviz_pt.pipeline.provenance import file_hash
@@ -130,10 +130,10 @@ def _films(record: Content) -> Iterator[tuple[str, Content]]:
 def _json(path: Path) -> Content | None:
     """Return what a file of JSON holds; None where it is missing or damaged."""
     try:
-        found = json.loads(path.read_bytes())
+        content = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return None
-    return found if isinstance(found, dict) else None
+    return content if isinstance(content, dict) else None
 
 
 def _is_account(account: Content) -> bool:
@@ -147,10 +147,10 @@ def _is_account(account: Content) -> bool:
 
 def seal_faults(study: StudyFolder) -> list[Fault]:
     """Return files that are not what the folder says of them, and inputs that changed."""
-    found = [*_seals(study), *_named_inputs(study)]
+    faults = [*_seals(study), *_named_inputs(study)]
     if study.certificate is not None:
-        found += _certified(study, study.certificate)
-    return found
+        faults += _certified(study, study.certificate)
+    return faults
 
 
 def _seals(study: StudyFolder) -> Iterator[Fault]:
@@ -175,8 +175,8 @@ def _named_inputs(study: StudyFolder) -> Iterator[Fault]:
     own: dict[str, set[str]] = {}
     for file, digest in input_files(study.path).items():
         own.setdefault(Path(file).name, set()).add(digest)
-    told = {(str(n), str(d)) for each in study.accounts.values() for n, d in each["inputs"].items()}
-    for name, digest in sorted(told):
+    used = {(str(n), str(d)) for each in study.accounts.values() for n, d in each["inputs"].items()}
+    for name, digest in sorted(used):
         there = own.get(Path(name).name)
         if there is not None and digest not in there:
             yield Fault("inputs", f"{INPUTS}/{name}", "is not the file that films were made from")
@@ -203,10 +203,10 @@ def scene_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
         file = account_file(Path(str(study.films[pair.other]["file"]))).as_posix()
         try:
             subject = subject_of_pair(plan.file, pair, rider=rider_in(one))
-            found = account_faults(one, other, subject.acts, pair.changed)
+            faults = account_faults(one, other, subject.acts, pair.changed)
         except (AttributeError, LookupError, TypeError, ValueError) as error:
-            found, subject = [f"the accounts cannot be compared ({error})"], Subject(Acts())
-        for what in (*(f"levels also set {each}" for each in subject.confounds), *found):
+            faults, subject = [f"the accounts cannot be compared ({error})"], Subject(Acts())
+        for what in (*(f"levels also set {each}" for each in subject.confounds), *faults):
             yield Fault("inputs", file, f"beside {pair.one}: {what}")
 
 
@@ -224,8 +224,8 @@ def record_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
     for stimulus in plan.stimuli:
         film = study.films.get(stimulus.name, {})
         levels = [dict(zip(plan.factors, own, strict=True)) for own in stimulus.profiles]
-        account, said = study.accounts.get(stimulus.name), [film.get("profiles"), film.get("code")]
-        if film and said != [levels, stimulus.code]:
+        account, about = study.accounts.get(stimulus.name), [film.get("profiles"), film.get("code")]
+        if film and about != [levels, stimulus.code]:
             yield Fault("inputs", RECORD, f"says of {stimulus.name} other levels than {INPUTS} say")
         if film and account and not _as_told(film, account):
             what = f"says of {stimulus.name} another length, rate or size than its account"
@@ -234,10 +234,10 @@ def record_faults(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
     pairs = study.record.get("pairs")
     recorded = {_names(each) for each in pairs if isinstance(each, dict)} if pairs else set()
     places = ((RECORD, recorded), (CERTIFICATE, {_names(each) for each in certified_pairs(study)}))
-    for file, found in places:
-        if found != wanted and (file == RECORD or study.certificate is not None):
+    for file, listed in places:
+        if listed != wanted and (file == RECORD or study.certificate is not None):
             yield Fault(
-                "inputs", file, f"names {len(found)} pairs, and {INPUTS} make {len(wanted)}"
+                "inputs", file, f"names {len(listed)} pairs, and {INPUTS} make {len(wanted)}"
             )
 
 
@@ -250,11 +250,11 @@ def _as_told(film: Content, account: Content) -> bool:
         )
         lasts = round(float(count / Fraction(str(account["frame_rate"]))), 5)
         wanted = [count, str(account["frame_rate"]), list(account["size"]), lasts]
-        told = [film.get("frames"), str(film.get("rate")), list(film.get("size", ()))]
-        told.append(round(float(film.get("duration", 0.0)), 5))
+        stated = [film.get("frames"), str(film.get("rate")), list(film.get("size", ()))]
+        stated.append(round(float(film.get("duration", 0.0)), 5))
     except (ArithmeticError, LookupError, TypeError, ValueError):
         return False
-    return told == wanted
+    return stated == wanted
 
 
 def _names(pair: Content) -> tuple[str, str, str]:
@@ -272,23 +272,23 @@ def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     if certificate.get(DIGEST) != digest_in(certificate):
         yield Fault("inputs", CERTIFICATE, "was edited: it does not have the digest that it says")
         return
-    said = _mapping(certificate.get("digests"))
-    if said.get(RECORD) != study.record.get(DIGEST):
+    digests = _mapping(certificate.get("digests"))
+    if digests.get(RECORD) != study.record.get(DIGEST):
         yield Fault("inputs", RECORD, f"is not the one that {CERTIFICATE} was written for")
-    yield from _signed(study, said)
+    yield from _signed(study, digests)
     links: tuple[tuple[Link, str], ...] = (
         *(("inputs", "inputs"), ("films", "cards"), ("folder", "others")),
     )
     for link, key in links:
-        for file, digest in _mapping(said.get(key)).items():
+        for file, digest in _mapping(digests.get(key)).items():
             if file_hash(study.path / file) != digest:
                 yield Fault(link, file, f"is not the file that {CERTIFICATE} was written for")
 
 
-def _signed(study: StudyFolder, said: Content) -> Iterator[Fault]:
+def _signed(study: StudyFolder, digests: Content) -> Iterator[Fault]:
     """Yield accounts and films that were signed anew: the certificate tells other digests."""
     what = f"is not the one that {CERTIFICATE} was written for"
-    accounts, films = _mapping(said.get("accounts")), _mapping(said.get("films"))
+    accounts, films = _mapping(digests.get("accounts")), _mapping(digests.get("films"))
     for name, film in study.films.items():
         file = str(film["file"])
         # An account that is not the record's is named already.
@@ -326,14 +326,14 @@ def listed_faults(study: StudyFolder, judged: Sequence[Fault]) -> list[Fault]:
     if not known:
         return [Fault("folder", CHECKSUMS, "is missing or damaged")]
     named = {fault.file for fault in judged}
-    found = []
+    faults = []
     for name, digest in known.items():
         inside = (study.path / name).resolve().is_relative_to(study.path.resolve())
         own = file_hash(study.path / name) if inside and name not in named else digest
         if own != digest:
             what = "is not the file that was written" if own else "is not there"
-            found.append(Fault("folder", name, what))
-    return found
+            faults.append(Fault("folder", name, what))
+    return faults
 
 
 # Frames and films --------------------------------------------------------------------------
@@ -356,7 +356,7 @@ class Tested:
 
 def frame_faults(study: StudyFolder) -> tuple[list[Fault], tuple[int, int]]:
     """Return stored frames and layers that changed; and how many are there, of how many."""
-    found, there, known = [], 0, 0
+    faults, there, known = [], 0, 0
     for number, name in enumerate(study.accounts, start=1):
         files = study.frame_files(name)
         known += len(files)
@@ -364,13 +364,13 @@ def frame_faults(study: StudyFolder) -> tuple[list[Fault], tuple[int, int]]:
             own = file_hash(study.path / file)
             there += bool(own)
             if not own and os.path.lexists(study.path / file):
-                found.append(Fault("frames", file, "is no file that can be read"))
+                faults.append(Fault("frames", file, "is no file that can be read"))
             if own and own != digest:
                 frame = int(Path(file).stem) if Path(file).stem.isdecimal() else None
                 what = _stranger(study, file, own)
-                found.append(Fault("frames", file, what, frame))
+                faults.append(Fault("frames", file, what, frame))
         announce(Doing.MEASURE, number, len(study.accounts))
-    return found, (there, known)
+    return faults, (there, known)
 
 
 def _stranger(study: StudyFolder, file: str, digest: str) -> str:
@@ -392,18 +392,18 @@ def all_film_faults(
         broken: Frames that changed; they are not developed again.
         develop: Whether frames that are there are developed again.
     """
-    found: list[Fault] = []
+    faults: list[Fault] = []
     pictures = developed = 0
     bad = {study.path / fault.file for fault in broken}
     for number, (name, account) in enumerate(study.accounts.items(), start=1):
         film = study.film(name)
-        said = study.films[name].get("sha256")
-        tested = film_faults(film, account, sha256=str(said), spare=bad, develop=develop)
-        found += [_of_film(study, each) for each in tested.faults]
+        digest = study.films[name].get("sha256")
+        tested = film_faults(film, account, sha256=str(digest), spare=bad, develop=develop)
+        faults += [_of_film(study, each) for each in tested.faults]
         pictures += tested.pictures
         developed += tested.developed
         announce(Doing.MEASURE, number, len(study.accounts))
-    return found, Tested(pictures=pictures, developed=developed)
+    return faults, Tested(pictures=pictures, developed=developed)
 
 
 def _of_film(study: StudyFolder, fault: FilmFault) -> Fault:

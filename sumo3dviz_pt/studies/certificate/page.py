@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.certificate.comparison import PairVerdict, ThingDifference
 from sumo3dviz_pt.studies.certificate.evidence import MOST_BEYOND
 
@@ -65,7 +65,7 @@ def write_page(path: Path, content: Content, verdicts: Sequence[PairVerdict]) ->
         content: Of `certificate.json`.
         verdicts: On all pairs.
     """
-    write_whole(path, page_text(path.parent, content, verdicts))
+    write_atomically(path, page_text(path.parent, content, verdicts))
     return path
 
 
@@ -96,8 +96,8 @@ def _claims(content: Content) -> Iterator[str]:
     yield f"<h1>{_text(content['title'])}</h1>"
     about = [", ".join(content["authors"]), content["date"], content["licence"]]
     made = f"sumo3dviz_pt {content['versions']['sumo3dviz_pt']}"
-    said = " &middot; ".join(_text(each) for each in [*about, f"films by {made}"] if each)
-    yield f"<p>Certificate of the stimuli. {said}</p>"
+    line = " &middot; ".join(_text(each) for each in [*about, f"films by {made}"] if each)
+    yield f"<p>Certificate of the stimuli. {line}</p>"
     yield f"<p>{_text(content['description'])}</p>"
     yield _headline(content)
     yield from _moving(content["pairs"])
@@ -110,19 +110,19 @@ def _claims(content: Content) -> Iterator[str]:
 
 def _headline(content: Content) -> str:
     """Return what was found, in a sentence."""
-    found = Counter(each["claim"] for each in content["pairs"])
-    broken = [link for link, said in content["links"].items() if said["claim"] == "failed"]
-    count = sum(found.values())
+    tally = Counter(each["claim"] for each in content["pairs"])
+    broken = [link for link, outcome in content["links"].items() if outcome["claim"] == "failed"]
+    count = sum(tally.values())
     if broken:
-        failed = f"; {found['failed']} of {count} pairs fail" if found["failed"] else ""
+        failed = f"; {tally['failed']} of {count} pairs fail" if tally["failed"] else ""
         return f'<p class="failed">Not proven: {" and ".join(broken)} failed{failed}.</p>'
     if not count:
         return '<p class="not">Not judged: there are no pairs of films to compare.</p>'
-    rest = f"; {found['not judged']} not judged" if found["not judged"] else ""
+    rest = f"; {tally['not judged']} not judged" if tally["not judged"] else ""
     moving = sum(bool(each["moving"]) for each in content["pairs"])
     rest += f"; in {moving} of them everything that moves may differ" if moving else ""
-    said = f"{found['proven']} of {count} pairs differ in their factor alone{rest}"
-    return f'<p class="{"not" if rest else "proven"}">Proven: {said}.</p>'
+    sentence = f"{tally['proven']} of {count} pairs differ in their factor alone{rest}"
+    return f'<p class="{"not" if rest else "proven"}">Proven: {sentence}.</p>'
 
 
 def _moving(pairs: Sequence[Content]) -> Iterator[str]:
@@ -134,8 +134,8 @@ def _moving(pairs: Sequence[Content]) -> Iterator[str]:
     for factor, some in list(own.items())[:_MOST_MOVING]:
         first, more = some[0], len(some) - 1
         films = f"{first['one']} and {first['other']}{f', and {more} more' if more else ''}"
-        said = f"{factor} ({films}): {first['moving']}"
-        yield f'<p class="not">{_text(said, _MOST_SENTENCE)}.</p>'
+        sentence = f"{factor} ({films}): {first['moving']}"
+        yield f'<p class="not">{_text(sentence, _MOST_SENTENCE)}.</p>'
 
 
 def _factors(content: Content) -> Iterator[str]:
@@ -151,12 +151,12 @@ def _factors(content: Content) -> Iterator[str]:
     most = _MOST_WORDS if len(content["factors"]) <= _MOST_FACTORS // 2 else _MOST_WORDS // 2
     for name, factor in list(content["factors"].items())[:_MOST_FACTORS]:
         pairs = [each for each in content["pairs"] if name in str(each["factor"]).split(" and ")]
-        found = Counter(each["claim"] for each in pairs)
+        tally = Counter(each["claim"] for each in pairs)
         untested = dict.fromkeys(what for each in pairs for what in each["not_tested"])
         about = (name, factor["about"] or "-", ", ".join(factor["levels"]))
         acts = "; ".join(dict.fromkeys(str(each["acts"]) for each in pairs))
         cells = [f"<td>{_text(each, most)}</td>" for each in (*about, acts or "-")]
-        cells += [f"<td{_NUMBER}>{found[word]}</td>" for word in ("proven", "failed", "not judged")]
+        cells += [f"<td{_NUMBER}>{tally[word]}</td>" for word in ("proven", "failed", "not judged")]
         lacking = "-" if pairs else "all of it: no pair of films shows it"
         cells += [f"<td>{_text('; '.join(untested) or lacking, most)}</td>"]
         yield f"<tr>{''.join(cells)}<td>{_text(_worst_pair(pairs), most)}</td></tr>"
@@ -179,11 +179,11 @@ def _links(links: Content) -> Iterator[str]:
     for title in ("link", "claims that", "is"):
         yield f'<th scope="col">{title}</th>'
     yield "</tr></thead><tbody>"
-    for link, said in links.items():
-        claim = _word(said["claim"])
-        yield f"<tr><td>{link}</td><td>{_text(said['what'])}</td><td>{claim}</td></tr>"
+    for link, outcome in links.items():
+        claim = _word(outcome["claim"])
+        yield f"<tr><td>{link}</td><td>{_text(outcome['what'])}</td><td>{claim}</td></tr>"
     yield "</tbody></table>"
-    faults = [fault for said in links.values() for fault in said["faults"]]
+    faults = [fault for each in links.values() for fault in each["faults"]]
     if faults:
         more = len(faults) - _MOST_FAULTS
         items = [f"<li>{_text(fault)}</li>" for fault in faults[:_MOST_FAULTS]]
@@ -243,8 +243,8 @@ def _proof(content: Content) -> Iterator[str]:
         most = content["limits"][limit] if isinstance(limit, str) else limit
         yield _number(words, _both(form, values), form.format(most), why)
     for key, words in _CODEC.items() if content["codec"]["pictures"] else ():
-        said = content["codec"][key]
-        both = (f"{said['median']:.2f}", f"{said['most']:.2f}")
+        error = content["codec"][key]
+        both = (f"{error['median']:.2f}", f"{error['most']:.2f}")
         yield _number(f"film: {words}", both, f"{content['limits']['codec'][key]:g}", _WHY_CODEC)
     yield "</tbody></table>"
     yield f"<p>Decoded and measured: {content['codec']['pictures']} pictures, which are all.</p>"
@@ -296,8 +296,8 @@ def _how(content: Content) -> Iterator[str]:
     yield f"<p><code>sumo3dviz-pt study verify FOLDER --published {digest}</code></p>"
     yield "<p>With three frames that are drawn by lot, rendered anew and compared bit by bit:</p>"
     yield "<p><code>sumo3dviz-pt study verify FOLDER --replay 3</code></p>"
-    kept = ("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy")
-    named = [f"{name} {content['versions'][name]}" for name in kept if name in content["versions"]]
+    parts = ("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy")
+    named = [f"{name} {content['versions'][name]}" for name in parts if name in content["versions"]]
     yield f"<p>Made with {_text(', '.join(named))}. It ends with exit code 0 if nothing is wrong,"
     yield "and else names link, file and frame. What each link proves, and what it cannot: the"
     yield "manual's page <i>The certificate</i>.</p>"

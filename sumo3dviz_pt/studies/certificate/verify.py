@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST
 from sumo3dviz_pt.pipeline.films.film import render_film
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
@@ -208,39 +208,39 @@ def _pairs(study: StudyFolder, plan: StudyPlan) -> Iterator[Fault]:
     """Yield pairs of which the frames say something else than the certificate."""
     certified = {(p.get("factor"), p.get("one"), p.get("other")): p for p in certified_pairs(study)}
     for number, pair in enumerate(plan.pairs, start=1):
-        said = certified.get((pair.factor, pair.one, pair.other))
-        if said is None or not {pair.one, pair.other} <= study.accounts.keys():
+        old = certified.get((pair.factor, pair.one, pair.other))
+        if old is None or not {pair.one, pair.other} <= study.accounts.keys():
             continue
         try:
-            found = judged_again(study, plan, pair)
+            again = judged_again(study, plan, pair)
         except (AttributeError, LookupError, TypeError, ValueError, InputError) as error:
             what = f"{pair.one} and {pair.other}: cannot be compared again ({error})"
             yield Fault("pictures", CERTIFICATE, what)
             continue
         announce(Doing.MEASURE, number, len(plan.pairs))
-        for what in () if found is None else _otherwise(found, said, worded=_is_own(study)):
+        for what in () if again is None else _otherwise(again, old, worded=_is_own(study)):
             yield Fault("pictures", CERTIFICATE, f"{pair.one} and {pair.other}: {what}")
 
 
-def _otherwise(found: PairVerdict, said: Mapping[str, Any], *, worded: bool) -> Iterator[str]:
+def _otherwise(again: PairVerdict, old: Mapping[str, Any], *, worded: bool) -> Iterator[str]:
     """Yield what a certificate does not say of a pair, or says otherwise.
 
     Args:
-        found: What its frames say.
-        said: What the certificate says.
+        again: What its frames say.
+        old: What the certificate says.
         worded: Whether the same code wrote it, so that its words are those of this version.
     """
-    yield from (each for each in found.faults[found.told :] if each not in said.get("faults", []))
-    words: dict[str, Any] = {"claim": found.claim}
+    yield from (each for each in again.faults[again.told :] if each not in old.get("faults", []))
+    words: dict[str, Any] = {"claim": again.claim}
     if worded:
-        words |= {"acts": found.acts, "not_tested": [*found.not_tested], "moving": found.moving}
+        words |= {"acts": again.acts, "not_tested": [*again.not_tested], "moving": again.moving}
     yield from (
-        f"says otherwise than its frames: {key}" for key in words if said.get(key) != words[key]
+        f"says otherwise than its frames: {key}" for key in words if old.get(key) != words[key]
     )
-    numbers = {"wrong": found.wrong, "light": found.light, "codes": found.codes}
+    numbers = {"wrong": again.wrong, "light": again.light, "codes": again.codes}
     for key, value in numbers.items():
-        told = said.get(key)
-        known = float("nan") if told is None else float(told)
+        was = old.get(key)
+        known = float("nan") if was is None else float(was)
         if not (np.isnan(known) and np.isnan(value)) and not abs(known - value) <= _SAME_NUMBER:
             yield f"says otherwise than its frames: {key}"
 
@@ -306,10 +306,10 @@ def _replayed(study: StudyFolder, plan: StudyPlan, order: VerifyOrder) -> _Repla
         for name, number in drawn:
             notes |= dict.fromkeys(_unlike(study, plan, name))
             try:
-                found = _rendered(study, plan, name, number, Path(folder))
+                fresh = _rendered(study, plan, name, number, Path(folder))
             except (ConfigError, InputError) as error:
                 raise _lacking(study, error) from error
-            faults += _replay_faults(study, name, number, found)
+            faults += _replay_faults(study, name, number, fresh)
     notes["rendered anew: " + ", ".join(f"{name} {number}" for name, number in drawn)] = None
     if faults:
         notes["frames are equal to the bit on one kind of processor; others agree to noise"] = None
@@ -364,27 +364,27 @@ def _rendered(study: StudyFolder, plan: StudyPlan, name: str, number: int, folde
     return frame_file(frames_folder(path), number)
 
 
-def _replay_faults(study: StudyFolder, name: str, number: int, found: Path) -> Iterator[Fault]:
+def _replay_faults(study: StudyFolder, name: str, number: int, fresh: Path) -> Iterator[Fault]:
     """Yield that a frame that was rendered anew is not the stored one, or not what a film shows."""
     film, account = study.film(name), study.accounts[name]
     stored = frame_file(frames_folder(film), number)
     file = stored.relative_to(study.path).as_posix()
-    if file_hash(found) != study.frame_files(name).get(file):
-        what = _apart(stored, found) if stored.is_file() else "rendered anew, it is another frame"
+    if file_hash(fresh) != study.frame_files(name).get(file):
+        what = _apart(stored, fresh) if stored.is_file() else "rendered anew, it is another frame"
         if what:
             yield Fault("replay", file, what, number)
             return
-    if all(frame_file(found.parent, each).is_file() for each in helping(account, number)):
-        for each in replayed_faults(film, account, found):
+    if all(frame_file(fresh.parent, each).is_file() for each in helping(account, number)):
+        for each in replayed_faults(film, account, fresh):
             where = each.film.relative_to(study.path).as_posix()
             yield Fault("replay", where, each.what, each.frame)
 
 
-def _apart(stored: Path, found: Path) -> str:
+def _apart(stored: Path, fresh: Path) -> str:
     """Return by how much two frames differ, in words; nothing if all of their pixels are equal."""
     from sumo3dviz_pt.image.exr import read_layers
 
-    one, other = read_layers(stored)[0], read_layers(found)[0]
+    one, other = read_layers(stored)[0], read_layers(fresh)[0]
     if one.keys() != other.keys() or any(one[k].shape != other[k].shape for k in one):
         return "rendered anew, it has other layers"
     unlike = np.zeros(next(iter(one.values())).shape[:2], dtype=bool)

@@ -61,8 +61,8 @@ def pair_counts(rows: Rows, counts: Sequence[int], one: int, other: int) -> Rows
         other: Another one's.
     """
     flat = rows[:, one] * counts[other] + rows[:, other]
-    found = np.bincount(flat, minlength=counts[one] * counts[other])
-    return np.asarray(found.reshape(counts[one], counts[other]), dtype=np.int64)
+    frequencies = np.bincount(flat, minlength=counts[one] * counts[other])
+    return np.asarray(frequencies.reshape(counts[one], counts[other]), dtype=np.int64)
 
 
 def confounded_pairs(rows: Rows, counts: Sequence[int]) -> list[tuple[int, int]]:
@@ -75,13 +75,13 @@ def confounded_pairs(rows: Rows, counts: Sequence[int]) -> list[tuple[int, int]]
         rows: The design, (runs, factors).
         counts: How many levels each factor has.
     """
-    found = []
+    pairs = []
     for one, other in combinations(range(len(counts)), 2):
         times = pair_counts(rows, counts, one, other)
         expected = np.outer(times.sum(axis=1), times.sum(axis=0))
         if (times * len(rows) != expected).any():
-            found.append((one, other))
-    return found
+            pairs.append((one, other))
+    return pairs
 
 
 def aliases(rows: Rows, counts: Sequence[int]) -> dict[int, list[tuple[int, int]]]:
@@ -95,7 +95,7 @@ def aliases(rows: Rows, counts: Sequence[int]) -> dict[int, list[tuple[int, int]
         counts: How many levels each factor has.
     """
     known = set(confounded_pairs(rows, counts))
-    found: dict[int, list[tuple[int, int]]] = {}
+    pairs: dict[int, list[tuple[int, int]]] = {}
     for one, other in combinations(range(len(counts)), 2):
         both = np.column_stack([rows, rows[:, one] * counts[other] + rows[:, other]])
         sizes = (*counts, counts[one] * counts[other])
@@ -106,8 +106,8 @@ def aliases(rows: Rows, counts: Sequence[int]) -> dict[int, list[tuple[int, int]
             times = pair_counts(both, sizes, factor, len(counts))
             expected = np.outer(times.sum(axis=1), times.sum(axis=0))
             if (times * len(rows) != expected).any():
-                found.setdefault(factor, []).append((one, other))
-    return found
+                pairs.setdefault(factor, []).append((one, other))
+    return pairs
 
 
 def told_by(rows: Rows, counts: Sequence[int]) -> list[tuple[int, int]]:
@@ -117,13 +117,13 @@ def told_by(rows: Rows, counts: Sequence[int]) -> list[tuple[int, int]]:
         rows: The design, (runs, factors).
         counts: How many levels each factor has.
     """
-    found = []
+    pairs = []
     for one, other in combinations(range(len(counts)), 2):
         met = pair_counts(rows, counts, one, other) > 0
         varied = all(len(set(rows[:, n].tolist())) > 1 for n in (one, other))
         if varied and min(met.sum(axis=0).max(), met.sum(axis=1).max()) == 1:
-            found.append((one, other))
-    return found
+            pairs.append((one, other))
+    return pairs
 
 
 def hidden_in_words(rows: Rows, levels: Mapping[str, Sequence[str]]) -> list[str]:
@@ -134,15 +134,15 @@ def hidden_in_words(rows: Rows, levels: Mapping[str, Sequence[str]]) -> list[str
         levels: Of each factor, by its name.
     """
     names, counts = list(levels), [len(some) for some in levels.values()]
-    found = same_in_words(rows, levels)
+    sentences = same_in_words(rows, levels)
     for factor, pairs in sorted(aliases(rows, counts).items()):
         words = ", ".join(f"{names[one]} with {names[other]}" for one, other in pairs[:_MOST])
         more = f" and {len(pairs) - _MOST} more" if len(pairs) > _MOST else ""
-        found.append(
+        sentences.append(
             f"{names[factor]} is confounded with what two factors do together: {words}{more}; its"
             " effect is its own only if they do nothing together"
         )
-    return found
+    return sentences
 
 
 def same_in_words(rows: Rows, levels: Mapping[str, Sequence[str]]) -> list[str]:
@@ -182,10 +182,10 @@ def linear_array(counts: Sequence[int], runs: int, *, strength: int = 2) -> Rows
     powers = [prime_power(count) for count in (*counts, runs)]
     if None in powers or len({power[0] for power in powers if power}) != 1:
         return None
-    found = [power for power in powers if power]
-    prime, size = found[-1]
-    order = sorted(range(len(counts)), key=lambda factor: -found[factor][1])
-    search = _Search(prime, size, [found[factor][1] for factor in order], strength)
+    prime_powers = [power for power in powers if power]
+    prime, size = prime_powers[-1]
+    order = sorted(range(len(counts)), key=lambda factor: -prime_powers[factor][1])
+    search = _Search(prime, size, [prime_powers[factor][1] for factor in order], strength)
     bases = search.bases()
     if bases is None:
         return None
@@ -452,7 +452,7 @@ def orthogonal_array(counts: Sequence[int], *, strength: int = 2) -> Rows:
     Raises:
         ConfigError: If none is smaller than all combinations, or none was found.
     """
-    rows = _found(tuple(counts), strength)
+    rows = _smallest(tuple(counts), strength)
     if rows is not None:
         return rows.copy()
     whole, text = prod(counts), " x ".join(map(str, counts))
@@ -469,7 +469,7 @@ def orthogonal_array(counts: Sequence[int], *, strength: int = 2) -> Rows:
 
 
 @cache
-def _found(counts: tuple[int, ...], strength: int) -> Rows | None:
+def _smallest(counts: tuple[int, ...], strength: int) -> Rows | None:
     """Return the smallest array that is found, or None."""
     for runs in _sizes(counts, strength):
         rows = linear_array(counts, runs, strength=strength) if runs <= _LARGEST_LINEAR else None

@@ -236,10 +236,10 @@ def _rows(book: Any, sheet: str | None, file: Path) -> Iterator[TableRow]:
     if sheet is not None and sheet not in book.sheetnames:
         hint = did_you_mean(sheet, book.sheetnames)
         raise InputError(f"has no sheet {sheet!r}{hint}", file=file)
-    found = book[sheet or book.sheetnames[0]]
+    page = book[sheet or book.sheetnames[0]]
     # The size that a sheet states is often that of an older one.
-    found.reset_dimensions()
-    for line, cells in enumerate(found.iter_rows(values_only=True), start=1):
+    page.reset_dimensions()
+    for line, cells in enumerate(page.iter_rows(values_only=True), start=1):
         texts = tuple(map(_text, cells))
         if any(texts):
             yield TableRow(line, texts)

@@ -175,15 +175,15 @@ def associations(levels: Levels, trials: Sequence[Trial]) -> Floats:
     """
     counts = [len(names) for names in levels.values()]
     numbers = _numbers(levels, [p for trial in trials for p in trial.alternatives if p is not None])
-    found = np.eye(len(counts))
+    table = np.eye(len(counts))
     for one, other in combinations(range(len(counts)), 2):
         times = pair_counts(numbers, counts, one, other).astype(float)
         times = times[times.sum(axis=1) > 0][:, times.sum(axis=0) > 0]
         even = np.outer(times.sum(axis=1), times.sum(axis=0)) / times.sum()
         least = min(times.shape) - 1
         chi = float(((times - even) ** 2 / even).sum())
-        found[one, other] = found[other, one] = np.sqrt(chi / times.sum() / least) if least else 0.0
-    return found
+        table[one, other] = table[other, one] = np.sqrt(chi / times.sum() / least) if least else 0.0
+    return table
 
 
 def coded(levels: Levels, profiles: Sequence[Profile]) -> Floats:
@@ -257,14 +257,14 @@ def in_words(levels: Levels, trials: Sequence[Trial], priors: Priors | None = No
         trials: All of them.
         priors: Utilities that are assumed.
     """
-    found = associations(levels, trials)
+    table = associations(levels, trials)
     lines = ["association of factors (Cramer's V: 0 none, 1 the same)"]
-    if (found - np.eye(len(found)) < _SEEN).all():
+    if (table - np.eye(len(table)) < _SEEN).all():
         lines.append("  0 for any two of them")
     else:
         names = [name[:14] for name in levels]
         lines.append(f"  {'':<14} " + " ".join(f"{name:>14}" for name in names))
-        for name, row in zip(names, found, strict=True):
+        for name, row in zip(names, table, strict=True):
             lines.append(f"  {name:<14} " + " ".join(f"{value:>14.2f}" for value in row))
     error = error_in_words(levels, trials, priors)
     return [*lines, *([f"  {error}"] if error else [])]
@@ -282,16 +282,16 @@ def error_in_words(levels: Levels, trials: Sequence[Trial], priors: Priors | Non
     if not choices or len({None in trial.alternatives for trial in choices}) > 1:
         return ""
     error = d_error(levels, choices, priors)
-    told = "the priors" if priors else "utilities of 0"
-    said = "not all effects can be told" if np.isinf(error) else f"D-error {error:.4g}"
-    return f"{said}, for {told}, by one who sees all {len(choices)} tasks"
+    basis = "the priors" if priors else "utilities of 0"
+    efficiency = "not all effects can be told" if np.isinf(error) else f"D-error {error:.4g}"
+    return f"{efficiency}, for {basis}, by one who sees all {len(choices)} tasks"
 
 
 def _numbers(levels: Levels, profiles: Sequence[Profile]) -> NDArray[np.int64]:
     """Return the number of each factor's level, (profiles, factors)."""
     places = [{name: n for n, name in enumerate(names)} for names in levels.values()]
-    found = [[own[level] for own, level in zip(places, p, strict=True)] for p in profiles]
-    return np.array(found, dtype=np.int64)
+    ranks = [[own[level] for own, level in zip(places, p, strict=True)] for p in profiles]
+    return np.array(ranks, dtype=np.int64)
 
 
 Pairs = NDArray[np.bool_]
@@ -342,9 +342,9 @@ def choice_tasks(
     profiles = _candidates(levels, exclude, seed)
     search = _TaskSearch(levels, profiles, request)
     search.check()
-    found = [search.found(seed, start) for start in range(_STARTS)]
-    best = max(range(_STARTS), key=lambda n: (round(found[n][0], 5), -n))
-    if not np.isfinite(found[best][0]):
+    designs = [search.improved(seed, start) for start in range(_STARTS)]
+    best = max(range(_STARTS), key=lambda n: (round(designs[n][0], 5), -n))
+    if not np.isfinite(designs[best][0]):
         raise ConfigError(
             f"{request.tasks} tasks of {request.alternatives} films cannot tell all effects apart;"
             " ask for more tasks",
@@ -352,18 +352,18 @@ def choice_tasks(
         )
     order = permutation(request.tasks, seed, "order of tasks")
     none = (None,) if request.none else ()
-    tasks = ([profiles[n] for n in found[best][1][place]] for place in order)
+    tasks = ([profiles[n] for n in designs[best][1][place]] for place in order)
     return tuple(Trial("1", str(n), (*own, *none)) for n, own in enumerate(tasks, start=1))
 
 
 def _candidates(levels: Levels, exclude: Exclusions, seed: int) -> list[Profile]:
     """Return profiles that tasks may be made of."""
     every = islice(product(*levels.values()), _MOST_PROFILES)
-    kept = [own for own in every if not is_excluded(own, levels, exclude)]
-    if not kept:
+    allowed = [own for own in every if not is_excluded(own, levels, exclude)]
+    if not allowed:
         raise ConfigError("nothing is left: every profile is excluded", key="exclude")
-    drawn = sorted(permutation(len(kept), seed, "candidates")[:_MOST_CANDIDATES])
-    return [kept[n] for n in drawn]
+    drawn = sorted(permutation(len(allowed), seed, "candidates")[:_MOST_CANDIDATES])
+    return [allowed[n] for n in drawn]
 
 
 class _TaskSearch:
@@ -389,7 +389,7 @@ class _TaskSearch:
                 key="choices.tasks",
             )
 
-    def found(self, seed: int, start: int) -> tuple[float, list[list[int]]]:
+    def improved(self, seed: int, start: int) -> tuple[float, list[list[int]]]:
         """Return the logarithm of the determinant, and the profiles of each task."""
         tasks = self._begun(seed, start)
         worth = -np.inf

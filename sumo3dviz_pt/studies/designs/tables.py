@@ -165,12 +165,12 @@ class FactorColumns:
         In dummy codes (0, 1) the first level has no column and is all zeros; in effects codes
         (-1, 0, 1) the last level has none and is all -1.
         """
-        found = tuple(number(cell(table, row, place)) for place in self.places)
+        codes = tuple(number(cell(table, row, place)) for place in self.places)
         last = len(self.levels) - 1
-        if found == (-1 if self.effects else 0,) * last:
+        if codes == (-1 if self.effects else 0,) * last:
             return self.levels[last if self.effects else 0]
-        if set(found) <= {0, 1} and found.count(1) == 1:
-            return self.levels[found.index(1) + (0 if self.effects else 1)]
+        if set(codes) <= {0, 1} and codes.count(1) == 1:
+            return self.levels[codes.index(1) + (0 if self.effects else 1)]
         text = ", ".join(row.cells[place] for place in self.places)
         raise InputError(
             f"{cut(text)} are no {'effects' if self.effects else 'dummy'} codes of {self.factor}"
@@ -273,8 +273,8 @@ def _long(table: Table, levels: Levels, request: TableRequest, form: TableForm) 
 
 def _joint(table: Table, row: TableRow, place: int, pattern: str) -> tuple[str, str]:
     """Return task and alternative from one cell, such as set1.alt2."""
-    found = re.fullmatch(pattern, row.cells[place])
-    if found is None:
+    match = re.fullmatch(pattern, row.cells[place])
+    if match is None:
         raise InputError(
             f"{cut(row.cells[place])!r} should be called like set1.alt1; write the table with its"
             " row names",
@@ -282,7 +282,7 @@ def _joint(table: Table, row: TableRow, place: int, pattern: str) -> tuple[str, 
             line=row.line,
             element=called(table, place),
         )
-    return found[1], found[2] or "none"
+    return match[1], match[2] or "none"
 
 
 def _is_none(
@@ -325,8 +325,8 @@ def _wide(table: Table, levels: Levels, request: TableRequest, form: TableForm) 
         factor: [tuple(each.replace("{alt}", word) for each in names) for word in words]
         for factor, names in patterns.items()
     }
-    found = _all_columns(table, levels, request, form, columns)
-    factors = {word: [own[n] for own in found.values()] for n, word in enumerate(words)}
+    coded = _all_columns(table, levels, request, form, columns)
+    factors = {word: [own[n] for own in coded.values()] for n, word in enumerate(words)}
     task = _role(table, request.task, form.task, form.optional, "the task")
     block = _role(table, request.block, form.block, form.optional, "the block")
     for nth, row in enumerate(table.rows, start=1):
@@ -351,24 +351,24 @@ def _alternatives(table: Table, patterns: Mapping[str, tuple[str, ...]]) -> tupl
         )
     head, _, tail = pattern.partition("{alt}")
     form = re.compile(f"{re.escape(head)}(.+){re.escape(tail)}")
-    found = [match[1] for name in table.header if (match := form.fullmatch(name))]
-    if not found:
+    names = [match[1] for name in table.header if (match := form.fullmatch(name))]
+    if not names:
         example = pattern.replace("{alt}", "alt1")
         raise InputError(
             f"no column is called like {pattern!r}, such as {example!r}; there are"
             f" {listed(table.header)}",
             file=table.file,
         )
-    return tuple(found)
+    return tuple(names)
 
 
 # Columns -----------------------------------------------------------------------------------
 
 
-def _role(table: Table, asked: str | None, name: str, optional: bool, what: str) -> int | None:
+def _role(table: Table, wanted: str | None, name: str, optional: bool, what: str) -> int | None:
     """Return the column of a task, alternative or block; None where there is none."""
-    if asked is not None:
-        return column(table, asked, what)
+    if wanted is not None:
+        return column(table, wanted, what)
     if not name:
         return None
     return find_column(table, name) if optional else column(table, name, what)
@@ -382,7 +382,7 @@ def _all_columns(
     columns: Mapping[str, list[tuple[str, ...]]],
 ) -> dict[str, list[FactorColumns]]:
     """Return where factors stand, each once for each alternative that has columns of its own."""
-    found = {}
+    by_factor = {}
     for factor, several in columns.items():
         places = [
             tuple(column(table, name, f"the factor {factor}") for name in names)
@@ -393,11 +393,11 @@ def _all_columns(
             own = [row for row in table.rows if not _says_none(table, row, request, form)]
             effects = has_effects_codes(replace(table, rows=tuple(own)), factor, places)
         codes = request.codes.get(factor, {})
-        found[factor] = [
+        by_factor[factor] = [
             FactorColumns(factor, levels[factor], codes, each, form.numbered, effects)
             for each in places
         ]
-    return found
+    return by_factor
 
 
 # Checks ------------------------------------------------------------------------------------
@@ -405,8 +405,8 @@ def _all_columns(
 
 def _check(request: TableRequest, levels: Levels, form: TableForm) -> None:
     """Refuse a request that does not fit the factors."""
-    asked = {"columns": request.columns, "codes": request.codes, "coding": request.coding}
-    for key, named in asked.items():
+    requested = {"columns": request.columns, "codes": request.codes, "coding": request.coding}
+    for key, named in requested.items():
         for factor in named:
             if factor not in levels:
                 hint = did_you_mean(factor, levels)

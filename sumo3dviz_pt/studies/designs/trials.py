@@ -165,13 +165,13 @@ def uneven(parts: Sequence[Sequence[Trial]], factors: Sequence[str]) -> list[str
     whole = [trial for part in parts for trial in part]
     of = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     for size in (1, 2):
-        found = [
+        groups = [
             " x ".join(factors[place] for place in some)
             for some in combinations(range(len(factors)), size)
             if _apart(of, _marked(whole, some), len(parts)).any()
         ]
-        if found:
-            return found
+        if groups:
+            return groups
     return []
 
 
@@ -274,16 +274,16 @@ def _classes(profiles: Sequence[tuple[str, ...]], parts: int) -> Iterator[Whole]
 
 def _digits(profiles: Sequence[tuple[str, ...]], prime: int) -> tuple[Whole, list[int]]:
     """Return levels as digits, of factors that have a power of a prime of them; and whose."""
-    found, owners = [np.zeros((len(profiles), 0), dtype=np.int64)], []
+    digits, owners = [np.zeros((len(profiles), 0), dtype=np.int64)], []
     for factor, column in enumerate(zip(*profiles, strict=True)):
         names = list(dict.fromkeys(column))
         power = prime_power(len(names))
         if power is None or power[0] != prime:
             continue
         numbers = np.array([names.index(name) for name in column], dtype=np.int64)
-        found.append(numbers[:, None] // prime ** np.arange(power[1]) % prime)
+        digits.append(numbers[:, None] // prime ** np.arange(power[1]) % prime)
         owners += [factor] * power[1]
-    return np.hstack(found), owners
+    return np.hstack(digits), owners
 
 
 def _weights(forms: Whole, owners: Sequence[int]) -> Whole:
@@ -406,15 +406,15 @@ def with_even_places(
             " say how many",
             key="playlists.count",
         )
-    found: list[Playlist] = []
+    even: list[Playlist] = []
     for playlist in playlists:
         own = list(dict.fromkeys(playlist.trials))
         mixed = permutation(len(own), seed, "places", playlist.name)
         steps = {own[n]: place for place, n in enumerate(mixed)}
         for turn in range(times):
             trials = tuple(_turned(trial, steps[trial] + turn) for trial in playlist.trials)
-            found.append(Playlist(str(len(found) + 1), playlist.block, trials))
-    return tuple(found[:wanted])
+            even.append(Playlist(str(len(even) + 1), playlist.block, trials))
+    return tuple(even[:wanted])
 
 
 def most_placed(trials: Sequence[Trial]) -> int:
@@ -443,12 +443,12 @@ def uneven_groups(playlists: Sequence[Playlist]) -> list[str]:
 
     A trial whose films have changed places is the same.
     """
-    found: dict[str, Counter[tuple[int, str]]] = {}
+    counts: dict[str, Counter[tuple[int, str]]] = {}
     for playlist in playlists:
         tasks = [trial.task.rpartition(TURNED)[0] or trial.task for trial in playlist.trials]
-        found.setdefault(playlist.block, Counter()).update(enumerate(tasks))
+        counts.setdefault(playlist.block, Counter()).update(enumerate(tasks))
     groups = []
-    for block, times in found.items():
+    for block, times in counts.items():
         positions, there = ({*each} for each in zip(*times, strict=True))
         if len(times) != len(positions) * len(there) or len({*times.values()}) > 1:
             groups.append(block)
@@ -514,7 +514,7 @@ def _groups(trials: Sequence[Trial], parts: int, seed: int) -> _Groups:
         blocks.setdefault(trial.block, []).append(trial)
     if parts == 1:
         return blocks
-    found: _Groups = {}
+    groups: _Groups = {}
     for name, own in blocks.items():
         if len(own) < parts:
             raise ConfigError(
@@ -522,8 +522,8 @@ def _groups(trials: Sequence[Trial], parts: int, seed: int) -> _Groups:
                 key="playlists.parts",
             )
         some = shared_out(own, parts, seed=seed, block=name)
-        found |= {f"{name}.{number}": part for number, part in enumerate(some, start=1)}
-    return found
+        groups |= {f"{name}.{number}": part for number, part in enumerate(some, start=1)}
+    return groups
 
 
 class _Orders:

@@ -149,15 +149,15 @@ class KerbPair:
 
     def notes(self) -> list[str]:
         """Return what there is to say against it, in words."""
-        found = [
+        lines = [
             f"{each.id} {why}"
             for each, why in zip((self.first, self.then), self.braking, strict=True)
             if why
         ]
         both = (self.first, self.then)
-        found += [f"{each.id} {each.appears}" for each in both if each.appears]
-        found += [f"{each.id} ({each.vclass}) comes between" for each in self.between]
-        return [*found, *(f"{name} turns off before" for name in self.turning)]
+        lines += [f"{each.id} {each.appears}" for each in both if each.appears]
+        lines += [f"{each.id} ({each.vclass}) comes between" for each in self.between]
+        return [*lines, *(f"{name} turns off before" for name in self.turning)]
 
 
 def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[KerbPassage]:
@@ -172,11 +172,11 @@ def passages(job: Job, scenario: Scenario, kerb: Kerb) -> list[KerbPassage]:
     near = [_near(trace, kerb, scenario) for trace in log.traces]
     which = np.array([bool(len(some)) for some in near], dtype=np.bool_)
     rides = iter(motion.smooth(which))
-    found: list[KerbPassage] = []
+    passing: list[KerbPassage] = []
     for trace, some in zip(log.traces, near, strict=True):
         if len(some):
-            found += _passing(trace, next(rides), some, scenario, kerb)
-    return sorted(found, key=lambda each: (each.arrives, each.id))
+            passing += _passing(trace, next(rides), some, scenario, kerb)
+    return sorted(passing, key=lambda each: (each.arrives, each.id))
 
 
 def _near(trace: Trace, kerb: Kerb, scenario: Scenario) -> Floats:
@@ -250,7 +250,7 @@ def pairs_in(
     scenario: Scenario,
     kerb: Kerb,
     *,
-    found: Sequence[KerbPassage],
+    came: Sequence[KerbPassage],
     everybody: Sequence[KerbPassage],
 ) -> list[KerbPair]:
     """Return the pairs that pass a kerb on one lane, the most useful first.
@@ -259,16 +259,16 @@ def pairs_in(
         job: The scene file.
         scenario: As read.
         kerb: The place.
-        found: Passages that may be of a pair, in order.
+        came: Passages that may be of a pair, in order.
         everybody: All passages, in order.
     """
     motion = motion_of(job, scenario)
     near = np.array([bool(len(_near(trace, kerb, scenario))) for trace in scenario.traffic.traces])
-    why = {id(each): _why(motion, scenario, kerb, each) if each.brakes else "" for each in found}
+    why = {id(each): _why(motion, scenario, kerb, each) if each.brakes else "" for each in came}
     ids = {each.id for each in everybody}
     last: dict[tuple[str, str], KerbPassage] = {}
     pairs = []
-    for each in found:
+    for each in came:
         before = last.get((each.lane, each.side))
         last[each.lane, each.side] = each
         if before is None or before.id == each.id or each.arrives - before.leaves > _LONGEST:
@@ -309,9 +309,9 @@ def _why(motion: LogMotion, scenario: Scenario, kerb: Kerb, each: KerbPassage) -
     """Return that a vehicle brakes near the kerb, when, and which one is ahead, in words."""
     if not math.isfinite(each.slows):
         return "stands there"
-    said = f"{'stops' if each.stands else 'brakes'} at {each.slows:.1f} s"
+    what = f"{'stops' if each.stands else 'brakes'} at {each.slows:.1f} s"
     ahead = ahead_of(motion, scenario, kerb.position, each.id, each.slows)
-    return f"{said} for {ahead}" if ahead else said
+    return f"{what} for {ahead}" if ahead else what
 
 
 def ahead_of(motion: LogMotion, scenario: Scenario, place: Floats, name: str, time: float) -> str:
@@ -326,9 +326,9 @@ def ahead_of(motion: LogMotion, scenario: Scenario, place: Floats, name: str, ti
     """
     traffic = traffic_at(motion, scenario, np.array([time]), near=place[None])
     own = traffic.number(f"vehicle:{name}")
-    found = None if own is None or not traffic.alive[own, 0] else leader(traffic, 0, own)
-    if found is None or own is None:
+    leading = None if own is None or not traffic.alive[own, 0] else leader(traffic, 0, own)
+    if leading is None or own is None:
         return ""
-    other, gap = found
+    other, gap = leading
     reach = max(4.0 * float(traffic.speeds[own, 0]), 8.0)
     return traffic.keys[other].partition(":")[2] if gap <= reach else ""

@@ -87,13 +87,13 @@ def _middle(line: Floats) -> Floats:
 
 def _beside(place: Floats, network: Network, words: str, *, radius: float) -> Kerb:
     """Return the kerb that is meant by a place on or near a road."""
-    found = nearest_lane(place, network)
-    if found is None or found[0] > radius:
-        away = "there is none" if found is None else f"the nearest is {found[0]:.0f} m away"
+    nearest = nearest_lane(place, network)
+    if nearest is None or nearest[0] > radius:
+        away = "there is none" if nearest is None else f"the nearest is {nearest[0]:.0f} m away"
         raise ConfigError(
             f"no lane for cars is near {place[0]:.1f}, {place[1]:.1f}: {away}", key="kerb"
         )
-    _, middle, along, lane = found
+    _, middle, along, lane = nearest
     left = np.array([-along[1], along[0]])
     low, high = _carriageway(lane, network, middle, left)
     aside = float((place - middle) @ left)

@@ -68,7 +68,7 @@ def proposal(
     job: Job,
     scenario: Scenario,
     kerb: Kerb,
-    found: Sequence[KerbPassage],
+    came: Sequence[KerbPassage],
     pairs: Sequence[KerbPair],
 ) -> KerbProposal | None:
     """Return a study of the first pair that can have several gaps; None if there is none.
@@ -77,11 +77,11 @@ def proposal(
         job: The scene file.
         scenario: All of it, as recorded.
         kerb: The place.
-        found: Passages in all of the log.
+        came: Passages in all of the log.
         pairs: To choose from, the best first.
     """
     for pair in pairs[:_TRIES]:
-        gaps, leave_out = _possible(job, scenario, found, pair)
+        gaps, leave_out = _possible(job, scenario, came, pair)
         if len(gaps) > 1:
             clip = _clip(pair, max(gaps.values()))
             position = np.append(kerb.position, kerb.height + _EYE)
@@ -97,7 +97,7 @@ def _clip(pair: KerbPair, longest: float) -> tuple[float, float]:
 
 
 def _possible(
-    job: Job, scenario: Scenario, found: Sequence[KerbPassage], pair: KerbPair
+    job: Job, scenario: Scenario, came: Sequence[KerbPassage], pair: KerbPair
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the gaps that a pair can have, and the vehicles to leave out for them."""
     own = {pair.first.id, pair.then.id}
@@ -105,7 +105,7 @@ def _possible(
     begin, end = _clip(pair, max(GAPS.values()))
     # No other vehicle is to pass in the film, on whichever lane and from whichever side: it would
     # end a gap, offer one more, or come from behind people's backs.
-    passing = (each.id for each in found if each.leaves >= begin and each.arrives <= end)
+    passing = (each.id for each in came if each.leaves >= begin and each.arrives <= end)
     leave_out = dict.fromkeys((*pair.leave_out, *passing))
     for name, gap in sorted(GAPS.items(), key=lambda item: item[1]):
         others = [each for each in leave_out if each not in own]
@@ -197,10 +197,10 @@ def as_study(made: KerbProposal, scene: str) -> str:
         )
         lines.append(f"      {name}:")
         lines.append(f"        traffic: {{rides: {{{_word(pair.then.id)}: {ride}}}}}")
-    return "\n".join([*lines, *_ASKED, ""])
+    return "\n".join([*lines, *_QUESTION, ""])
 
 
-_ASKED = (
+_QUESTION = (
     "question:",
     "  during:",
     "    keys: [space]",

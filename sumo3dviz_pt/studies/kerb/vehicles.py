@@ -62,13 +62,13 @@ def at_kerb(
     kerb = kerb_at(job, scenario.network, place)
     low, high = (-math.inf if begin is None else begin), (math.inf if end is None else end)
     everybody = passages(job, scenario, kerb)
-    found = [each for each in everybody if low <= each.arrives <= high]
-    pairs = pairs_in(job, scenario, kerb, found=found, everybody=everybody)
+    came = [each for each in everybody if low <= each.arrives <= high]
+    pairs = pairs_in(job, scenario, kerb, came=came, everybody=everybody)
     if pick is not None and not 1 <= pick <= len(pairs):
         raise ConfigError(f"there are {len(pairs)} pairs; give 1 to {len(pairs)}", key="pick")
     chosen = [pairs[pick - 1]] if pick else [pair for pair in pairs if pair.is_proposed]
     made = proposal(job, scenario, kerb, everybody, chosen)
-    return KerbReport(kerb, tuple(found), tuple(pairs), made, pick or 0)
+    return KerbReport(kerb, tuple(came), tuple(pairs), made, pick or 0)
 
 
 _HEAD = (
@@ -89,10 +89,10 @@ def kerb_lines(report: KerbReport) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
     more = len(report.pairs) - len(shown)
-    return [*lines, *([f"and {more} more; --json has all"] if more else []), "", *_told(report)]
+    return [*lines, *([f"and {more} more; --json has all"] if more else []), "", *_pick(report)]
 
 
-def _told(report: KerbReport) -> list[str]:
+def _pick(report: KerbReport) -> list[str]:
     """Return which pair is proposed, or why none is."""
     made = report.proposal
     if made is None:
@@ -110,12 +110,12 @@ def _row(number: int, pair: KerbPair) -> tuple[str, ...]:
     """Return a pair's cells."""
     first, then = pair.first, pair.then
     notes = pair.notes()
-    said = "; ".join(notes[:3]) + (f"; and {len(notes) - 3} more" if len(notes) > 3 else "")
+    remarks = "; ".join(notes[:3]) + (f"; and {len(notes) - 3} more" if len(notes) > 3 else "")
     classes = dict.fromkeys((first.vclass, then.vclass))
     return (
         str(number), first.id, f"{first.arrives:.2f}", f"{first.leaves:.2f}",
         then.id, f"{then.arrives:.2f}", f"{pair.gap:.2f}", f"{then.speed:.1f}",
-        then.side, then.lane, ", ".join(classes), said,
+        then.side, then.lane, ", ".join(classes), remarks,
     )  # fmt: skip
 
 

@@ -213,14 +213,14 @@ def event_rows(account: Mapping[str, Any]) -> Iterator[Row]:
         account: The film's.
     """
     times = [float(frame["time"]) for frame in account["frames"]]
-    found = [
+    events = [
         (int(change["frame"]), "signal", str(change["tls"]), str(change["state"]))
         for change in account["signal_changes"]
         if change["frame"] > 0
     ]
     for key, user in account["road_users"].items():
-        found += [(number, "brake", key, "on") for number in brake_onsets(user["lamps"])]
-    for number, kind, who, state in sorted(found):
+        events += [(number, "brake", key, "on") for number in brake_onsets(user["lamps"])]
+    for number, kind, who, state in sorted(events):
         yield {"frame": number, "time": times[number], "kind": kind, "id": who, "state": state}
 
 
@@ -240,12 +240,12 @@ def _ridden(rows: Sequence[Row]) -> dict[str, float]:
 def _class_shares(rows: Sequence[Row]) -> dict[str, float]:
     """Return the mean share of each class over a film."""
     count = len({row["frame"] for row in rows})
-    found: dict[str, float] = {}
+    shares: dict[str, float] = {}
     for row in rows:
         if row["kind"] == "class":
             name = f"{SHARE}{row['name']}"
-            found[name] = found.get(name, 0.0) + float(row["share"]) / count
-    return dict(sorted(found.items()))
+            shares[name] = shares.get(name, 0.0) + float(row["share"]) / count
+    return dict(sorted(shares.items()))
 
 
 def _mean(values: Iterable[str | int | float]) -> float:

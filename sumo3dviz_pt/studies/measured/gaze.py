@@ -31,7 +31,7 @@ from sumo3dviz_pt.image.layers import SURFACES, boxes_2d
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.values import Finite, Seconds
 from sumo3dviz_pt.model.layers import Thing
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import frames_folder
 from sumo3dviz_pt.pipeline.films.layers import beside, said_file
 from sumo3dviz_pt.pipeline.films.stored_layers import FrameLayers, read_frame
@@ -117,8 +117,8 @@ def write_gaze(order: GazeOrder) -> list[Path]:
     hits: list[tuple[Sample, Row]] = []
     for number, (name, film) in enumerate(films.items(), start=1):
         own = [sample for sample in samples if sample.film == name]
-        found, some = _film(name, film, own, radius=order.radius)
-        hits += found
+        more, some = _film(name, film, own, radius=order.radius)
+        hits += more
         boxes += some
         announce(Doing.MEASURE, number, len(films))
     rows: dict[str, Sequence[Row]] = {"boxes": boxes}
@@ -141,20 +141,20 @@ def _films(folder: Path) -> dict[str, Path]:
         ConfigError: If there are none.
     """
     places = (folder / MATERIALS, folder)
-    found = {
+    films = {
         path.stem: path
         for place in places
         if place.is_dir()
         for path in sorted(place.iterdir())
         if path.suffix in _FILMS and said_file(beside(frames_folder(path)), 0).is_file()
     }
-    if not found:
+    if not films:
         raise ConfigError(
             f"{folder} holds no film with layers; `study` writes them, and `render` with"
             " output.layers: [instance]",
             key="folder",
         )
-    return found
+    return films
 
 
 def _read(path: Path, films: Mapping[str, Path], start: float) -> list[Sample]:
@@ -296,12 +296,12 @@ def thing_rows(hits: Sequence[tuple[Sample, Row]], fixation: float) -> Iterator[
         views.setdefault((sample.participant, sample.film), []).append((sample, row))
     for (participant, film), own in sorted(views.items()):
         lasts = _lasting([sample.time for sample, _ in own])
-        found: dict[str, _Dwell] = {}
+        dwells: dict[str, _Dwell] = {}
         for begin, end in _runs(own, lasts):
             name = str(own[begin][1]["thing"])
             if name == NOWHERE:
                 continue
-            dwell = found.setdefault(name, _Dwell(str(own[begin][1]["label"])))
+            dwell = dwells.setdefault(name, _Dwell(str(own[begin][1]["label"])))
             start = own[begin][0].time
             dwell.hits += end - begin
             dwell.seconds += sum(lasts[begin:end])
@@ -309,7 +309,7 @@ def thing_rows(hits: Sequence[tuple[Sample, Row]], fixation: float) -> Iterator[
             if own[end - 1][0].time + lasts[end - 1] - start >= fixation - 1e-9:
                 dwell.fixations += 1
                 dwell.fixed = start if math.isnan(dwell.fixed) else dwell.fixed
-        for name, dwell in sorted(found.items(), key=lambda item: (-item[1].seconds, item[0])):
+        for name, dwell in sorted(dwells.items(), key=lambda item: (-item[1].seconds, item[0])):
             yield {
                 **({"participant": participant} if participant else {}),
                 **{"film": film, "thing": name, "label": dwell.label, "hits": dwell.hits},

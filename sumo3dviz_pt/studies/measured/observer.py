@@ -158,10 +158,10 @@ def way_across(place: Floats, network: Network) -> Floats | None:
     Returns:
         Its ends in SUMO's coordinates; None if no lane for vehicles is near.
     """
-    found = nearest_lane(place, network)
-    if found is None or found[0] > _KERB:
+    nearest = nearest_lane(place, network)
+    if nearest is None or nearest[0] > _KERB:
         return None
-    away, middle, along, lane = found
+    away, middle, along, lane = nearest
     if away > lane.width / 2.0:
         towards = (middle - place) / away
         return np.stack([place, middle + _BEYOND * towards])
@@ -190,10 +190,10 @@ def nearest_lane(place: Floats, network: Network) -> tuple[float, Floats, Floats
 
 def height_at(place: Floats, network: Network) -> float:
     """Return how high the nearest lane lies [m]."""
-    found = nearest_lane(place, network)
-    if found is None:
+    nearest = nearest_lane(place, network)
+    if nearest is None:
         return 0.0
-    points = network.location.outside(found[3].shape)
+    points = network.location.outside(nearest[3].shape)
     return float(points[np.argmin(np.linalg.norm(points[:, :2] - place, axis=1)), 2])
 
 
@@ -234,7 +234,7 @@ def arrivals(observer: Observer, around: Traffic) -> list[Arrival]:
     else:
         across = _beside(around, observer.key)
     sides = ("left", "right") if observer.stands else ("behind", "ahead")
-    found = []
+    arriving = []
     for k, key in enumerate(around.keys):
         if key == observer.key or not key.startswith("vehicle:"):
             continue
@@ -246,8 +246,8 @@ def arrivals(observer: Observer, around: Traffic) -> list[Arrival]:
         for time, rising in crossings(across, fronts, around.times):
             left = next((other for other in leaves if other >= time), time)
             speed = float(np.interp(time, around.times, around.speeds[k]))
-            found.append(Arrival(k, time, left, speed, sides[0 if rising else 1]))
-    return sorted(found, key=lambda each: (each.time, each.k))
+            arriving.append(Arrival(k, time, left, speed, sides[0 if rising else 1]))
+    return sorted(arriving, key=lambda each: (each.time, each.k))
 
 
 def crossings(across: Floats, points: Floats, times: Floats) -> list[tuple[float, bool]]:
@@ -266,19 +266,19 @@ def crossings(across: Floats, points: Floats, times: Floats) -> list[tuple[float
     beside = (ways[:, 0] * towards[:, 1] - ways[:, 1] * towards[:, 0]) / np.sqrt(sizes)
     before, after = beside[:-1], beside[1:]
     over = ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
-    found = []
+    moments = []
     for n in np.flatnonzero(over).tolist():
         part = float(before[n] / (before[n] - after[n]))
         if 0.0 <= shares[n] + part * (shares[n + 1] - shares[n]) <= 1.0:
-            found.append(
+            moments.append(
                 (float(times[n] + part * (times[n + 1] - times[n])), bool(before[n] > 0.0))
             )
-    return found
+    return moments
 
 
 def arrival_rows(
     observer: Observer,
-    found: Sequence[Arrival],
+    arriving: Sequence[Arrival],
     keys: Sequence[str],
     *,
     begin: float,
@@ -288,13 +288,13 @@ def arrival_rows(
 
     Args:
         observer: The one with the way across.
-        found: In order, also before the film.
+        arriving: In order, also before the film.
         keys: Of road users.
         begin: First time of the film [s].
         speed: SUMO's seconds per second of film.
     """
     left = -np.inf
-    for each in found:
+    for each in arriving:
         if each.time >= begin:
             yield {
                 "observer": observer.name,
@@ -349,7 +349,7 @@ def sight_of(observer: Observer, traffic: Traffic, k: int) -> Sight:
         k: Its number.
     """
     count = len(traffic.times)
-    told = np.full((5, count), np.nan)
+    rows = np.full((5, count), np.nan)
     there = np.flatnonzero(traffic.alive[k] & np.isfinite(observer.eyes).all(axis=1))
     yaws = traffic.yaws[k, there]
     turn = np.zeros((len(there), 3, 3))
@@ -359,20 +359,20 @@ def sight_of(observer: Observer, traffic: Traffic, k: int) -> Sight:
     eyes = observer.eyes[there] - traffic.fronts[k, there]
     inside = np.einsum("nji,nj->ni", turn, eyes)  # the eye as the body has it
     low, high = np.array([-size[0], -size[1] / 2.0]), np.array([0.0, size[1] / 2.0])
-    told[0, there] = np.linalg.norm(inside[:, :2] - np.clip(inside[:, :2], low, high), axis=1)
+    rows[0, there] = np.linalg.norm(inside[:, :2] - np.clip(inside[:, :2], low, high), axis=1)
     corners = np.einsum("nij,kj->nki", turn, _CORNERS * size) - eyes[:, None]
     middles = np.einsum("nij,j->ni", turn, size * (-0.5, 0.0, 0.5)) - eyes
     looks = observer.forward[there]
     bearings = _azimuth(looks) - _azimuth(middles)
-    told[1, there] = _turned(bearings)
+    rows[1, there] = _turned(bearings)
     cosines = (middles * looks).sum(axis=1) / np.maximum(np.linalg.norm(middles, axis=1), 1e-9)
-    told[2, there] = np.arccos(np.clip(cosines, -1.0, 1.0))
-    away = told[0, there] > 0.0
+    rows[2, there] = np.arccos(np.clip(cosines, -1.0, 1.0))
+    away = rows[0, there] > 0.0
     beside = _turned(_azimuth(corners) - _azimuth(middles)[:, None])
-    told[3, there[away]] = np.ptp(beside, axis=1)[away]
+    rows[3, there[away]] = np.ptp(beside, axis=1)[away]
     far = np.hypot(corners[..., 0], corners[..., 1]).max(axis=1)
-    told[4, there[away]] = _rise(eyes[:, 2], size[2], told[0, there], far)[away]
-    return Sight(told[0], told[1], told[2], told[3], told[4], _rate(told[3], traffic.times))
+    rows[4, there[away]] = _rise(eyes[:, 2], size[2], rows[0, there], far)[away]
+    return Sight(rows[0], rows[1], rows[2], rows[3], rows[4], _rate(rows[3], traffic.times))
 
 
 def _rise(eye: Floats, height: float, near: Floats, far: Floats) -> Floats:
@@ -401,12 +401,12 @@ def _turned(angles: Floats) -> Floats:
 
 def _rate(values: Floats, times: Floats) -> Floats:
     """Return changes per time over the neighbours that there are; NaN without any, (t,)."""
-    found = np.full(len(values), np.nan)
+    rates = np.full(len(values), np.nan)
     for n in np.flatnonzero(np.isfinite(values)).tolist():
         near = [m for m in (n - 1, n, n + 1) if 0 <= m < len(values) and np.isfinite(values[m])]
         if len(near) > 1:
-            found[n] = (values[near[-1]] - values[near[0]]) / (times[near[-1]] - times[near[0]])
-    return found
+            rates[n] = (values[near[-1]] - values[near[0]]) / (times[near[-1]] - times[near[0]])
+    return rates
 
 
 # Rows ---------------------------------------------------------------------------------------
@@ -418,7 +418,7 @@ Seen = Mapping[tuple[int, str], tuple[float, int]]
 def observer_rows(
     observer: Observer,
     traffics: tuple[Traffic, Traffic],
-    found: Sequence[Arrival],
+    arriving: Sequence[Arrival],
     *,
     within: float,
     seen: Seen,
@@ -428,13 +428,13 @@ def observer_rows(
     Args:
         observer: At the frames' times.
         traffics: Everyone, at the frames' times, and before, in and after the film.
-        found: Passages over the way across, in order.
+        arriving: Passages over the way across, in order.
         within: How near road users are that have rows [m].
         seen: What the picture shows, of the film's camera.
     """
     traffic, around = traffics
     sights = [sight_of(observer, traffic, k) for k in range(len(traffic.keys))]
-    coming = np.array([_coming(observer, traffic, around, found, k) for k in range(len(sights))])
+    coming = np.array([_coming(observer, traffic, around, arriving, k) for k in range(len(sights))])
     for n, time in enumerate(traffic.times.tolist()):
         times = coming[:, 0, n] if len(coming) else np.empty(0)
         following = int(np.nanargmin(times)) if np.isfinite(times).any() else -1
@@ -466,17 +466,17 @@ def observer_rows(
 
 
 def _coming(
-    observer: Observer, traffic: Traffic, around: Traffic, found: Sequence[Arrival], k: int
+    observer: Observer, traffic: Traffic, around: Traffic, arriving: Sequence[Arrival], k: int
 ) -> Floats:
     """Return time [s] and distance [m] until a road user arrives, and reckoned time, (3, t)."""
-    told = np.full((3, len(traffic.times)), np.nan)
-    own = [each.time for each in found if each.k == k]
+    rows = np.full((3, len(traffic.times)), np.nan)
+    own = [each.time for each in arriving if each.k == k]
     if observer.across is None or not own:
-        return told
+        return rows
     places = np.searchsorted(own, traffic.times - 1e-9)
     comes = (places < len(own)) & traffic.alive[k]
     when = np.array([*own, np.nan])[places]
-    told[0, comes] = (when - traffic.times)[comes]
+    rows[0, comes] = (when - traffic.times)[comes]
     if observer.stands:
         way = _way(around.fronts[k, :, :2])
         left = np.interp(when, around.times, way) - np.interp(traffic.times, around.times, way)
@@ -487,10 +487,10 @@ def _coming(
         left = np.abs(ways[:, 0] * towards[:, 1] - ways[:, 1] * towards[:, 0])
         left = left / np.linalg.norm(ways, axis=1)
         closing = -_rate(left, traffic.times)
-    told[1, comes] = left[comes]
+    rows[1, comes] = left[comes]
     near = comes & (closing > STANDS)
-    told[2, near] = left[near] / closing[near]
-    return told
+    rows[2, near] = left[near] / closing[near]
+    return rows
 
 
 def _way(places: Floats) -> Floats:

@@ -68,12 +68,12 @@ def watched_by(
     around = traffic_at(simulation.motion, scenario, grid, near=near)
     network = scenario.network
     named = (named_observer(*each, traffic, network) for each in settings.observers.items())
-    found: list[Watched] = []
+    watched: list[Watched] = []
     for observer in (camera_observer(cameras, traffic, network), *filter(None, named)):
         came = arrivals(observer, around)
         rows = list(arrival_rows(observer, came, traffic.keys, begin=begin, speed=speed))
         shown: Mapping[int, Bools] = {}
-        if not found:
+        if not watched:
             coming = [each for each in came if each.time >= begin]
             shown = _in_picture(observer, traffic, cameras, {each.k for each in coming})
             for row, each in zip(rows, coming, strict=True):
@@ -81,8 +81,8 @@ def watched_by(
                 step = (end - begin) / max(len(traffic.times) - 1, 1) / speed
                 longest = float(row["arrives_in_film"])
                 row["in_picture"] = round(min(float(before.sum()) * step, longest), 3)
-        found.append(Watched(observer, tuple(came), tuple(rows), shown))
-    return around, found
+        watched.append(Watched(observer, tuple(came), tuple(rows), shown))
+    return around, watched
 
 
 def _in_picture(
@@ -93,8 +93,8 @@ def _in_picture(
     What stands before it, and how far away it is, does not count.
     """
     half = np.array([float(camera["fov"]) for camera in cameras]) / 2.0
-    found = {}
+    framed = {}
     for k in which:
         bearing = np.degrees(sight_of(observer, traffic, k).bearing)
-        found[k] = np.nan_to_num(np.abs(bearing), nan=np.inf) <= half
-    return found
+        framed[k] = np.nan_to_num(np.abs(bearing), nan=np.inf) <= half
+    return framed

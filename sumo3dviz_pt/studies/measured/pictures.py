@@ -208,10 +208,10 @@ def _states(account: Mapping[str, Any]) -> list[dict[str, str]]:
     changes: dict[int, dict[str, str]] = {}
     for change in account["signal_changes"]:
         changes.setdefault(int(change["frame"]), {})[str(change["tls"])] = str(change["state"])
-    found: list[dict[str, str]] = []
+    states: list[dict[str, str]] = []
     for number in range(len(account["frames"])):
-        found.append({**(found[-1] if found else {}), **changes.get(number, {})})
-    return found
+        states.append({**(states[-1] if states else {}), **changes.get(number, {})})
+    return states
 
 
 def shining_lenses(frame: FrameLayers, states: Mapping[str, str]) -> dict[str, Ints]:
@@ -223,14 +223,14 @@ def shining_lenses(frame: FrameLayers, states: Mapping[str, str]) -> dict[str, I
     """
     if "albedo" not in frame.layers:
         return {}
-    found: dict[str, list[Ints]] = {name: [] for name in GLASS}
+    lenses: dict[str, list[Ints]] = {name: [] for name in GLASS}
     for key, thing in frame.things.items():
         for name in _aspects(thing, states):
             places = np.flatnonzero(frame.layers[COUNTED] == key)
             albedo = frame.layers["albedo"].reshape(-1, 3)[places]
             glass = np.array(GLASS[name], dtype=np.float32)
-            found[name].append(places[(np.abs(albedo - glass) < _SAME_GLASS).all(axis=1)])
-    return {name: np.concatenate(some) for name, some in found.items() if some}
+            lenses[name].append(places[(np.abs(albedo - glass) < _SAME_GLASS).all(axis=1)])
+    return {name: np.concatenate(some) for name, some in lenses.items() if some}
 
 
 def _aspects(thing: Thing, states: Mapping[str, str]) -> tuple[str, ...]:
@@ -248,8 +248,8 @@ def _aspects(thing: Thing, states: Mapping[str, str]) -> tuple[str, ...]:
 
 def lens_of(camera: Mapping[str, Any]) -> Lens:
     """Return the lens that an account says."""
-    said = {"opening": float(np.radians(camera["fov"])), **camera.get("lens", {})}
-    return Lens.from_dict(said)
+    lens = {"opening": float(np.radians(camera["fov"])), **camera.get("lens", {})}
+    return Lens.from_dict(lens)
 
 
 def _seen(
@@ -258,7 +258,7 @@ def _seen(
     """Return how much of each near road user nothing hides in a frame, and its pixels."""
     pose = layers.camera.world_from_camera.matrix
     rays = lens.rays(layers.camera.size)
-    found = {}
+    shares = {}
     for k in np.flatnonzero(traffic.alive[:, number]).tolist():
         front, yaw = traffic.fronts[k, number], float(traffic.yaws[k, number])
         away = np.linalg.norm(front - pose[:3, 3])
@@ -279,8 +279,8 @@ def _seen(
         pixels = int((layers.layers[COUNTED] == number_of(traffic.keys[k])).sum())
         if shown + int(hidden.sum()):
             share = round(shown / (shown + int(hidden.sum())), 4)
-            found[(number, traffic.keys[k])] = (share, pixels)
-    return found
+            shares[(number, traffic.keys[k])] = (share, pixels)
+    return shares
 
 
 def _part(

@@ -136,20 +136,20 @@ def _read(data: Path) -> _Tables:
     needs = "what the page of a study saves"
     if not data.is_dir():
         return {data: list(read_rows(data, _COLUMNS, needs=needs))}
-    found: dict[Path, Sequence[tuple[Cells, int]]] = {}
+    tables: dict[Path, Sequence[tuple[Cells, int]]] = {}
     for path in sorted(data.glob("*.csv")):
         try:
-            found[path] = list(read_rows(path, _COLUMNS, needs=needs))
+            tables[path] = list(read_rows(path, _COLUMNS, needs=needs))
         except InputError as error:
             log.warning("%s is left out: %s", path.name, error)
-    if not found:
+    if not tables:
         raise ConfigError(f"{data} holds no table (.csv) that the page saved", key="data")
-    return found
+    return tables
 
 
 def _shown_once(tables: _Tables) -> _Tables:
     """Return rows about films that people saw, each once; note what is left out."""
-    kept: dict[Path, Sequence[tuple[Cells, int]]] = {}
+    firsts: dict[Path, Sequence[tuple[Cells, int]]] = {}
     known_rows: set[tuple[str, ...]] = set()
     skipped = 0
     for path, rows in tables.items():
@@ -171,13 +171,13 @@ def _shown_once(tables: _Tables) -> _Tables:
                 path,
                 twice,
             )
-        kept[path] = own
+        firsts[path] = own
     if skipped:
-        said = "1 film" if skipped == 1 else f"{skipped} films"
+        number = "1 film" if skipped == 1 else f"{skipped} films"
         log.warning(
-            "%s that people went on without %s left out", said, "is" if skipped == 1 else "are"
+            "%s that people went on without %s left out", number, "is" if skipped == 1 else "are"
         )
-    return kept
+    return firsts
 
 
 # What the study shows -----------------------------------------------------------------------
@@ -191,10 +191,10 @@ def _films(study: Path) -> Mapping[str, Mapping[str, Any]]:
     """
     record = study / RECORD
     try:
-        found: Mapping[str, Mapping[str, Any]] = json.loads(record.read_bytes())["films"]
+        films: Mapping[str, Mapping[str, Any]] = json.loads(record.read_bytes())["films"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"is no record of a study ({error})", file=record) from error
-    return {name: {**film, **_times(study / str(film["file"]))} for name, film in found.items()}
+    return {name: {**film, **_times(study / str(film["file"]))} for name, film in films.items()}
 
 
 def _times(film: Path) -> dict[str, float]:
@@ -218,10 +218,10 @@ def _times(film: Path) -> dict[str, float]:
 def _same_study(study: Path, tables: _Tables) -> None:
     """Note tables that another page than the study's saved: its films may be others."""
     page = study / "index.html"
-    found = _DIGEST.search(page.read_text("utf-8")) if page.is_file() else None
+    match = _DIGEST.search(page.read_text("utf-8")) if page.is_file() else None
     for table, rows in tables.items():
-        told = {row.get("study_digest", "") for row, _ in rows}
-        if found and told - {found[1], ""}:
+        digests = {row.get("study_digest", "") for row, _ in rows}
+        if match and digests - {match[1], ""}:
             log.warning(
                 "%s was saved by another page than %s: if its films are others, nothing here is"
                 " right; take the folder that people saw",
@@ -241,7 +241,7 @@ def _coming(
     path = study / FOLDER / "arrivals.csv"
     columns = ("stimulus", "observer", "road_user", "arrives_in_film", "leaves_in_film")
     needs = "what `study` writes of observers who stand"
-    found: dict[str, list[Coming]] = {}
+    coming: dict[str, list[Coming]] = {}
     names: dict[str, None] = {}
     for row, line in read_rows(path, (*columns, "gap_before"), needs=needs):
         names[row["observer"]] = None
@@ -253,14 +253,14 @@ def _coming(
             film = films[row["stimulus"]]
             each = Coming(row["road_user"], arrives, leaves, gap, speed=film["speed"])
             offered = each.begins >= -_TINY and arrives <= film["lasts"]
-            own = found.setdefault(row["stimulus"], [])
+            own = coming.setdefault(row["stimulus"], [])
             own.append(replace(each, is_offered=offered))
-    if not found:
+    if not coming:
         hint = did_you_mean(observer, names)
         raise ConfigError(
             f"nobody arrives at an observer called {observer!r}{hint}", key="observer"
         )
-    return found
+    return coming
 
 
 # Presses and gaps ---------------------------------------------------------------------------
@@ -303,7 +303,7 @@ def _times_in(row: Cells, film: Mapping[str, Any], *, table: Path, line: int) ->
     Raises:
         InputError: If a time is no number, or lies after the film.
     """
-    found = []
+    times = []
     for text in filter(str.strip, row["press_film_times"].split(";")):
         time = number_in(text, "press_film_times", path=table, line=line)
         if time > film["ends"] + 1.0:
@@ -314,8 +314,8 @@ def _times_in(row: Cells, film: Mapping[str, Any], *, table: Path, line: int) ->
                 file=table,
                 line=line,
             )
-        found.append(time - film["before"])
-    return found
+        times.append(time - film["before"])
+    return times
 
 
 def _shown(row: Cells, name: str, levels: Mapping[str, str]) -> Row:

@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.files.atomic import write_whole
-from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.files.atomic import write_atomically
+from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import write_json
 from sumo3dviz_pt.studies.designs.profiles import associations, error_in_words
 from sumo3dviz_pt.studies.measured.film import MEASURES, SHARE, TABLES, FilmMeasures, measure_film
@@ -165,7 +165,7 @@ class ReportPage:
 
     Attributes:
         films: All with the same measures.
-        found: What factors do to measures.
+        effects: What factors do to measures.
         white: Luminance of the display's white [cd/m2].
         words: What measures mean, in order.
         safety: What the numbers mean that ethics boards ask for, in order.
@@ -174,7 +174,7 @@ class ReportPage:
     """
 
     films: Sequence[FilmMeasures]
-    found: Sequence[Effect]
+    effects: Sequence[Effect]
     white: float
     words: Mapping[str, str]
     safety: Mapping[str, str]
@@ -200,7 +200,7 @@ def write_page(path: Path, page: ReportPage) -> None:
         _ABOUT.format(white=page.white, tables=f"<ul>{listed}</ul>"),
         "<h2>What factors do to measures</h2>",
         _EFFECTS,
-        *_effect_table(page.found, page.words),
+        *_effect_table(page.effects, page.words),
         *_design(page),
         *_gaps(page.films),
         *_arrivals(page.films),
@@ -214,7 +214,7 @@ def write_page(path: Path, page: ReportPage) -> None:
         "</main></body></html>",
         "",
     ]
-    write_whole(path, "\n".join(lines))
+    write_atomically(path, "\n".join(lines))
 
 
 def _design(page: ReportPage) -> Iterator[str]:
@@ -292,10 +292,10 @@ def _cell(value: str | int | float) -> str:
     return f"{value:.2f}"
 
 
-def _effect_table(found: Sequence[Effect], words: Mapping[str, str]) -> Iterator[str]:
+def _effect_table(rows: Sequence[Effect], words: Mapping[str, str]) -> Iterator[str]:
     """Yield a table with a row for each measure and a column for each factor."""
-    factors = dict.fromkeys(each.factor for each in found)
-    by_place = {(each.measure, each.factor): each for each in found}
+    factors = dict.fromkeys(each.factor for each in rows)
+    by_place = {(each.measure, each.factor): each for each in rows}
     yield '<div class="scroll"><table><caption>Eta squared, and means by level; bold above'
     yield f' {_STRONG:g}</caption><thead><tr><th scope="col">measure</th>'
     yield "".join(f'<th scope="col">{html.escape(name)}</th>' for name in factors)
@@ -390,10 +390,10 @@ def report_study(folder: Path, plan: StudyPlan) -> tuple[Path, ...]:
         )
         announce(Doing.MEASURE, number, len(plan.stimuli))
     films = _filled(films)
-    found = _effects(plan, films)
+    rows = _effects(plan, films)
     page = ReportPage(
         films,
-        found,
+        rows,
         settings.report.white,
         _words(films),
         safety_words(settings.report.connections),
@@ -422,10 +422,10 @@ def _effects(plan: StudyPlan, films: Sequence[FilmMeasures]) -> list[Effect]:
 
 def _associations(plan: StudyPlan) -> dict[str, dict[str, float]]:
     """Return how far any two factors tell each other."""
-    found = associations(plan.file.levels, plan.designed)
+    matrix = associations(plan.file.levels, plan.designed)
     return {
         name: dict(zip(plan.factors, row, strict=True))
-        for name, row in zip(plan.factors, found.tolist(), strict=True)
+        for name, row in zip(plan.factors, matrix.tolist(), strict=True)
     }
 
 
@@ -479,7 +479,7 @@ def _write(folder: Path, page: ReportPage) -> Path:
         "measures": dict(page.words),
         "films": {film.name: _null(film.whole) for film in page.films},
         "effects": [
-            {**asdict(each), "eta_squared": round(each.eta_squared, 6)} for each in page.found
+            {**asdict(each), "eta_squared": round(each.eta_squared, 6)} for each in page.effects
         ],
         "gaps": {
             film.name: [{name: _short(value) for name, value in row.items()} for row in gaps]

@@ -114,10 +114,10 @@ class FlashMeter:
 
     def result(self) -> dict[str, float]:
         """Return the most flashes in a second, and the most of a field that flashes too often."""
-        found: dict[str, float] = {}
+        measures: dict[str, float] = {}
         for name, (most, area) in self._found.items():
-            found[f"{name}_rate"], found[f"{name}_area"] = most, round(area, 4)
-        return found
+            measures[f"{name}_rate"], measures[f"{name}_area"] = most, round(area, 4)
+        return measures
 
     def _weigh(self, name: str, flashes: Floats) -> None:
         """Note how often a quarter of a field flashes, and how much of one does so too often."""
@@ -293,7 +293,7 @@ def safety_words(connections: Sequence[float]) -> dict[str, str]:
     }
 
 
-def flashes_too_often(found: Mapping[str, float]) -> list[str]:
+def flashes_too_often(measures: Mapping[str, float]) -> list[str]:
     """Return which of flashes and red flashes are more often than the criterion lets them."""
     kinds = {"flash_rate": "flashes", "red_flash_rate": "red flashes"}
-    return [words for name, words in kinds.items() if found[name] > MOST_FLASHES]
+    return [words for name, words in kinds.items() if measures[name] > MOST_FLASHES]

@@ -53,11 +53,11 @@ def film_named(text: str, films: Mapping[str, str], *, path: Path, line: int) ->
         InputError: If there is none of that name; suggests one.
     """
     name = text.strip().rpartition("/")[2]
-    found = next((each for each, file in films.items() if name in (each, file)), None)
-    if found is None:
+    match = next((each for each, file in films.items() if name in (each, file)), None)
+    if match is None:
         hint = did_you_mean(name, films)
         raise InputError(f"no film is called {cut(name)!r}{hint}", file=path, line=line)
-    return found
+    return match
 
 
 def number_in(text: str, column: str, *, path: Path, line: int) -> float:

@@ -148,7 +148,7 @@ def traffic_at(
     logs = scenario.traffic.traces
     there = np.array([_is_near(each, inside) for each in logs], dtype=np.bool_)
     trajectories = motion.smooth(there)
-    traces = [trace for trace, kept in zip(logs, there.tolist(), strict=True) if kept]
+    traces = [trace for trace, present in zip(logs, there.tolist(), strict=True) if present]
     types = scenario.vehicle_types
     kinds = [types.get(each.type_id, UNKNOWN_TYPES[each.kind]) for each in trajectories]
     motions = [each.sample(times) for each in trajectories]
@@ -187,7 +187,7 @@ def traffic_rows(
         cameras: `position` and `forward` of each frame's camera.
     """
     for number, camera in enumerate(cameras):
-        for role, k, away in _told(traffic, number, np.array(camera["position"][:2])):
+        for role, k, away in _listed(traffic, number, np.array(camera["position"][:2])):
             yield {
                 "frame": number,
                 "time": round(float(traffic.times[number]), 6),
@@ -198,7 +198,7 @@ def traffic_rows(
             }
 
 
-def _told(traffic: Traffic, number: int, eye: Floats) -> list[tuple[str, int, float]]:
+def _listed(traffic: Traffic, number: int, eye: Floats) -> list[tuple[str, int, float]]:
     """Return who is told of in a frame: role, number and distance of the camera's eye [m]."""
     alive = np.flatnonzero(traffic.alive[:, number])
     away = np.linalg.norm(traffic.fronts[alive, number, :2] - eye, axis=1)
@@ -223,10 +223,10 @@ def ahead_row(traffic: Traffic, number: int, k: int) -> Row:
         "logged_speed": known(traffic.logged[k, number]),
         **dict.fromkeys(AHEAD, ""),
     }
-    found = leader(traffic, number, k)
-    if found is None:
+    ahead = leader(traffic, number, k)
+    if ahead is None:
         return row
-    other, gap = found
+    other, gap = ahead
     speed = float(traffic.speeds[other, number])
     turned = float(traffic.yaws[other, number] - traffic.yaws[k, number])
     closing = own - speed * float(np.cos(turned))
@@ -273,8 +273,8 @@ def leader(traffic: Traffic, number: int, k: int) -> tuple[int, float] | None:
     fits[k] = False
     if not fits.any():
         return None
-    found = np.flatnonzero(fits)
-    nearest = int(found[np.argmin(gaps[found])])
+    ahead = np.flatnonzero(fits)
+    nearest = int(ahead[np.argmin(gaps[ahead])])
     return nearest, float(gaps[nearest])
 
 
@@ -305,20 +305,20 @@ def gap_rows(stimulus: Stimulus, traffic: Traffic) -> Iterator[Row]:
         own, ahead = traffic.number(name), traffic.number(edit.behind)
         metres = seconds = np.empty(0)
         if own is not None and ahead is not None:
-            metres, seconds = _kept(traffic, own, ahead)
+            metres, seconds = _gaps(traffic, own, ahead)
         yield {
             "follower": name,
             "leader": edit.behind,
             "moved": plain_id(mover_of(stimulus.job, name, edit)),
             "at": edit.at,
             "asked": edit.gap,
-            "kept_at": _kept_at(stimulus.job, name, edit),
+            "kept_at": _gap_at(stimulus.job, name, edit),
             **_spread("time_gap", seconds),
             **_spread("gap", metres),
         }
 
 
-def _kept(traffic: Traffic, own: int, ahead: int) -> tuple[Floats, Floats]:
+def _gaps(traffic: Traffic, own: int, ahead: int) -> tuple[Floats, Floats]:
     """Return gaps in all frames that show both, (f,) [m], and time gaps while one moves, [s]."""
     both = np.flatnonzero(traffic.alive[own] & traffic.alive[ahead]).tolist()
     metres = np.array([_before(traffic, n, own)[0][ahead].min() for n in both])
@@ -327,24 +327,24 @@ def _kept(traffic: Traffic, own: int, ahead: int) -> tuple[Floats, Floats]:
     return metres, metres[moves] / speeds[moves]
 
 
-def _kept_at(job: Job, name: str, edit: RideEdit) -> float | str:
+def _gap_at(job: Job, name: str, edit: RideEdit) -> float | str:
     """Return the time gap at the moment for which it was asked [s]; empty if it never was."""
     assert edit.at is not None and edit.gap is not None
     _, scenario = read_files(job, begin=edit.at, end=edit.at + edit.gap)
     try:
-        kept = kept_gap(job, scenario, name, edit)
+        gap = kept_gap(job, scenario, name, edit)
     except ConfigError:  # the one behind is nowhere near then, which a note has said
         return ""
-    return "" if kept is None else round(kept, 3)
+    return "" if gap is None else round(gap, 3)
 
 
 def _spread(name: str, values: Floats) -> Row:
     """Return mean, least and largest of values; empty cells of none."""
     if not values.size:
         return dict.fromkeys((f"{name}_mean", f"{name}_min", f"{name}_max"), "")
-    found = (values.mean(), values.min(), values.max())
+    numbers = (values.mean(), values.min(), values.max())
     return {
-        f"{name}_{word}": known(x) for word, x in zip(("mean", "min", "max"), found, strict=True)
+        f"{name}_{word}": known(x) for word, x in zip(("mean", "min", "max"), numbers, strict=True)
     }
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from string import ascii_uppercase
 from typing import Any, TypeVar
 
-from sumo3dviz_pt.files.atomic import whole
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.studies.designs.trials import Playlist, Profile, Ranks, Trial
 
 
@@ -282,11 +282,11 @@ def _wide_row(content: StudyContent, trial: Trial, *, several: bool) -> Record:
     """Return a trial in one row; `several` says whether any trial has several alternatives."""
     row: dict[str, str | int | float] = {"block": trial.block, "task": trial.task}
     for place, cells in enumerate(_alternatives(content, trial), start=1):
-        kept = {key: cell for key, cell in cells.items() if key not in ("block", "task")}
+        rest = {key: cell for key, cell in cells.items() if key not in ("block", "task")}
         if several:
-            row |= {f"{key}_{place}": cell for key, cell in kept.items() if key != "alternative"}
+            row |= {f"{key}_{place}": cell for key, cell in rest.items() if key != "alternative"}
         else:
-            row |= {key: cell for key, cell in kept.items() if key not in ("alternative", "none")}
+            row |= {key: cell for key, cell in rest.items() if key not in ("alternative", "none")}
     return row
 
 
@@ -336,7 +336,7 @@ def write_table(
     coming = iter(rows)
     first = next(coming)
     columns = list(first)
-    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
+    with atomic_path(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         stream.write(mark)
         writer = csv.writer(stream, delimiter=separator, lineterminator="\n")
         writer.writerow(columns)

@@ -24,7 +24,7 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.tools.content import (
     MEANINGS,
     Clip,
@@ -79,14 +79,14 @@ def write_psychds(folder: Path, content: StudyContent) -> list[Path]:
         ".psychds-ignore": "\n".join(_IGNORED) + "\n",
     }
     for name, text in texts.items():
-        write_whole(folder / name, text)
+        write_atomically(folder / name, text)
     return [folder / name for name in texts]
 
 
 def _description(content: StudyContent, columns: list[str]) -> Mapping[str, object]:
     """Return the data set's description in JSON-LD."""
     words = content.words
-    found: dict[str, object] = {
+    dataset: dict[str, object] = {
         "@context": "https://schema.org/",
         "@type": "Dataset",
         "name": words.title,
@@ -95,14 +95,14 @@ def _description(content: StudyContent, columns: list[str]) -> Mapping[str, obje
         "variableMeasured": [_variable(content, column) for column in columns],
     }
     if words.authors:
-        found["author"] = [{"@type": "Person", "name": name} for name in words.authors]
+        dataset["author"] = [{"@type": "Person", "name": name} for name in words.authors]
     if words.licence:
-        found["license"] = words.licence
+        dataset["license"] = words.licence
     if words.keywords:
-        found["keywords"] = list(words.keywords)
+        dataset["keywords"] = list(words.keywords)
     if content.url:
-        found["url"] = content.url
-    return found
+        dataset["url"] = content.url
+    return dataset
 
 
 def _variable(content: StudyContent, column: str) -> Mapping[str, object]:
@@ -110,15 +110,15 @@ def _variable(content: StudyContent, column: str) -> Mapping[str, object]:
     stem, _, place = column.rpartition("_")
     name = stem if place.isdecimal() and column not in content.factors else column
     where = f" of alternative {place}" if name != column else ""
-    found: dict[str, object] = {"@type": "PropertyValue", "name": column}
+    variable: dict[str, object] = {"@type": "PropertyValue", "name": column}
     if name in content.factors:
         about = content.factors[name] or "a factor of the design"
-        found["description"] = f"{about}{where}; levels: {', '.join(content.levels[name])}"
-        return found
-    found["description"] = f"{MEANINGS[name]}{where}"
+        variable["description"] = f"{about}{where}; levels: {', '.join(content.levels[name])}"
+        return variable
+    variable["description"] = f"{MEANINGS[name]}{where}"
     if name == "duration":
-        found["unitText"] = "s"
-    return found
+        variable["unitText"] = "s"
+    return variable
 
 
 def _readme(content: StudyContent) -> str:
@@ -165,7 +165,7 @@ def write_bids(folder: Path, content: StudyContent) -> list[Path]:
     films = [_linked(folder / clip.file, here / _film(clip)) for clip in content.films]
     rows = [_row(content, clip) for clip in content.films]
     table = write_table(here / "stimuli.tsv", rows, separator="\t")
-    write_whole(here / "stimuli.json", json.dumps(_columns(content), indent=1) + "\n")
+    write_atomically(here / "stimuli.json", json.dumps(_columns(content), indent=1) + "\n")
     return [*films, table, here / "stimuli.json"]
 
 
@@ -251,7 +251,7 @@ def write_citation(folder: Path, words: Words, *, version: str) -> Path:
         version: Of this package.
     """
     path = folder / "CITATION.cff"
-    write_whole(path, citation(words, version=version))
+    write_atomically(path, citation(words, version=version))
     return path
 
 
@@ -298,7 +298,7 @@ def write_checksums(folder: Path, files: Iterable[Path]) -> Path:
         files: In it.
     """
     path = folder / CHECKSUMS
-    write_whole(path, _digests(folder, [file for file in files if file != path]))
+    write_atomically(path, _digests(folder, [file for file in files if file != path]))
     return path
 
 
@@ -310,7 +310,7 @@ def write_inputs(folder: Path, files: Iterable[Path]) -> Path:
         files: In it.
     """
     path = folder / INPUTS
-    write_whole(path, _digests(folder, files))
+    write_atomically(path, _digests(folder, files))
     return path
 
 

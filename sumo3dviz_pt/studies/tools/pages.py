@@ -28,7 +28,7 @@ from typing import Any
 
 import yaml
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.designs.trials import Trial, dominated
 from sumo3dviz_pt.studies.tools.content import (
     Clip,
@@ -61,15 +61,15 @@ COPY = "scripts/"
 @cache
 def own_texts() -> Mapping[str, Any]:
     """Return what people read, by language: `page`, `question` and `forms`."""
-    found: Mapping[str, Any] = yaml.safe_load((_PAGE / "texts.yaml").read_text(encoding="utf-8"))
-    return found
+    texts: Mapping[str, Any] = yaml.safe_load((_PAGE / "texts.yaml").read_text(encoding="utf-8"))
+    return texts
 
 
 @writes("jspsych")
 def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
     """Write `index.html` into the study's folder, and jsPsych beside it where it is to be there."""
     files = [folder / "index.html"]
-    write_whole(files[0], page(content))
+    write_atomically(files[0], page(content))
     session = _session(content)
     if session.offline is not None:
         for name in (SCRIPT, STYLE):
@@ -147,7 +147,7 @@ def _missing(base: str) -> str:
 def _study(content: StudyContent, base: str) -> Mapping[str, object]:
     """Return what the page shows; its digest tells studies apart in a browser's memory."""
     words, session = content.words, _session(content)
-    found = {
+    fields = {
         "title": words.title,
         "texts": session.texts,
         "missing": _missing(base),
@@ -177,8 +177,8 @@ def _study(content: StudyContent, base: str) -> Mapping[str, object]:
             for playlist in content.playlists
         },
     }
-    digest = hashlib.sha256(json.dumps(found, sort_keys=True).encode()).hexdigest()
-    return {"digest": digest[:16], **found}
+    digest = hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()
+    return {"digest": digest[:16], **fields}
 
 
 def _film(clip: Clip) -> Mapping[str, object]:
@@ -195,14 +195,14 @@ def _film(clip: Clip) -> Mapping[str, object]:
 
 def _cards(content: StudyContent) -> dict[str, Mapping[str, object]]:
     """Return the films that show all alternatives of a task, as long as the longest of them."""
-    found: dict[str, Mapping[str, object]] = {}
+    cards: dict[str, Mapping[str, object]] = {}
     for trial in content.trials:
         card = content.cards.get(trial_name(trial))
         if card is not None:
             clips = [content.clips[each] for each in trial.alternatives if each is not None]
             longest = max(clips, key=lambda clip: clip.duration)
-            found[card] = {**_film(longest), "file": card, "size": None, "fov": None, "digest": ""}
-    return found
+            cards[card] = {**_film(longest), "file": card, "size": None, "fov": None, "digest": ""}
+    return cards
 
 
 def _screen(screen: Screen | None) -> Mapping[str, object] | None:
@@ -276,5 +276,5 @@ def write_sheet(folder: Path, content: StudyContent, thumbnails: Mapping[str, st
             f"</video><figcaption><b>{html.escape(clip.name)}</b><br>{words}</figcaption></figure>"
         )
     path = folder / "contact_sheet.html"
-    write_whole(path, "\n".join([*lines, "</body></html>", ""]))
+    write_atomically(path, "\n".join([*lines, "</body></html>", ""]))
     return path

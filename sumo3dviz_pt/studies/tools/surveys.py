@@ -30,7 +30,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path, PurePosixPath
 
-from sumo3dviz_pt.files.atomic import write_whole
+from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.studies.designs.trials import Trial
 from sumo3dviz_pt.studies.tools.content import (
     WRITERS,
@@ -64,7 +64,7 @@ def write_survey_script(folder: Path, content: StudyContent) -> Path:
         playlist.name: [_films(content, trial) for trial in playlist.trials]
         for playlist in content.playlists
     }
-    write_whole(folder / SCRIPT, survey_script(content, playlists))
+    write_atomically(folder / SCRIPT, survey_script(content, playlists))
     return folder / SCRIPT
 
 
@@ -109,12 +109,12 @@ def question(content: StudyContent, position: int, playlist: str) -> str:
     """
     words = content.words
     several = content.most_alternatives > 1
-    asked = words.choice if several else f"{words.question} ({words.low} ... {words.high})"
+    label = words.choice if several else f"{words.question} ({words.low} ... {words.high})"
     source = html.escape(f"{content.url}{SCRIPT}", quote=True)
     return (
         f'<div class="films" data-playlist="{playlist}" data-position="{position}">'
         "The films need a script that this survey does not let through.</div>"
-        f'<p>{html.escape(asked)}</p><script src="{source}"></script>'
+        f'<p>{html.escape(label)}</p><script src="{source}"></script>'
     )
 
 
@@ -226,7 +226,7 @@ def _only_for(content: StudyContent, position: int) -> dict[str, str]:
 def write_qualtrics(folder: Path, content: StudyContent) -> list[Path]:
     """Write `qualtrics.txt`, a survey to import, and the script that it loads."""
     text = folder / "qualtrics.txt"
-    write_whole(text, "\n".join(_lines(content)) + "\n")
+    write_atomically(text, "\n".join(_lines(content)) + "\n")
     return [text, write_survey_script(folder, content)]
 
 
@@ -267,7 +267,7 @@ def write_otree(folder: Path, content: StudyContent) -> list[Path]:
         "study.json": json.dumps(_study(content), indent=1, ensure_ascii=False) + "\n",
     }
     for name, text in texts.items():
-        write_whole(here / name, text)
+        write_atomically(here / name, text)
     return [table, *(here / name for name in texts)]
 
 
@@ -286,12 +286,12 @@ def _columns(content: StudyContent) -> list[str]:
 
 def _placed(content: StudyContent, row: Record, columns: Sequence[str]) -> Record:
     """Return a row in which films stand by where oTree finds them."""
-    found = dict(row)
+    placed = dict(row)
     for column in columns:
-        file = str(found[column])
+        file = str(placed[column])
         static = f"{_STATIC}/{PurePosixPath(file).name}"
-        found[column] = "" if not file else f"{content.url}{file}" if content.url else static
-    return found
+        placed[column] = "" if not file else f"{content.url}{file}" if content.url else static
+    return placed
 
 
 def _study(content: StudyContent) -> Mapping[str, object]:

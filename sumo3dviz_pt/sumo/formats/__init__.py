@@ -19,10 +19,10 @@ FORMATS: tuple[LogFormat, ...] = (CsvFormat(), ParquetFormat(), XmlFormat())
 def format_of(file: Path) -> LogFormat:
     """Return the format that reads a vehicle log."""
     *others, last = FORMATS
-    found = next((each for each in others if each.recognises(file)), None)
-    if found is None and file.suffix == ".csv" and not may_be_xml(file):
+    chosen = next((each for each in others if each.recognises(file)), None)
+    if chosen is None and file.suffix == ".csv" and not may_be_xml(file):
         return CsvFormat()  # says that the header is missing
-    return found or last
+    return chosen or last
 
 
 def is_log(file: Path) -> bool:

@@ -214,9 +214,9 @@ def _kinds(block: RowBlock, kind: str, *, lanes: bool) -> list[str]:
     for row, lane in enumerate(lane_of):
         if lane:
             continue
-        found = [cells[row] for cells in telling if cells[row] in KINDS]
+        stated = [cells[row] for cells in telling if cells[row] in KINDS]
         walks = "person" if lanes and edges[row] else kind
-        kinds[row] = str(found[0]) if found else _OWN_TYPES.get(str(types[row]), walks)
+        kinds[row] = str(stated[0]) if stated else _OWN_TYPES.get(str(types[row]), walks)
         if not ids[row]:
             kinds[row] = ""
     return kinds
@@ -312,8 +312,8 @@ def _way(file: Path) -> _Way | None:
         line = head.split(b"\n")[0].decode().rstrip("\r")
     except (OSError, EOFError, zlib.error, UnicodeDecodeError, InputError):
         return None
-    found = _SEPARATOR.search(line.removeprefix(_MARK))
-    separator = found[0] if found else ";"
+    match = _SEPARATOR.search(line.removeprefix(_MARK))
+    separator = match[0] if match else ";"
     names = line.removeprefix(_MARK).split(separator)
     return _Way(header_of(name.strip('"') for name in names), separator)
 

@@ -74,7 +74,7 @@ class FastForward:
         head, start = b"", 0
         if not self._dropping:
             # Everything before the first step, the root element above all, is kept.
-            start = _found(data, _FORWARD_OPEN, 0, whole)
+            start = _index(data, _FORWARD_OPEN, 0, whole)
             head = data[:start]
             self._dropping = start < whole
         rest = self._first_needed(data, start, whole)
@@ -84,14 +84,14 @@ class FastForward:
 
     def _first_needed(self, data: bytes, start: int, end: int) -> int:
         """Return where the first step of the window begins, or the log ends; else `end`."""
-        at = _found(data, _FORWARD_OPEN, start, end)
+        at = _index(data, _FORWARD_OPEN, start, end)
         while at < end:
             time = _time_of(data, at)
             if time is None or time >= self._begin:
                 return at
             self._steps.append(time)
-            at = _found(data, _FORWARD_OPEN, at + 1, end)
-        return _found(data, _FORWARD_CLOSE, start, end)
+            at = _index(data, _FORWARD_OPEN, at + 1, end)
+        return _index(data, _FORWARD_CLOSE, start, end)
 
 
 def _end_of_whole_tags(data: bytes) -> int:
@@ -100,7 +100,7 @@ def _end_of_whole_tags(data: bytes) -> int:
     return len(data) if last < 0 or data.find(b">", last) >= 0 else last
 
 
-def _found(data: bytes, word: bytes, start: int, end: int) -> int:
+def _index(data: bytes, word: bytes, start: int, end: int) -> int:
     at = data.find(word, start, end)
     return end if at < 0 else at
 
@@ -248,12 +248,12 @@ class RegularSteps:
     def _step(self, data: bytes) -> Iterable[bytes]:
         """Take a step, or leave it to the parser."""
         line = 1 + self._parsed + self.lines
-        found = self._rows(data, line)
-        if found is None:
+        step = self._rows(data, line)
+        if step is None:
             # Where a comment or section ends can be told only by parsing all.
             self._given_up = b"<!" in data or b"<?" in data
             return self._parse(data)
-        time, runs = found
+        time, runs = step
         self.line = line + data.count(b"\n", 0, data.find(b"<"))
         self._sink.take(STEP, {"time": time})
         for rows in runs:

@@ -90,8 +90,8 @@ def _angles(sample: LogSample) -> Finding | None:
         - np.degrees(angles),
         "they seem to point backwards": angles + 180.0,
     }
-    found = [why for why, meant in meanings.items() if _median_turn(meant, ways) < _EXPLAINED]
-    why = found[0] if found else "they are not those of the vehicles"
+    reasons = [why for why, meant in meanings.items() if _median_turn(meant, ways) < _EXPLAINED]
+    why = reasons[0] if reasons else "they are not those of the vehicles"
     text = (
         f"the angles are typically {off:.0f} degrees off the way that vehicles go: {why};"
         " convert the column angle"
@@ -137,15 +137,15 @@ def stray_findings(log: TrafficLog) -> tuple[Finding, ...]:
     Args:
         log: The log.
     """
-    found = [(trace, row) for trace in log.traces for row in _strays(trace)]
-    if not found:
+    strays = [(trace, row) for trace in log.traces for row in _strays(trace)]
+    if not strays:
         return ()
-    trace, row = found[0]
+    trace, row = strays[0]
     beside = row - 1 if row else 1
     away = float(np.linalg.norm(trace.positions[row, :2] - trace.positions[beside, :2]))
     around = trace.times[max(row - 1, 0) : row + 2]
     before, after = around[0], around[-1]
-    rows, many = ("a row lies", "") if len(found) == 1 else (f"{len(found)} rows lie", "first ")
+    rows, many = ("a row lies", "") if len(strays) == 1 else (f"{len(strays)} rows lie", "first ")
     text = (
         f'{rows} far from the rows before and after: {many}{trace.kind} "{cut(trace.id)}" at'
         f" {trace.times[row]:.12g} s, {away:,.0f} m away, so it is not drawn from {before:.12g} to"
@@ -182,8 +182,8 @@ def time_findings(log: TrafficLog) -> tuple[Finding, ...]:
     traces = [trace for trace in log.traces if trace.kind == "vehicle" and len(trace.times) > 1]
     if not traces:
         return ()
-    found = (_coarse(traces), _hole(traces, log.step))
-    return tuple(each for each in found if each is not None)
+    both = (_coarse(traces), _hole(traces, log.step))
+    return tuple(each for each in both if each is not None)
 
 
 def _coarse(traces: Sequence[Trace]) -> Finding | None:
@@ -240,10 +240,10 @@ def findings(log: TrafficLog, network: Network) -> tuple[Finding, ...]:
     sample = sample_of(log)
     misplaced = place_findings(sample, log.lane_names, network)
     # Directions and speeds of misplaced vehicles follow from what is wrong with their places.
-    found = misplaced or movement_findings(sample)
-    if any(each.about in ("times", "leaps") for each in found):
-        return found
-    return (*found, *time_findings(log), *stray_findings(log))
+    results = misplaced or movement_findings(sample)
+    if any(each.about in ("times", "leaps") for each in results):
+        return results
+    return (*results, *time_findings(log), *stray_findings(log))
 
 
 def _mesoscopic(log: TrafficLog, network: Network) -> bool:
@@ -398,8 +398,8 @@ class TypeChanges:
         """Remember that a road user goes on as another type at a time [s]."""
         if before != after:
             self.users.add(user)
-            name, told = f"{user[0]} `{cut(user[1])}`", f"from `{cut(before)}` to `{cut(after)}`"
-            self.first = self.first or f"{name}, {told} at {time:.12g} s"
+            name, change = f"{user[0]} `{cut(user[1])}`", f"from `{cut(before)}` to `{cut(after)}`"
+            self.first = self.first or f"{name}, {change} at {time:.12g} s"
 
     @property
     def text(self) -> str:

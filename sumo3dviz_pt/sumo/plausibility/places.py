@@ -190,9 +190,9 @@ class LaneMap:
             moves: Ways of their last steps, (n, 2) [m].
         """
         points = shapely.points(places)
-        rows, found = self.tree.query(points, predicate="dwithin", distance=_REACH)
-        lines, owners = self.lines[found], points[rows]
-        near = shapely.distance(owners, lines) <= self.widths[found] / 2 + _BESIDE
+        rows, index = self.tree.query(points, predicate="dwithin", distance=_REACH)
+        lines, owners = self.lines[index], points[rows]
+        near = shapely.distance(owners, lines) <= self.widths[index] / 2 + _BESIDE
         ways = _ways(lines, owners)
         fits = np.zeros(len(places), dtype=np.bool_)
         fits[rows[near & _aligned(ways, moves[rows])]] = True
@@ -384,10 +384,10 @@ def _as_fast(moves: Floats, sample: LogSample) -> bool:
         sample: The steps as they are logged.
     """
     lengths = np.hypot(moves[:, 0], moves[:, 1])
-    told = np.isfinite(sample.speeds) & (sample.speeds > 1.0) & (lengths > 0.0)
-    if told.sum() < LEAST:
+    moving = np.isfinite(sample.speeds) & (sample.speeds > 1.0) & (lengths > 0.0)
+    if moving.sum() < LEAST:
         return True
-    ratio = np.median(sample.speeds[told] * sample.spans[told] / lengths[told])
+    ratio = np.median(sample.speeds[moving] * sample.spans[moving] / lengths[moving])
     return bool(_RATIOS[0] < ratio < _RATIOS[1])
 
 

@@ -250,39 +250,39 @@ def _nearest(areas: Areas, around: Surroundings) -> tuple[list[Area], list[Area]
 
 def _visible(setting: _Setting, areas: Sequence[Area]) -> list[LaidArea]:
     """What is seen of areas between roads and higher areas."""
-    found = []
+    laid = []
     for area in areas:
         make = partial(setting.areas.visible, area, setting.paved)
         shape = setting.around.memory.of((*setting.name, "visible", area.number), make)
         if not shape.is_empty:
-            found.append(LaidArea(area.cover, area.colour, shape, LIFT, area))
-    return found
+            laid.append(LaidArea(area.cover, area.colour, shape, LIFT, area))
+    return laid
 
 
 def _distant(areas: Sequence[Area]) -> list[LaidArea]:
     """Far areas, with coarse outlines."""
-    found = []
+    laid = []
     for area in areas:
         shape = shapely.make_valid(area.shape.simplify(_COARSE))
         # Where roads are not built, higher areas lie a little higher.
         lift = LIFT + 0.002 * min(area.number, 100)
-        found.append(LaidArea(area.cover, area.colour, shape, lift, area))
-    return found
+        laid.append(LaidArea(area.cover, area.colour, shape, lift, area))
+    return laid
 
 
 def _yards(setting: _Setting, pools: Sequence[Pool]) -> list[LaidArea]:
     """The ground around houses, tile by tile."""
     if not setting.houses.shapes:
         return []
-    found = []
+    laid = []
     for tile in tiles_seen(setting.around, size=TILE, reach=_HOUSES, beyond=0.0):
         make = partial(_yard, setting, tile)
         yard = setting.around.memory.of((*setting.name, "built up", tile), make)
         for cover, shape in zip(_YARD_COVERS, yard, strict=True):
             colour = setting.covers.covers[cover].colours[0]
             if not shape.is_empty:
-                found.append(LaidArea(cover, colour, shape, _YARDS))
-    return found
+                laid.append(LaidArea(cover, colour, shape, _YARDS))
+    return laid
 
 
 def _yard(setting: _Setting, tile: Tile) -> tuple[shapely.Geometry, ...]:
@@ -291,15 +291,15 @@ def _yard(setting: _Setting, tile: Tile) -> tuple[shapely.Geometry, ...]:
     areas = setting.areas
     covered = [areas.all[k].shape for k in sorted(areas.tree.query(box, "intersects").tolist())
                if areas.all[k].cover not in _YARD_COVERS]  # fmt: skip
-    found = built_up(tile, setting.houses, paved=setting.paved, covered=covered)
-    if found is None:
+    yard = built_up(tile, setting.houses, paved=setting.paved, covered=covered)
+    if yard is None:
         return (shapely.Polygon(),) * 3
-    return found.pavement, found.apron, found.lawn
+    return yard.pavement, yard.apron, yard.lawn
 
 
 def _drawn(setting: _Setting, laid: Sequence[LaidArea]) -> list[PatternShapes]:
     """Lines, tracks and paths on areas near a camera."""
-    found: list[PatternShapes] = []
+    drawn: list[PatternShapes] = []
     around = setting.around
     eyes = shapely.points(np.unique(np.round(around.viewpoints[:, :2]), axis=0))
     for some in laid:
@@ -309,8 +309,8 @@ def _drawn(setting: _Setting, laid: Sequence[LaidArea]) -> list[PatternShapes]:
         if len(eyes) and float(shapely.distance(some.shape, eyes).min()) > _DRAWN:
             continue
         make = partial(drawn_on, pattern, some.area, some.shape, seed=around.seed)
-        found += around.memory.of((*setting.name, "drawn", some.area.number), make)
-    return found
+        drawn += around.memory.of((*setting.name, "drawn", some.area.number), make)
+    return drawn
 
 
 def _grown(

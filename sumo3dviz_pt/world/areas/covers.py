@@ -219,7 +219,7 @@ class Areas:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _CoverFound:
+class _CoverShape:
     """A polygon that covers ground, before areas are ordered.
 
     Attributes:
@@ -246,7 +246,7 @@ def areas_of(polygons: Sequence[Polygon], covers: LandCovers, *, seed: int) -> A
         covers: What their types mean.
         seed: Chooses among the colours of a cover.
     """
-    found: list[_CoverFound] = []
+    mapped: list[_CoverShape] = []
     unknown: dict[str, int] = {}
     for item in polygons:
         if item.source == SLABS or kind_of(item.type, item.source) is not None:
@@ -254,9 +254,9 @@ def areas_of(polygons: Sequence[Polygon], covers: LandCovers, *, seed: int) -> A
         row = covers.row_of(item.type)
         if row is None:
             unknown[item.type or "(none)"] = unknown.get(item.type or "(none)", 0) + 1
-        elif (one := _found(item, row)) is not None:
-            found.append(one)
-    ordered = _ordered(found)
+        elif (one := _cover(item, row)) is not None:
+            mapped.append(one)
+    ordered = _ordered(mapped)
     areas = tuple(
         Area(
             f"{number}:{one.item.id}",
@@ -284,7 +284,7 @@ def colour_for(cover: Cover, name: str, seed: int) -> Colour | None:
     return cover.colours[int(share_of(seed, "area", name) * len(cover.colours))]
 
 
-def _found(item: Polygon, row: TypeRow) -> _CoverFound | None:
+def _cover(item: Polygon, row: TypeRow) -> _CoverShape | None:
     """The ground that a polygon covers, or None."""
     points, cover = item.shape[:, :2], row.cover
     closed = len(points) > 3 and bool(np.allclose(points[0], points[-1]))
@@ -297,7 +297,7 @@ def _found(item: Polygon, row: TypeRow) -> _CoverFound | None:
         return None
     if cover == AS_IS or shape.area <= _SMALLEST:
         return None
-    return _CoverFound(item, cover, shape, _layer(item))
+    return _CoverShape(item, cover, shape, _layer(item))
 
 
 def _layer(item: Polygon) -> float:
@@ -308,19 +308,19 @@ def _layer(item: Polygon) -> float:
         return 0.0
 
 
-def _ordered(found: Sequence[_CoverFound]) -> list[_CoverFound]:
+def _ordered(areas: Sequence[_CoverShape]) -> list[_CoverShape]:
     """Areas by layer, then by how many of their layer they lie in, then as they come."""
-    if not found:
+    if not areas:
         return []
-    tree = shapely.STRtree([one.shape for one in found])
-    inner, outer = tree.query([one.shape for one in found], predicate="covered_by")
-    depth = np.zeros(len(found), dtype=np.int64)
+    tree = shapely.STRtree([one.shape for one in areas])
+    inner, outer = tree.query([one.shape for one in areas], predicate="covered_by")
+    depth = np.zeros(len(areas), dtype=np.int64)
     for low, high in zip(inner.tolist(), outer.tolist(), strict=True):
-        same = found[low].layer == found[high].layer
-        if same and found[low].shape.area < found[high].shape.area - _SMALLEST:
+        same = areas[low].layer == areas[high].layer
+        if same and areas[low].shape.area < areas[high].shape.area - _SMALLEST:
             depth[low] += 1
-    order = sorted(range(len(found)), key=lambda k: (found[k].layer, int(depth[k]), k))
-    return [found[k] for k in order]
+    order = sorted(range(len(areas)), key=lambda k: (areas[k].layer, int(depth[k]), k))
+    return [areas[k] for k in order]
 
 
 def _unknown(types: dict[str, int]) -> tuple[LeftOut, ...]:
@@ -519,12 +519,12 @@ def _ways(network: Network) -> list[shapely.Geometry]:
 def _water(polygons: Sequence[Polygon]) -> list[shapely.Geometry]:
     """Polygons that already are water, grown so that no bank is left between."""
     covers = land_covers()
-    found = []
+    water = []
     for item in polygons:
         row = covers.row_of(item.type)
         if row is not None and row.cover == WATER and item.fill and len(item.shape) > 2:
-            found.append(shapely.make_valid(shapely.Polygon(item.shape[:, :2])).buffer(_BESIDE))
-    return found
+            water.append(shapely.make_valid(shapely.Polygon(item.shape[:, :2])).buffer(_BESIDE))
+    return water
 
 
 def _ring(piece: shapely.Polygon) -> Floats:

@@ -70,16 +70,16 @@ class GroundFaces:
             shapes: In plan [m].
             lift: How far they lie above it [m].
         """
-        found = [self._laid(shape) for shape in shapes]
+        laid_shapes = [self._laid(shape) for shape in shapes]
         vertices, normals, faces, owners = [], [], [], []
         count = 0
-        for number, laid in enumerate(found):
+        for number, laid in enumerate(laid_shapes):
             vertices.append(laid.points + np.array([0.0, 0.0, lift]))
             normals.append(laid.normals)
             faces.append(laid.faces + count)
             owners.append(np.full(len(laid.faces), number))
             count += len(laid.points)
-        if not found:
+        if not laid_shapes:
             return Draped(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64)), np.zeros(0, np.int64))
         mesh = Mesh(np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals))
         return Draped(mesh, np.concatenate(owners))

@@ -65,15 +65,15 @@ def cover_parts(
     parts = []
     for some in laid:
         surface = MATERIAL if some.cover == WATER else covers.covers[some.cover].surface
-        found = faces.draped([some.shape], lift=some.lift).mesh
-        if not len(found.faces):
+        mesh = faces.draped([some.shape], lift=some.lift).mesh
+        if not len(mesh.faces):
             continue
         if surface == MATERIAL:
-            uvs = planar_uvs(found.vertices, tile=covers.water.waves.tile, near=origin)
-            parts.append(Part(replace(found, uvs=uvs), MATERIAL))
+            uvs = planar_uvs(mesh.vertices, tile=covers.water.waves.tile, near=origin)
+            parts.append(Part(replace(mesh, uvs=uvs), MATERIAL))
             continue
-        uvs = planar_uvs(found.vertices, tile=metres_per_tile(surface), near=origin)
-        parts.append(_tinted(replace(found, uvs=uvs), surface, some.colour))
+        uvs = planar_uvs(mesh.vertices, tile=metres_per_tile(surface), near=origin)
+        parts.append(_tinted(replace(mesh, uvs=uvs), surface, some.colour))
     return parts
 
 
@@ -94,10 +94,10 @@ def pattern_parts(
     parts = []
     for some in drawn:
         lift = some.height or (LINES if some.surface is None else 0.5 * (LIFT + LINES))
-        found = faces.draped(some.shapes, lift=lift).mesh
-        meshes = [found]
+        sheet = faces.draped(some.shapes, lift=lift).mesh
+        meshes = [sheet]
         if some.height:
-            meshes = [replace(found, normals=None), *_sides(some, height_at)]
+            meshes = [replace(sheet, normals=None), *_sides(some, height_at)]
         mesh = merge_meshes(meshes)
         if some.surface is not None:
             uvs = planar_uvs(mesh.vertices, tile=metres_per_tile(some.surface), near=origin)

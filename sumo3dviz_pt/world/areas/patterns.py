@@ -90,13 +90,13 @@ def drawn_on(
         shape: What is seen of the area [m].
         seed: Of all chance.
     """
-    found: list[PatternShapes] = []
+    drawn: list[PatternShapes] = []
     for number, part in enumerate(polygon_parts(shape)):
         frame = _frame(part)
         if frame is not None:
             chance = share_of(seed, "pattern", area.id, str(number))
-            found += _PATTERNS[pattern](part, frame, _PatternLook(chance, area.colour or _SOIL))
-    return [some for some in found if some.shapes]
+            drawn += _PATTERNS[pattern](part, frame, _PatternLook(chance, area.colour or _SOIL))
+    return [some for some in drawn if some.shapes]
 
 
 def _frame(part: shapely.Polygon) -> _Rectangle | None:
@@ -117,15 +117,15 @@ def _within(part: shapely.Polygon, shapes: Sequence[shapely.Polygon]) -> list[sh
     """Shapes that lie inside a polygon."""
     shapely.prepare(part)
     inside = shapely.covers(part, list(shapes)) if shapes else []
-    return [shape for shape, kept in zip(shapes, inside, strict=True) if kept]
+    return [shape for shape, stays in zip(shapes, inside, strict=True) if stays]
 
 
 def _clipped(
     part: shapely.Polygon, shapes: Sequence[shapely.Geometry]
 ) -> tuple[shapely.Geometry, ...]:
     """What of shapes lies inside a polygon."""
-    found = (common(shape, part) for shape in shapes)
-    return tuple(shape for shape in found if not shape.is_empty)
+    cut = (common(shape, part) for shape in shapes)
+    return tuple(shape for shape in cut if not shape.is_empty)
 
 
 def _bays(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:
@@ -174,12 +174,12 @@ def _pitch(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list
         frame.box(u, 0.0, min(u + width, frame.length), frame.width)
         for u in np.arange(0.0, frame.length, 2.0 * width)
     ]
-    found = [PatternShapes(_clipped(part, stripes), (0.068, 0.124, 0.031), "ground_grass")]
+    drawn = [PatternShapes(_clipped(part, stripes), (0.068, 0.124, 0.031), "ground_grass")]
     rim = 2.0
     length, wide = frame.length - 2 * rim, frame.width - 2 * rim
     field = frame.box(rim, rim, rim + length, rim + wide)
     if length < 45.0 or not shapely.covers(part.buffer(0.5), field):
-        return found
+        return drawn
     line, middle, half = 0.12, 0.5 * frame.width, 0.5 * frame.length
     size = min(length / 105.0, wide / 68.0)
     lines = [_ring(frame, (rim, rim + length), (rim, rim + wide), line)]
@@ -191,7 +191,7 @@ def _pitch(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list
         across = (middle - broad, middle + broad)
         lines.append(_ring(frame, (rim, rim + deep), across, line))
         lines.append(_ring(frame, (rim + length - deep, rim + length), across, line))
-    return [*found, PatternShapes(_clipped(part, lines), WHITE)]
+    return [*drawn, PatternShapes(_clipped(part, lines), WHITE)]
 
 
 def _court(part: shapely.Polygon, frame: _Rectangle, look: _PatternLook) -> list[PatternShapes]:

@@ -113,17 +113,17 @@ def grow(stands: Sequence[Stand], plot: Plot, *, around: Surroundings) -> Grown:
 def _spots(stands: Sequence[Stand], plot: Plot, around: Surroundings, *, tall: bool) -> _Spots:
     """Places that are free, and that a camera sees."""
     reach = FAR_REACH if tall else _SHRUB_REACH
-    found = []
+    parts = []
     for number, stand in enumerate(stands):
         density = stand.cover.trees if tall else stand.cover.shrubs
         if density > 0.0:
             spots = _grid(stand, density, number, around, reach=reach, tall=tall)
             if len(spots.places):
-                found.append(spots)
-    if not found:
+                parts.append(spots)
+    if not parts:
         return _Spots(np.zeros((0, 2)), np.zeros((0, 2), np.int64), np.zeros(0), np.zeros(0, int))
     columns = (
-        np.concatenate([getattr(spots, name) for spots in found])
+        np.concatenate([getattr(spots, name) for spots in parts])
         for name in ("places", "cells", "shares", "stands")
     )
     spots = _Spots(*columns)
@@ -183,7 +183,7 @@ def _some(spots: _Spots, index: Ints) -> _Spots:
 
 def _pois(stands: Sequence[Stand], spots: _Spots, index: Ints, *, tall: bool) -> list[Poi]:
     """Plants as points of interest; those with others before them may be coarser."""
-    found, shrubs = [], urn("area_shrubs")
+    pois, shrubs = [], urn("area_shrubs")
     for rank, k in enumerate(index.tolist()):
         stand, share = stands[int(spots.stands[k])], float(spots.shares[k])
         weights = dict(stand.cover.species) if tall else {}
@@ -194,8 +194,8 @@ def _pois(stands: Sequence[Stand], spots: _Spots, index: Ints, *, tall: bool) ->
         name = f"area:{'tree' if tall else 'shrub'}:{stand.area.id}:{i}:{j}"
         # The nearest ones hide most of those behind them.
         behind = min(rank // 40, 3) if stand.cover.trees > 100.0 else 0
-        found.append(planted(name, spots.places[k], species, tall=tall, behind=behind))
-    return found
+        pois.append(planted(name, spots.places[k], species, tall=tall, behind=behind))
+    return pois
 
 
 def _far(spots: _Spots, index: Ints, around: Surroundings) -> tuple[StaticPart, ...]:

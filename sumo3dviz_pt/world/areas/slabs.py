@@ -129,7 +129,7 @@ class SlabParts:
 def slabs_of(scenario: Scenario) -> tuple[Slab, ...]:
     """Return the slabs of a scenario's parking areas, platforms and yards."""
     network = scenario.network
-    found = [slab for area in scenario.parking if (slab := _parking(area, network)) is not None]
+    slabs = [slab for area in scenario.parking if (slab := _parking(area, network)) is not None]
     for stop in scenario.stops:
         lane = network.lanes.get(stop.lane)
         if lane is None or stop.kind not in ("train", "container"):
@@ -139,8 +139,8 @@ def slabs_of(scenario: Scenario) -> tuple[Slab, ...]:
         line, shape = _strip(lane, stop, deep, left_hand=network.left_hand)
         tops = [_TOPS.get(name, _DEFAULT_TOP) for name in sorted(lane.allowed) if name in _RAILS]
         top = min(tops, default=_DEFAULT_TOP) if kind == "platform" else 0.0
-        found.append(Slab(f"{stop.kind}:{stop.id}", kind, shape, (), top, lane, line))
-    return tuple(found)
+        slabs.append(Slab(f"{stop.kind}:{stop.id}", kind, shape, (), top, lane, line))
+    return tuple(slabs)
 
 
 _RAILS = frozenset({"tram", "rail_urban", "rail", "rail_electric", "rail_fast", "subway"})
@@ -148,12 +148,12 @@ _RAILS = frozenset({"tram", "rail_urban", "rail", "rail_electric", "rail_fast", 
 
 def slab_polygons(scenario: Scenario) -> tuple[Polygon, ...]:
     """Return slabs as areas on which nothing else may stand."""
-    found = []
+    polygons = []
     for slab in slabs_of(scenario):
         for number, part in enumerate(polygon_parts(slab.shape)):
             ring = shapely.get_coordinates(part.exterior)
-            found.append(Polygon(f"slab:{slab.id}:{number}", "slab", ring, True, None, SOURCE))
-    return tuple(found)
+            polygons.append(Polygon(f"slab:{slab.id}:{number}", "slab", ring, True, None, SOURCE))
+    return tuple(polygons)
 
 
 def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
@@ -310,15 +310,15 @@ def _bay_lines(slab: Slab) -> list[shapely.Geometry]:
     """Lines between bays; along a lane also towards it."""
     way = slab.line[-1] - slab.line[0]
     heading = np.arctan2(way[1], way[0])
-    found: list[shapely.Geometry] = []
+    lines: list[shapely.Geometry] = []
     for bay in slab.bays:
         a, b, c, d = bay.corners()
         parallel = abs(np.sin(bay.yaw - heading)) < 0.2
         sides = ((a, b), (c, d), (b, c)) if parallel else ((b, c), (d, a))
         for one, other in sides:
             line = shapely.LineString([one, other])
-            found.append(line.buffer(_LINE / 2.0, cap_style="square"))
-    return [union(found)] if found else []
+            lines.append(line.buffer(_LINE / 2.0, cap_style="square"))
+    return [union(lines)] if lines else []
 
 
 def _lines(

@@ -85,8 +85,8 @@ def build_ground(
     corners = built_points(roads.outline, network.location.boundary)
     corners = np.concatenate([corners, roads.beyond.points[:, :2]])
     land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
-    kept = ("ground", horizon, settings.texture, seed)
-    shape = roads.memory.of(kept, partial(_shape, roads, network, land))
+    key = ("ground", horizon, settings.texture, seed)
+    shape = roads.memory.of(key, partial(_shape, roads, network, land))
     # Show a texture near what is built and plain colours beyond.
     name = f"ground:{settings.texture}"
     near, far = (shape.mesh, None) if land.plain else split_far(shape.mesh, land)

@@ -97,8 +97,8 @@ def field_tints(points: Floats, mean: Floats, *, seed: int, variety: float) -> F
 def _sampled(splines: Floats, points: Floats, tile: float) -> Floats:
     """Periodic noise at places, smoothly interpolated, (n,)."""
     at = points.T / tile * len(splines)
-    found = ndimage.map_coordinates(splines, at, order=3, mode=_EDGE, prefilter=False)
-    return np.asarray(found)
+    heights = ndimage.map_coordinates(splines, at, order=3, mode=_EDGE, prefilter=False)
+    return np.asarray(heights)
 
 
 RADIUS = 20_000.0

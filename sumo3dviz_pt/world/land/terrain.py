@@ -71,11 +71,11 @@ def ground_between(roads: RoadLayout, network: Network, land: Land) -> HeightAt:
 def shaping_of(roads: RoadLayout, network: Network) -> Floats:
     """Return points of roads that shape the ground, (n, 3) [m], which the layout's memory keeps."""
 
-    def found() -> Floats:
+    def make() -> Floats:
         levels = levels_of(roads)
         return _shaping(border_samples(levels), network, levels)
 
-    return roads.memory.of(("what shapes the ground",), found)
+    return roads.memory.of(("what shapes the ground",), make)
 
 
 def border_samples(levels: Levels) -> BorderSamples:
@@ -117,8 +117,8 @@ def _shaping(samples: BorderSamples, network: Network, levels: Levels) -> Floats
     )
     odd = np.array(
         [
-            abs(_usual(around[found], known[k]) - known[k, 2]) > _ODD
-            for k, found in zip(near, pairs, strict=True)
+            abs(_usual(around[nearby], known[k]) - known[k, 2]) > _ODD
+            for k, nearby in zip(near, pairs, strict=True)
         ],
         dtype=np.bool_,
     )
@@ -286,11 +286,11 @@ def _height_at(vertices: Floats, faces: Ints, net: spatial.Delaunay, number: Int
         simplex = net.find_simplex(flat)
         face = number[simplex]
         at = np.flatnonzero(face >= 0)
-        found = np.full(len(flat), usual)
-        found[at] = _plane_heights(corners, face[at], flat[at])
+        heights = np.full(len(flat), usual)
+        heights[at] = _plane_heights(corners, face[at], flat[at])
         thin = np.flatnonzero((simplex >= 0) & (face < 0))
-        found[thin] = vertices[net.simplices[simplex[thin], 0], 2]
-        return found
+        heights[thin] = vertices[net.simplices[simplex[thin], 0], 2]
+        return heights
 
     return height_at
 
@@ -369,8 +369,8 @@ def _sloped(points: _Points, z: Floats, triangles: Ints) -> Floats:
     z = _smoothed(z, graph, np.isfinite(points.known))
     lower = -_reached(graph, -points.known)
     upper = _reached(graph, points.known)
-    found = np.minimum(np.maximum(z, lower), upper)
-    return np.where(np.isfinite(found), found, z)
+    clipped = np.minimum(np.maximum(z, lower), upper)
+    return np.where(np.isfinite(clipped), clipped, z)
 
 
 def _sides(flat: Floats, triangles: Ints) -> sparse.csr_matrix:
@@ -412,8 +412,8 @@ def _reached(graph: sparse.csr_matrix, start: Floats) -> Floats:
     tail = np.concatenate([sides.row, np.full(len(begins), count)])
     head = np.concatenate([sides.col, begins])
     whole = sparse.csr_matrix((cost, (tail, head)), shape=(count + 1, count + 1))
-    found = np.asarray(dijkstra(whole, indices=np.array([count])))[0, :count]
-    return np.asarray(found + lowest)
+    heights = np.asarray(dijkstra(whole, indices=np.array([count])))[0, :count]
+    return np.asarray(heights + lowest)
 
 
 def _facing_up(flat: Floats, faces: Ints) -> tuple[Ints, Ints]:
@@ -426,9 +426,9 @@ def _facing_up(flat: Floats, faces: Ints) -> tuple[Ints, Ints]:
     a, b, c = (flat[faces[:, k]] for k in range(3))
     twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     turned = np.where((twice < 0)[:, None], faces[:, ::-1], faces)
-    kept = np.abs(twice) > 1e-6
-    number = np.where(kept, np.cumsum(kept) - 1, -1)
-    return np.asarray(turned[kept]), np.append(number, -1)
+    solid = np.abs(twice) > 1e-6
+    number = np.where(solid, np.cumsum(solid) - 1, -1)
+    return np.asarray(turned[solid]), np.append(number, -1)
 
 
 def _hidden(points: _Points, z: Floats, faces: Ints) -> Bools:

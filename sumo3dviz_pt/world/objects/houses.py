@@ -59,17 +59,17 @@ def fitted(
     Returns:
         Scale factors, (n,), at least half of the wanted ones.
     """
-    found = np.array(sizes, dtype=np.float64)
+    scales = np.array(sizes, dtype=np.float64)
     for _ in range(_ROUNDS):
-        tight = _in_the_way(rectangles(places, yaws, plans * found[:, None, None]), index)
-        tight &= found > _SMALLEST * sizes
+        tight = _in_the_way(rectangles(places, yaws, plans * scales[:, None, None]), index)
+        tight &= scales > _SMALLEST * sizes
         if not tight.any():
             break
-        found[tight] = np.maximum(found[tight] * _STEP, _SMALLEST * sizes[tight])
-    shrunk = int((found < sizes).sum())
+        scales[tight] = np.maximum(scales[tight] * _STEP, _SMALLEST * sizes[tight])
+    shrunk = int((scales < sizes).sum())
     if shrunk:
         _LOG.info("%d buildings are drawn smaller, so that they do not overlap", shrunk)
-    return found
+    return scales
 
 
 def rectangles(places: Floats, yaws: Floats, plans: Floats) -> Sequence[shapely.Polygon]:
@@ -232,11 +232,11 @@ def height_of(item: Polygon, area: float, seed: int) -> float:
     """
     for key, unit in _NUMBERS:
         try:
-            given = float(item.params.get(key, "").strip().removesuffix("m")) * unit
+            height = float(item.params.get(key, "").strip().removesuffix("m")) * unit
         except ValueError:
             continue
-        if 2.0 <= given <= 400.0:
-            return given
+        if 2.0 <= height <= 400.0:
+            return height
     low, high = (2.5, 3.2) if area < 40 else (4.5, 7.0) if area < 300 else (6.0, 13.0)
     if area > 700:
         low, high = 7.0, 18.0

@@ -241,8 +241,8 @@ def seen_body(plant: Plant, eyes: Sequence[Direction]) -> tuple[tuple[Part, ...]
             clumps.append(Part(mesh, leaves.material, tint))
     if not seen.any():
         return (bark,), tuple(clumps)
-    kept = Part(some_leaves(leaves.mesh, seen), leaves.material, leaves.tint[seen])
-    return (bark, kept), tuple(clumps)
+    rest = Part(some_leaves(leaves.mesh, seen), leaves.material, leaves.tint[seen])
+    return (bark, rest), tuple(clumps)
 
 
 def check_settings(kind: Kind, settings: ObjectSettings) -> None:

@@ -79,11 +79,11 @@ def guard_rails(
     if any(kind_of(item.type, item.source) == "fences" for item in polygons):
         return Rails(left_out=(LeftOut(FAMILY, "the scenario has fences of its own"),))
     lanes = _fast_lanes(network, around)
-    found = _rails_along(lanes, paved, around) if lanes else []
-    if not found:
+    rails = _rails_along(lanes, paved, around) if lanes else []
+    if not rails:
         return Rails(left_out=(LeftOut(FAMILY, "no fast road near the camera has a free side"),))
-    order = np.argsort([float(item.shape[0].sum()) for item in found], kind="stable")
-    return Rails(tuple(found[int(k)] for k in order))
+    order = np.argsort([float(item.shape[0].sum()) for item in rails], kind="stable")
+    return Rails(tuple(rails[int(k)] for k in order))
 
 
 def _fast_lanes(network: Network, around: Surroundings) -> list[Lane]:
@@ -111,12 +111,12 @@ def _rails_along(
     edge = shapely.box(*box).boundary.buffer(2.0)
     sides = shapely.difference(shapely.intersection(sides, fast.buffer(OFF + 0.6)), edge)
     lines = shapely.get_parts(shapely.line_merge(sides))
-    found: list[Polygon] = []
+    rails: list[Polygon] = []
     for line in lines:
         shape = shapely.get_coordinates(shapely.segmentize(line.simplify(0.04), _GUARD_RAILS_STEP))
         if line.length > _SHORTEST and len(shape) > 1:
-            found.append(Polygon(f"rail:{len(found)}", "guard_rail", shape, False, None, SOURCE))
-    return found
+            rails.append(Polygon(f"rail:{len(rails)}", "guard_rail", shape, False, None, SOURCE))
+    return rails
 
 
 def _on_ground(line: Floats, around: Surroundings) -> list[Floats]:
@@ -191,9 +191,9 @@ def _pieces(line: Floats, gap: Bools) -> Iterator[tuple[int, Floats]]:
         open_at = np.flatnonzero(gap[here])
         runs = np.split(np.arange(len(line))[here], open_at)
         for run in runs:
-            kept = run[~gap[run]]
-            if len(kept) > 1:
-                yield int(kept[0]), line[kept]
+            free = run[~gap[run]]
+            if len(free) > 1:
+                yield int(free[0]), line[free]
 
 
 _OUTLINED_PIECE = 20  # steps of a fence that share a level of detail

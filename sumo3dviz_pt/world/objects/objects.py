@@ -114,9 +114,9 @@ def build_scenery(
             continue
         check_settings(kind, own)
         check_extents(kind, items)
-        kept, unseen = _sorted_out(kind, items, around=around, taken=taken)
+        stay, unseen = _sorted_out(kind, items, around=around, taken=taken)
         gone += unseen
-        groups.append(ObjectGroup(kind, own, kept))
+        groups.append(ObjectGroup(kind, own, stay))
     # Build the parts of each kind; what shines by night is kept apart.
     shrinks = shrunk_levels(groups, around, budget, each=settings.triangles)
     left_out = [each.weighed(around, shrinks) for each in gone]
@@ -149,13 +149,13 @@ def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
     by_material: dict[str, list[Part]] = {}
     for part in parts:
         by_material.setdefault(part.material, []).append(part)
-    found = []
+    meshes = []
     for material, some in sorted(by_material.items()):
         mesh = merge_meshes([part.mesh for part in some])
         tints = [part.tint for part in some if part.tint is not None]
         tint = np.concatenate(tints) if tints else None
-        found.append(StaticPart(f"{family}/{material}", family, Part(mesh, material, tint)))
-    return found
+        meshes.append(StaticPart(f"{family}/{material}", family, Part(mesh, material, tint)))
+    return meshes
 
 
 def _building_areas(polygons: Sequence[Polygon], settings: ObjectsSettings) -> shapely.STRtree:
@@ -207,9 +207,9 @@ def _sorted_out(
         keep &= ~gone
         if these:
             left_out.append(Gone(LeftOut(f"{len(these)} {kind.name}", why), kind, these))
-    for said in (each.said for each in left_out):
-        _LOG.log(_LEVELS.get(said.why, logging.INFO), "left out %s: %s", said.what, said.why)
-    return [item for item, kept in zip(items, keep, strict=True) if kept], left_out
+    for lost in (each.left_out for each in left_out):
+        _LOG.log(_LEVELS.get(lost.why, logging.INFO), "left out %s: %s", lost.what, lost.why)
+    return [item for item, stays in zip(items, keep, strict=True) if stays], left_out
 
 
 def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
@@ -284,8 +284,8 @@ def _yaws(kind: Kind, items: Sequence[Poi], places: Floats, around: Surroundings
         faced = 2 * np.pi * np.array(turns)
     else:
         faced = facing_roads(places, around.index)
-    given = np.array([np.nan if item.yaw is None else item.yaw for item in items])
-    return np.where(np.isnan(given), faced, given)
+    yaws = np.array([np.nan if item.yaw is None else item.yaw for item in items])
+    return np.where(np.isnan(yaws), faced, yaws)
 
 
 _BUILDERS: dict[str, Callable[..., list[Part]]] = {

@@ -77,8 +77,8 @@ def plant_parts(kind: Kind, spots: Sequence[PlantSpot], around: Surroundings) ->
         owners += [spot.thing] * len(seen)
         rear += [spot.thing] * len(rest)
     # Clumps stay as they are: no camera sees them.
-    found = (*near_leaves(parts, around=around), *clumps)
-    pairs = zip(found, (*owners, *rear), strict=True)
+    leaves = (*near_leaves(parts, around=around), *clumps)
+    pairs = zip(leaves, (*owners, *rear), strict=True)
     return [replace(part, mesh=belonging(part.mesh, thing)) for part, thing in pairs]
 
 
@@ -102,12 +102,12 @@ def _eyes(
     middles = matrices[:, :3, 3] + [0.0, 0.0, _MIDDLE[kind.name]]
     pictured = in_picture(path, middles, radius=CROWN)
     far = around.distances(middles) > WHOLE
-    found = {}
+    chosen = {}
     for number in np.flatnonzero(far & [spot.level > 0 for spot in spots]).tolist():
         towards = (eyes[pictured[number]] - middles[number]) @ matrices[number, :3, :3]
         some = directions(towards)
-        found[number] = some[:: max(1, -(-len(some) // _MOST_EYES))]
-    return found
+        chosen[number] = some[:: max(1, -(-len(some) // _MOST_EYES))]
+    return chosen
 
 
 _MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
@@ -130,7 +130,7 @@ class ObjectGroup:
 class Gone:
     """Objects of a kind that are not drawn, and why."""
 
-    said: LeftOut
+    left_out: LeftOut
     kind: Kind
     items: Sequence[Item]
 
@@ -143,11 +143,11 @@ class Gone:
                 would move as far as the nearest.
         """
         if not self.items:
-            return self.said
+            return self.left_out
         demand = _Demand.of(self.kind, self.items, around)
         others = min(shrinks.values(), default=_MOST_STRETCH)
         shrink = shrinks.get(self.kind.name, others)
-        return replace(self.said, triangles=round(demand.triangles(shrink)))
+        return replace(self.left_out, triangles=round(demand.triangles(shrink)))
 
 
 def shrunk_levels(

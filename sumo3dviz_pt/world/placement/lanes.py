@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, evenly_along, from_
 from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.world.roads.strips import is_footway
 
-_ASKED = 4
+_NEAREST = 4
 """Points that are looked at; places in a plane seldom have more nearest ones."""
 
 
@@ -37,9 +37,9 @@ class Nearest:
 
     def query(self, places: Floats) -> tuple[Floats, Ints]:
         """Return distances of places, (m, 2) [m], to the nearest points, and their indices."""
-        count = min(_ASKED, len(self._first))
-        away, found = self._tree.query(settled(places), k=range(1, count + 1))
-        away, first = settled(away), self._first[found]
+        count = min(_NEAREST, len(self._first))
+        away, index = self._tree.query(settled(places), k=range(1, count + 1))
+        away, first = settled(away), self._first[index]
         nearest = away.min(axis=1)
         equal = np.where(away == nearest[:, None], first, np.iinfo(np.int64).max)
         return nearest, np.asarray(equal.min(axis=1), dtype=np.int64)
@@ -138,9 +138,9 @@ class DrivenGround:
         if not len(places) or not len(self.outlines.geometries):
             return covered
         spots = shapely.points(places)
-        asked, found = self.outlines.query(spots, predicate="dwithin", distance=margin)
-        for key in np.unique(found).tolist():
-            own = asked[found == key]
+        spot, keys = self.outlines.query(spots, predicate="dwithin", distance=margin)
+        for key in np.unique(keys).tolist():
+            own = spot[keys == key]
             covered[own] |= shapely.dwithin(spots[own], self._asphalt(key), margin)
         return covered
 

@@ -110,7 +110,7 @@ class _Sight:
 
 def _sights(clearance: Clearance, index: LaneIndex) -> tuple[_Sight, ...]:
     """What cameras see that keep their view clear, all along their ways."""
-    found = []
+    sights = []
     for way in clearance.ways:
         many = len(way.positions)
         some = np.unique(np.linspace(0, many - 1, min(many, _POSES)).round().astype(np.int64))
@@ -118,8 +118,8 @@ def _sights(clearance: Clearance, index: LaneIndex) -> tuple[_Sight, ...]:
             way.positions[some], way.forwards[some], way.half_angles[some], strict=True
         ):
             if half < np.pi / 2.0:  # others have no picture
-                found.append(_sight(eye, ahead, float(half), index))
-    return tuple(found)
+                sights.append(_sight(eye, ahead, float(half), index))
+    return tuple(sights)
 
 
 def _sight(eye: Floats, ahead: Floats, half: float, index: LaneIndex) -> _Sight:

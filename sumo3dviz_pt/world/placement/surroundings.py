@@ -212,14 +212,14 @@ def tiles_seen(around: Surroundings, *, size: float, reach: float, beyond: float
     cells = np.unique(
         (np.unique(_cells(eyes, size), axis=0)[:, None] + near).reshape(-1, 2), axis=0
     )
-    found = [Tile(size, int(column), int(row)) for column, row in cells]
+    tiles = [Tile(size, int(column), int(row)) for column, row in cells]
     spots = shapely.points(np.unique(np.round(eyes[:, :2]), axis=0))
-    boxes = shapely.STRtree([tile.box() for tile in found])
+    boxes = shapely.STRtree([tile.box() for tile in tiles])
     within = np.unique(boxes.query(spots, predicate="dwithin", distance=reach + 1.0)[1])
-    found = [found[k] for k in within.tolist()]
-    middles = np.array([tile.middle for tile in found]).reshape(-1, 2)
+    tiles = [tiles[k] for k in within.tolist()]
+    middles = np.array([tile.middle for tile in tiles]).reshape(-1, 2)
     seen = around.seen(middles, radius=size * 0.5**0.5 + beyond)
-    return [tile for tile, kept in zip(found, seen, strict=True) if kept]
+    return [tile for tile, shown in zip(tiles, seen, strict=True) if shown]
 
 
 def edges_in(network: Network, box: shapely.Polygon, memory: Memory) -> list[Edge]:

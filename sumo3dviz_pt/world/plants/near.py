@@ -59,9 +59,9 @@ def near_leaves(parts: Sequence[Part], *, around: Surroundings, budget: int = FI
     near = [
         k for k, part in enumerate(parts) if part.material == "leaf" and _comes_near(part, eyes)
     ]
-    found = list(parts)
+    leaves = list(parts)
     if not near:
-        return found
+        return leaves
     # Find out how many leaves each card becomes, and up to which distance they keep the budget.
     cards = [cards_of(parts[k].mesh, _tint(parts[k])) for k in near]
     away = [np.asarray(eyes.query(card.centres)[0]) for card in cards]
@@ -76,8 +76,8 @@ def near_leaves(parts: Sequence[Part], *, around: Surroundings, budget: int = FI
             mesh, tint = with_leaves(
                 parts[k].mesh, _tint(parts[k]), some, outlined=outlined, rng=rng
             )
-            found[k] = replace(parts[k], mesh=mesh, tint=tint)
-    return found
+            leaves[k] = replace(parts[k], mesh=mesh, tint=tint)
+    return leaves
 
 
 def _tint(part: Part) -> Floats:
@@ -151,7 +151,7 @@ def tree_pits(
         return ()
     # Build a pit at each, square to the road beside it.
     places = places[inside]
-    names = [tree.id for tree, kept in zip(trees, inside, strict=True) if kept]
+    names = [tree.id for tree, stays in zip(trees, inside, strict=True) if stays]
     along = np.tile([1.0, 0.0], (len(places), 1))
     if around.index.tree is not None:
         along = around.index.directions[around.index.nearest(places)[0]]
@@ -373,7 +373,7 @@ def _thinned(away: Floats, budget: int) -> tuple[Ints, Floats]:
 def _planted(cells: Floats, counts: Ints, coarse: Floats, away: Floats, seed: int) -> list[Blades]:
     """Patches on cells."""
     patches = [grass_patch(variant) for variant in range(_VARIANTS)]
-    found = []
+    planted = []
     for cell, count, wide, distance in zip(cells, counts, coarse, away, strict=True):
         if not count:
             continue
@@ -381,8 +381,8 @@ def _planted(cells: Floats, counts: Ints, coarse: Floats, away: Floats, seed: in
         variant, quarter = divmod(int(chance * 4 * _VARIANTS), 4)
         blades = laid(patches[variant], count, place=cell, quarter=quarter, coarse=float(wide))
         low = 1.0 - 0.6 * np.clip((distance - 0.5 * BLADES_REACH) / (0.5 * BLADES_REACH), 0.0, 1.0)
-        found.append(replace(blades, heights=blades.heights * low))
-    return found
+        planted.append(replace(blades, heights=blades.heights * low))
+    return planted
 
 
 def _free(blades: Blades, lawn: Lawn) -> Blades:

@@ -210,8 +210,8 @@ def plant(network: Network, plot: Plot, *, around: Surroundings) -> Planting:
     # The ground's texture begins at whole tiles.
     origin = _TILE * np.floor(np.array(network.location.boundary[:2]) / _TILE)
     _hedgerows(around, origin, nursery)
-    trees = _kept(nursery.trees, plot, around, tall=True)
-    shrubs = _kept(nursery.shrubs, plot, around, tall=False)
+    trees = _chosen(nursery.trees, plot, around, tall=True)
+    shrubs = _chosen(nursery.shrubs, plot, around, tall=False)
     return Planting((*trees, *shrubs))
 
 
@@ -295,13 +295,13 @@ def _hedgerows(around: Surroundings, origin: Floats, nursery: _Nursery) -> None:
                     nursery.shrubs.append(_Candidate(name, place, shrub))
 
 
-def _kept(
-    found: Sequence[_Candidate], plot: Plot, around: Surroundings, *, tall: bool
+def _chosen(
+    candidates: Sequence[_Candidate], plot: Plot, around: Surroundings, *, tall: bool
 ) -> list[Poi]:
     """Candidates that stand free, can be seen and hide nothing, the nearest to a camera."""
-    if not found:
+    if not candidates:
         return []
-    places = settled([candidate.place for candidate in found])
+    places = settled([candidate.place for candidate in candidates])
     away = around.distances(places)
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
@@ -314,7 +314,7 @@ def _kept(
     near = near[~around.index.covers(places[near], margin=margin)]
     near = near[np.argsort(away[near], kind="stable")]
     most = MOST_TREES if tall else MOST_SHRUBS
-    return [planted(*found[int(k)], tall=tall) for k in near[:most]]
+    return [planted(*candidates[int(k)], tall=tall) for k in near[:most]]
 
 
 def in_sight(places: Floats, around: Surroundings) -> Bools:
@@ -342,7 +342,7 @@ def before_cameras(
         network: Places are told in its file's coordinates.
         around: Cameras.
     """
-    found = []
+    gone = []
     for kind, crown in (("trees", TREE), ("shrubs", SHRUB)):
         own = [poi.position for poi in pois if kind_of(poi.type, poi.source) == kind]
         places = settled(own).reshape(-1, 2)
@@ -352,8 +352,8 @@ def before_cameras(
             outside = network.location.outside(places[int(np.argmax(spoils))])
             first = "({:.0f}, {:.0f})".format(*outside)
             why = f"they hide much of a camera's picture, the first at {first}; another eye sees"
-            found.append(LeftOut(what, f"{why} past them"))
-    return tuple(found)
+            gone.append(LeftOut(what, f"{why} past them"))
+    return tuple(gone)
 
 
 def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:
@@ -443,8 +443,8 @@ def plant_far(plot: Plot, *, around: Surroundings) -> tuple[StaticPart, ...]:
         elif what < _LINE + _WOOD + _VILLAGE:
             houses.append(middle + rng.normal(0, 1, (26, 2)) * [85.0, 55.0])
             spots.append(middle + rng.normal(0, 1, (30, 2)) * [100.0, 65.0])
-    found = _trees(_allowed(spots, plot, around), around)
-    return (*found, *_houses(_allowed(houses, plot, around), around))
+    trees = _trees(_allowed(spots, plot, around), around)
+    return (*trees, *_houses(_allowed(houses, plot, around), around))
 
 
 def _blocks(around: Surroundings) -> list[tuple[int, int]]:
@@ -506,14 +506,14 @@ def _houses(places: Floats, around: Surroundings) -> list[StaticPart]:
         one, top = _house(size, turn, np.array([x, y, z - 0.3]))
         walls.append(one)
         roofs.append(top)
-    found = []
+    parts = []
     for name, meshes, palette in (("wall", walls, _WALLS), ("roof", roofs, _ROOFS)):
         if meshes:
             mesh = merge_meshes(meshes)
             colours = palette[rng.integers(0, len(palette), len(meshes))]
             tint = np.repeat(colours, len(meshes[0].faces), axis=0)
-            found.append(StaticPart(f"ground/village/{name}", "ground", Part(mesh, name, tint)))
-    return found
+            parts.append(StaticPart(f"ground/village/{name}", "ground", Part(mesh, name, tint)))
+    return parts
 
 
 def _house(size: Floats, turn: float, foot: Floats) -> tuple[Mesh, Mesh]:

@@ -80,8 +80,8 @@ def verges(network: Network, plot: Plot, *, around: Surroundings) -> tuple[Stati
     borders = [b for b in borders_near(network, around, reach=REACH) if is_fast(b)]
     if not borders:
         return ()
-    found = [_gravel(borders, around), _weeds(borders, plot, around)]
-    return tuple(part for part in found if len(part.part.mesh.faces))
+    parts = [_gravel(borders, around), _weeds(borders, plot, around)]
+    return tuple(part for part in parts if len(part.part.mesh.faces))
 
 
 def _weeds(borders: Sequence[Border], plot: Plot, around: Surroundings) -> StaticPart:
@@ -295,10 +295,10 @@ def _belt(
             places.append(spot[keep])
             numbers.append(np.full(int(keep.sum()), row))
             names += [f"{what}:{border.edge.id}:{row}:{k}" for k in np.flatnonzero(keep)]
-    found = _BeltSpots(np.concatenate(places), np.concatenate(numbers), tuple(names))
-    away = around.distances(found.places)
-    seen = around.pictured(found.places, radius=14.0) | (away < 40.0)
-    return found.some(seen & (away < FAR_REACH))
+    belt = _BeltSpots(np.concatenate(places), np.concatenate(numbers), tuple(names))
+    away = around.distances(belt.places)
+    seen = around.pictured(belt.places, radius=14.0) | (away < 40.0)
+    return belt.some(seen & (away < FAR_REACH))
 
 
 def _cover(places: Floats, seed: int) -> Floats:
@@ -362,7 +362,7 @@ def _off_rays(at: Floats, road: Floats) -> Bools:
 
 def _pois(trees: _BeltSpots, shrubs: _BeltSpots, seed: int) -> tuple[Poi, ...]:
     """Belts as points of interest; neighbours are mostly of one species."""
-    found = []
+    pois = []
     before = _before(trees)
     species, often = urn("belts")
     bushes, _ = urn("belt_shrubs")
@@ -371,11 +371,11 @@ def _pois(trees: _BeltSpots, shrubs: _BeltSpots, seed: int) -> tuple[Poi, ...]:
         own = share_of(seed, "stem", name)
         share = stand if own < 0.6 else (own - 0.6) / 0.4
         model = species[int(np.searchsorted(np.cumsum(often) / np.sum(often), share))]
-        found.append(planted(f"wayside:{name}", place, model, tall=True, behind=int(row)))
+        pois.append(planted(f"wayside:{name}", place, model, tall=True, behind=int(row)))
     for name, place, row in zip(shrubs.names, shrubs.places, _before(shrubs), strict=True):
         model = bushes[int(share_of(seed, "shrub", name) * len(bushes))]
-        found.append(planted(f"wayside:{name}", place, model, tall=False, behind=int(row)))
-    return tuple(found)
+        pois.append(planted(f"wayside:{name}", place, model, tall=False, behind=int(row)))
+    return tuple(pois)
 
 
 def _before(trees: _BeltSpots) -> Ints:
@@ -427,15 +427,15 @@ def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:
         yards: The lots.
         around: Trees keep clear of cameras and of what they look at.
     """
-    found = [
+    trees = [
         (f"yard:{yard.id}:{number}", place, species)
         for yard in yards
         for number, (place, species) in enumerate(_trees(yard, around.seed))
     ]
-    places = np.array([place for _, place, _ in found]).reshape(-1, 2)
+    places = np.array([place for _, place, _ in trees]).reshape(-1, 2)
     gone = in_the_way(places, around, crown=TREE).tolist()
     return tuple(
-        planted(*tree, tall=True) for tree, yields in zip(found, gone, strict=True) if not yields
+        planted(*tree, tall=True) for tree, yields in zip(trees, gone, strict=True) if not yields
     )
 
 
@@ -446,15 +446,15 @@ def yard_hedges(yards: Sequence[Yard], around: Surroundings) -> tuple[Polygon, .
         yards: The lots.
         around: Hedges keep clear of cameras at the height of people and of what they look at.
     """
-    found = []
+    hedges = []
     for yard in yards:
         front = shapely.LineString(yard.plan[: yard.fronts + 1])
         line = front.offset_curve(_HEDGE, join_style="mitre")
         hidden = hides(line.buffer(_THICK), around, over=_LOOKED_OVER)
         if line.geom_type == "LineString" and line.length > 2.0 and not hidden:
             shape = shapely.get_coordinates(line)
-            found.append(Polygon(f"yard:{yard.id}", "hedge", shape, False, None, SOURCE))
-    return tuple(found)
+            hedges.append(Polygon(f"yard:{yard.id}", "hedge", shape, False, None, SOURCE))
+    return tuple(hedges)
 
 
 def _trees(yard: Yard, seed: int) -> Iterator[tuple[Floats, str]]:

@@ -137,12 +137,12 @@ def barriers_of(
             if junction is not None and junction.type == LEVEL_CROSSING:
                 by_edge.setdefault(edge.id, []).append(link)
     tracks = _tracks(network)
-    found = []
+    barriers = []
     for key, own in by_edge.items():
         barrier = _barrier(network, network.edges[key], _course(own, phases), tracks)
         if barrier is not None:
-            found.append(barrier)
-    return found
+            barriers.append(barrier)
+    return barriers
 
 
 def _is_road(edge: Edge) -> bool:
@@ -172,7 +172,7 @@ def _course(
 
 
 def _barrier(
-    network: Network, edge: Edge, said: tuple[str, AspectCourse], tracks: shapely.STRtree
+    network: Network, edge: Edge, signal: tuple[str, AspectCourse], tracks: shapely.STRtree
 ) -> Barrier | None:
     """The barrier at the end of an edge; None if it has no room."""
     outer, inner = edge.lanes[0], edge.lanes[-1]
@@ -198,7 +198,7 @@ def _barrier(
     ]  # fmt: skip
     foot = feet[good[0] if good else -1]
     yaw = float(np.arctan2(along[1], along[0]))
-    tls, course = said
+    tls, course = signal
     return Barrier(edge.id, tls, foot, yaw, length, side, course)
 
 
@@ -287,15 +287,15 @@ def build_railway(
         style: How the St Andrew's crosses are painted.
         raised: How much higher than the carriageway people walk at places.
     """
-    found = barriers_of(scenario.network, links, scenario.signals)
-    if not found:
+    gates = barriers_of(scenario.network, links, scenario.signals)
+    if not gates:
         return Railway(left_out=(LeftOut(FAMILY, "no road near the camera crosses a railway"),))
     # Choose those near a camera, the nearest first.
-    places = np.array([barrier.foot[:2] for barrier in found])
+    places = np.array([barrier.foot[:2] for barrier in gates])
     away = around.distances(places)
-    order = [k for k in np.lexsort((np.arange(len(found)), away)).tolist() if away[k] < REACH]
-    lift = np.zeros(len(found)) if raised is None else raised(places)
-    chosen = [replace(found[k], foot=found[k].foot + np.array([0.0, 0.0, lift[k]])) for k in order]
+    order = [k for k in np.lexsort((np.arange(len(gates)), away)).tolist() if away[k] < REACH]
+    lift = np.zeros(len(gates)) if raised is None else raised(places)
+    chosen = [replace(gates[k], foot=gates[k].foot + np.array([0.0, 0.0, lift[k]])) for k in order]
     moving = [barrier for barrier in chosen if barrier.moves][:_MOST_MOVING]
     # Build what stands, arms that never move among it.
     still = {id(barrier) for barrier in chosen} - {id(barrier) for barrier in moving}

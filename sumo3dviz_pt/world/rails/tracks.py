@@ -126,10 +126,10 @@ class RailHeight:
         spots = shapely.points(np.asarray(places, dtype=np.float64)[:, :2])
         share = np.zeros(len(spots))
         share[np.unique(self.ballast.query(spots, predicate="dwithin", distance=_BESIDE)[0])] = 1.0
-        (found, _), away = self.flush.query_nearest(
+        (spot, _), away = self.flush.query_nearest(
             spots, max_distance=_RAMP, return_distance=True, all_matches=False
         )
-        share[found] *= np.clip((away - _BESIDE) / (_RAMP - _BESIDE), 0.0, 1.0)
+        share[spot] *= np.clip((away - _BESIDE) / (_RAMP - _BESIDE), 0.0, 1.0)
         return np.asarray(eased(share, RISE))
 
 
@@ -143,7 +143,7 @@ def track_parts(
         rise: What `track_rise` gave.
         focus: Box around the camera's path [m], near which they are finer; or None.
     """
-    found: dict[str, list[Mesh]] = {}
+    by_material: dict[str, list[Mesh]] = {}
     for track in _tracks(layout):
         if not track.solid:
             continue
@@ -152,10 +152,10 @@ def track_parts(
             if track.bed == BALLAST and rise is not None:
                 piece = piece + rise(piece)[:, None] * np.array([0.0, 0.0, 1.0])
             for material, mesh in _piece(piece, track.bed, away).items():
-                found.setdefault(material, []).append(mesh)
+                by_material.setdefault(material, []).append(mesh)
     return [
         StaticPart(f"rails/{material}", "roads", Part(merge_meshes(meshes), material))
-        for material, meshes in sorted(found.items())
+        for material, meshes in sorted(by_material.items())
     ]
 
 

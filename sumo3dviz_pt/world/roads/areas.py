@@ -23,12 +23,12 @@ from sumo3dviz_pt.world.roads.strips import (
     BoundsXY,
     Strip,
     bicycle_surface,
+    cached_strips,
     in_region,
     is_footway,
     is_skipped,
     junction_of,
     junction_surface,
-    kept_strips,
     look_of,
     style_of,
 )
@@ -90,7 +90,7 @@ def junction_insides(
         if edge.function == "walkingarea":
             walks.setdefault(owner, []).append(edge)
         elif edge.function == "internal":
-            strips = kept_strips(edge, settings, left_hand=network.left_hand, memory=memory)
+            strips = cached_strips(edge, settings, left_hand=network.left_hand, memory=memory)
             for strip in strips:
                 among = paths if is_footway(strip.lane) else ways
                 among.setdefault(owner, []).append(_without_rails(strip, bare))
@@ -143,7 +143,7 @@ def known_heights(
     own, shapes = {}, {}
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        shape = _kept_shape(key, outline, inside.strips, memory=memory)
+        shape = _cached_shape(key, outline, inside.strips, memory=memory)
         areas = [edge.lanes[0].shape for edge in inside.walks]
         known = [
             densified(line, _STEP) for line in (*(s.lane.shape for s in inside.strips), *areas)
@@ -268,7 +268,7 @@ def junction_cells(
     keep = memory.by_content
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        shape = _kept_shape(key, outline, inside.strips, memory=memory)
+        shape = _cached_shape(key, outline, inside.strips, memory=memory)
         if shape.is_empty:
             continue
         around = lanes.polygons[_near(tree, shape)]
@@ -328,8 +328,8 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
 
 def _near(tree: shapely.STRtree, shape: shapely.Geometry, *, distance: float = 2 * _REACH) -> Ints:
     """Numbers of what lies beside a shape, ascending; a tree gives them in an order of its own."""
-    found = tree.query(shape, predicate="dwithin", distance=distance)
-    return np.asarray(np.sort(found), dtype=np.int64)
+    index = tree.query(shape, predicate="dwithin", distance=distance)
+    return np.asarray(np.sort(index), dtype=np.int64)
 
 
 def _core(strip: Strip) -> shapely.Geometry:
@@ -350,7 +350,7 @@ def _height_of(strip: Strip, place: Floats) -> float:
     return float(np.interp(line.project(shapely.Point(place)), along, strip.lane.shape[:, 2]))
 
 
-def _kept_shape(
+def _cached_shape(
     key: str, outline: Floats, ways: Sequence[Strip], *, memory: Memory
 ) -> shapely.Geometry:
     """What `_junction_shape` gives, made once for all choices of roads."""

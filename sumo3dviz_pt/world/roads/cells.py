@@ -296,8 +296,8 @@ def fitted_heights(knots: Floats, points: Floats) -> Floats:
     low, high = float(knots[:, 2].min()), float(knots[:, 2].max())
     if low == high:
         return np.full(len(points), low)
-    found = [_fitted(knots, some) for some in np.array_split(points, len(points) // _ROWS + 1)]
-    return np.clip(np.concatenate(found), low, high)
+    heights = [_fitted(knots, some) for some in np.array_split(points, len(points) // _ROWS + 1)]
+    return np.clip(np.concatenate(heights), low, high)
 
 
 def _fitted(knots: Floats, points: Floats) -> Floats:
@@ -435,10 +435,10 @@ def heights_near(cells: Cells, points: Floats, *, among: Ints | None = None) -> 
     if cells.is_flat:
         return np.full(len(points), _any_height(cells))
     tree = cells.tree if among is None else shapely.STRtree(cells.polygons[among])
-    asked, cell = tree.query_nearest(shapely.points(points), all_matches=False)
+    point, cell = tree.query_nearest(shapely.points(points), all_matches=False)
     heights = np.zeros(len(points))
     number = cell if among is None else among[cell]
-    heights[asked] = surface_heights(cells, number, points[asked])
+    heights[point] = surface_heights(cells, number, points[point])
     return heights
 
 
@@ -454,15 +454,15 @@ def draped(points: Floats, meshes: Sequence[Mesh]) -> Floats:
     """
     corners = np.concatenate([np.zeros((0, 3, 3)), *(m.vertices[m.faces] for m in meshes)])
     tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
-    asked, face = tree.query(shapely.points(points[:, :2]), predicate="intersects")
+    point, face = tree.query(shapely.points(points[:, :2]), predicate="intersects")
     a, b, c = (corners[face, k] for k in range(3))
     normal = np.cross(b - a, c - a)
-    away = points[asked, :2] - a[:, :2]
-    found = a[:, 2] - (away * normal[:, :2]).sum(axis=1) / np.maximum(normal[:, 2], 1e-9)
-    miss = np.abs(found - points[asked, 2])
+    away = points[point, :2] - a[:, :2]
+    level = a[:, 2] - (away * normal[:, :2]).sum(axis=1) / np.maximum(normal[:, 2], 1e-9)
+    miss = np.abs(level - points[point, 2])
     # The nearest triangle is written last and so stays.
     order = np.argsort(-miss, kind="stable")
     order = order[miss[order] < STOREY]
     moved = points.copy()
-    moved[asked[order], 2] = found[order]
+    moved[point[order], 2] = level[order]
     return moved

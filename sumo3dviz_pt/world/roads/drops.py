@@ -162,13 +162,13 @@ def rise_at(drops: Drops, points: Floats) -> Floats:
             continue
         # Ramps rise with the distance from the crossing or from the kerb.
         away = np.full(len(near), np.inf)
-        (spot, _), found = drops.roads.query_nearest(
+        (spot, _), distance = drops.roads.query_nearest(
             shapely.points(points[near]),
             max_distance=_BEHIND,
             return_distance=True,
             all_matches=False,
         )
-        away[spot] = found
+        away[spot] = distance
         ramp = np.clip(np.maximum(beside, away / _BEHIND), 0.0, 1.0)
         share[near] = np.minimum(share[near], ramp)
     return LOWEST + (SIDEWALK_HEIGHT - LOWEST) * share
@@ -184,9 +184,9 @@ def _in_box(points: Floats, order: Ints, box: BoundsXY) -> Ints:
     """
     x0, y0, x1, y1 = box
     first, last = np.searchsorted(points[order, 0], [x0 - 0.05, x1 + 0.05])
-    found = np.sort(order[first:last])
-    y = points[found, 1]
-    return np.asarray(found[(y >= y0 - 0.05) & (y <= y1 + 0.05)])
+    index = np.sort(order[first:last])
+    y = points[index, 1]
+    return np.asarray(index[(y >= y0 - 0.05) & (y <= y1 + 0.05)])
 
 
 def cut_for_ramps(shape: shapely.Geometry, drops: Drops) -> list[shapely.Geometry]:

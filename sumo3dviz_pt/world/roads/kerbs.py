@@ -54,9 +54,9 @@ def tactile_slabs(base: Base, drops: Drops) -> tuple[Mesh, Floats]:
     for k, name in enumerate(drops.names):
         near = footways.geometries[np.sort(footways.query(drops.ramps.geometries[k]))]
         made_of = ("tactile", name, digest_of(*near))
-        found = layout.memory.by_content.of(made_of, partial(_at_end, k, drops, near))
-        quads.append(found[0])
-        tones.append(found[1])
+        slab = layout.memory.by_content.of(made_of, partial(_at_end, k, drops, near))
+        quads.append(slab[0])
+        tones.append(slab[1])
     flat = np.concatenate(quads).reshape(-1, 2)
     if not len(flat):
         return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64)), np.zeros((0, 3))
@@ -320,7 +320,7 @@ def _slimmed(quads: Floats) -> Floats:
 def _gutter(run: _StoneRun, ring: _Ring, roads: shapely.STRtree) -> _Tinted:
     """Channel stones where a carriageway lies beside the kerb, with drains among them."""
     shift = _DRAINS * share_of(0, "drains", ring.name)
-    found = []
+    parts = []
     for k, quads in run.pieces():
         spots = shapely.points(quads.mean(axis=1)[:, :2])
         beside = np.unique(roads.query(spots, predicate="within")[0])
@@ -328,15 +328,15 @@ def _gutter(run: _StoneRun, ring: _Ring, roads: shapely.STRtree) -> _Tinted:
             continue
         # One drain in every `_DRAINS` metres.
         if (shift + k * _CHANNEL) % _DRAINS < _CHANNEL and len(quads) == 1:
-            found.append(_drain(quads[0]))
+            parts.append(_drain(quads[0]))
         else:
-            found.append(_toned(quads, _CONCRETE, f"{ring.name}:gutter:{k}"))
-    return _joined(found)
+            parts.append(_toned(quads, _CONCRETE, f"{ring.name}:gutter:{k}"))
+    return _joined(parts)
 
 
 def _setts(ring: _Ring, base: Base) -> _Tinted:
     """Rows of small stones behind the kerb, where it is whole."""
-    found = []
+    parts = []
     for row in range(_SETT_ROWS):
         right = KERB_WIDTH + 0.012 + row * _SETT
         band = ring.band(ring.top, right, right + _SETT - _SETT_GAP, lift=0.0)
@@ -357,8 +357,8 @@ def _setts(ring: _Ring, base: Base) -> _Tinted:
         quads = quads[whole & near]
         grain = patchy(100.0 * quads.mean(axis=1), 7.0, salt=row)
         tone = 1.0 + 0.28 * grain + 0.1 * patchy(quads.mean(axis=1), 2.0, salt=7)
-        found.append(_Tinted(quads, tone[:, None] * np.array(_BASALT)))
-    return _joined(found)
+        parts.append(_Tinted(quads, tone[:, None] * np.array(_BASALT)))
+    return _joined(parts)
 
 
 def _drain(quad: Floats) -> _Tinted:

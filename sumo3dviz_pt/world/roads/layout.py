@@ -126,7 +126,7 @@ def plain_roads(
 
 def _lanes_by_surface(network: Network, settings: RoadSettings) -> dict[str, list[Line]]:
     """Middles and widths of the lanes that are drawn."""
-    found: dict[str, list[Line]] = {}
+    lines: dict[str, list[Line]] = {}
     for edge in network.edges.values():
         if edge.function not in {"normal", "connector"}:
             continue
@@ -134,17 +134,17 @@ def _lanes_by_surface(network: Network, settings: RoadSettings) -> dict[str, lis
         for lane in edge.lanes:
             if not is_skipped(lane) and len(lane.shape) > 1:
                 look = look_of(lane, style)
-                found.setdefault(look.surface, []).append(Line(lane.shape, look.width))
-    return found
+                lines.setdefault(look.surface, []).append(Line(lane.shape, look.width))
+    return lines
 
 
 def _junctions_by_surface(network: Network, settings: RoadSettings) -> dict[str, list[Junction]]:
     """The junctions that have an area."""
-    found: dict[str, list[Junction]] = {}
+    junctions: dict[str, list[Junction]] = {}
     for key, junction in network.junctions.items():
         if junction.type != "internal" and len(junction.outline) > 2:
-            found.setdefault(junction_surface(network, key, settings), []).append(junction)
-    return found
+            junctions.setdefault(junction_surface(network, key, settings), []).append(junction)
+    return junctions
 
 
 def _lifted(mesh: Mesh, height: float) -> Mesh:
@@ -343,12 +343,12 @@ class Levels:
 def levels_of(layout: RoadLayout) -> Levels:
     """Return the levels of a layout, which are kept in its memory."""
 
-    def found() -> Levels:
+    def make() -> Levels:
         crossings = crossings_of(layout.cells)
         of_cell = stacked(crossings, len(layout.cells.polygons))
         return Levels(crossings, of_cell, _borders(layout, of_cell))
 
-    return layout.memory.of(("levels",), found)
+    return layout.memory.of(("levels",), make)
 
 
 def _borders(layout: RoadLayout, levels: Ints) -> tuple[Border, ...]:
@@ -356,14 +356,14 @@ def _borders(layout: RoadLayout, levels: Ints) -> tuple[Border, ...]:
     if not levels.any():
         rings = area_rings(layout.outline, layout.cells)
         return tuple(Border(ring, closed=True, level=0) for ring in rings)
-    cells, found = layout.cells, []
+    cells, borders = layout.cells, []
     for level in np.unique(levels):
         among, rest = np.flatnonzero(levels == level), np.flatnonzero(levels != level)
         areas = np.array(polygon_parts(union(cells.polygons[among])), dtype=object)
         for ring in area_rings(areas, cells, among=among):
             free = ~_continued(ring, cells, rest)
-            found += [Border(line, closed, int(level)) for line, closed in _runs(ring, free)]
-    return tuple(found)
+            borders += [Border(line, closed, int(level)) for line, closed in _runs(ring, free)]
+    return tuple(borders)
 
 
 def _continued(ring: Floats, cells: Cells, rest: Ints) -> Bools:
@@ -401,9 +401,9 @@ def lowest_surface(layout: RoadLayout, points: Floats) -> Floats:
     cells = layout.cells
     tree = layout.memory.of(("tree of cells",), lambda: shapely.STRtree(cells.polygons))
     at, cell = tree.query(shapely.points(points), predicate="intersects")
-    found = np.full(len(points), np.inf)
-    np.minimum.at(found, at, cells.heights(cell, points[at]))
-    return np.where(np.isfinite(found), found, np.nan)
+    levels = np.full(len(points), np.inf)
+    np.minimum.at(levels, at, cells.heights(cell, points[at]))
+    return np.where(np.isfinite(levels), levels, np.nan)
 
 
 def heights_on(layout: RoadLayout, level: int, points: Floats) -> Floats:
@@ -479,17 +479,17 @@ def owners_of_roads(layout: RoadLayout) -> RoadOwners:
 def _cells_at(cells: Cells, points: Floats) -> Ints:
     """Return the cell that each point lies on, or else the nearest, (n,)."""
     spots = shapely.points(points[:, :2])
-    asked, cell = cells.tree.query(spots, predicate="intersects")
-    found = np.full(len(points), -1)
+    spot, cell = cells.tree.query(spots, predicate="intersects")
+    cells_at = np.full(len(points), -1)
     if cells.is_flat:
-        found[asked[::-1]] = cell[::-1]
+        cells_at[spot[::-1]] = cell[::-1]
     else:
         # Of cells above each other, the one at the point's height.
-        away = np.abs(cells.heights(cell, points[asked, :2]) - points[asked, 2])
-        order = np.lexsort((-cell, -away, asked))
-        found[asked[order]] = cell[order]
-    beside = np.flatnonzero(found < 0)
+        away = np.abs(cells.heights(cell, points[spot, :2]) - points[spot, 2])
+        order = np.lexsort((-cell, -away, spot))
+        cells_at[spot[order]] = cell[order]
+    beside = np.flatnonzero(cells_at < 0)
     if len(beside):
         near, cell = cells.tree.query_nearest(spots[beside], all_matches=False)
-        found[beside[near]] = cell
-    return found
+        cells_at[beside[near]] = cell
+    return cells_at

@@ -227,8 +227,8 @@ class _Cutting:
         def within(tile: Tile) -> Triangles:
             return triangulate_all([p for one in pieces() for p in cut_for_stains(one, tile)])
 
-        found = [keep.of(("rest", shape, uneven, ramps, tiles), rest)]
-        return found + [
+        triangles = [keep.of(("rest", shape, uneven, ramps, tiles), rest)]
+        return triangles + [
             keep.of(("stained", shape, ramps, tile), partial(within, tile)) for tile in tiles
         ]
 
@@ -236,15 +236,15 @@ class _Cutting:
 def _mesh_of(cutting: _Cutting, index: Ints, *, near: tuple[float, float]) -> Mesh:
     """Triangles of some cells of one surface."""
     cells, drops = cutting.cells, cutting.drops
-    found = [(flat, faces, i) for i in index for flat, faces in cutting.triangles(int(i))]
+    pieces = [(flat, faces, i) for i in index for flat, faces in cutting.triangles(int(i))]
     # Join all triangles.
-    starts = np.cumsum([0, *(len(flat) for flat, _, _ in found)])
-    moved = [some + start for (_, some, _), start in zip(found, starts[:-1], strict=True)]
+    starts = np.cumsum([0, *(len(flat) for flat, _, _ in pieces)])
+    moved = [some + start for (_, some, _), start in zip(pieces, starts[:-1], strict=True)]
     faces = np.concatenate([np.zeros((0, 3), np.int64), *moved])
     if not len(faces):
         return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    flat = np.concatenate([some for some, _, _ in found])
-    cell = np.repeat([i for _, _, i in found], [len(some) for some, _, _ in found])
+    flat = np.concatenate([some for some, _, _ in pieces])
+    cell = np.repeat([i for _, _, i in pieces], [len(some) for some, _, _ in pieces])
     # Lift them to the surface, and footways above it.
     heights = surface_heights(cells, cell, flat)
     raised = cells.raised[cell]

@@ -50,8 +50,8 @@ def without_crumbs(cells: Cells) -> tuple[Cells, Polygons]:
     if not lone:
         return cells, areas
     zone = union(areas[lone]).buffer(0.02)
-    found = shapely.STRtree(cells.polygons).query(zone, predicate="intersects")
-    cut = np.sort(found[cells.raised[found]])
+    index = shapely.STRtree(cells.polygons).query(zone, predicate="intersects")
+    cut = np.sort(index[cells.raised[index]])
     inside = np.array([common(cells.polygons[k], zone) for k in cut], dtype=object)
     polygons = cells.polygons.copy()
     polygons[cut] = [subtract(cells.polygons[k], [zone]) for k in cut]
@@ -98,9 +98,9 @@ def joined_areas(cells: Cells, some: Ints) -> Polygons:
     shape = union(cells.polygons[some])
     # Closing by a centimetre joins neighbours that rounding has parted.
     closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
-    found = np.empty(len(parts := polygon_parts(closed)), dtype=object)
-    found[:] = parts
-    return found
+    areas = np.empty(len(parts := polygon_parts(closed)), dtype=object)
+    areas[:] = parts
+    return areas
 
 
 def outer_area(cells: Cells) -> Polygons:
@@ -151,6 +151,6 @@ def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
         points = np.concatenate([own, corners[corner[ring == number]]])
         along = np.concatenate([[0.0], shapely.line_locate_point(line, points[1:])])
         along = np.sort(along)
-        kept = np.concatenate([[True], np.diff(along) > 0.005])
-        dense.append(shapely.get_coordinates(shapely.line_interpolate_point(line, along[kept])))
+        apart = np.concatenate([[True], np.diff(along) > 0.005])
+        dense.append(shapely.get_coordinates(shapely.line_interpolate_point(line, along[apart])))
     return dense

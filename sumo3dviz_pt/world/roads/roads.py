@@ -101,24 +101,24 @@ def build_roads(
     )
     base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
     verge = settings.colour or settings.surface
-    found = [Layer("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
-    found.append(Layer("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
+    layers = [Layer("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
+    layers.append(Layer("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
     ends = [(border.line, border.closed) for border in levels_of(layout).borders]
     sides = verges(ends, surface=verge, near=near)
     sides = unworn(sides) if verge in base.worn else sides
-    found.append(Layer("road/verge", _material(verge), sides))
+    layers.append(Layer("road/verge", _material(verge), sides))
     slope = shoulder(layout.cells)
     uvs = planar_uvs(slope.vertices, tile=metres_per_tile(BALLAST), near=near)
-    found.append(Layer("rails/shoulder", _material(BALLAST), replace(slope, uvs=uvs)))
+    layers.append(Layer("rails/shoulder", _material(BALLAST), replace(slope, uvs=uvs)))
     # What lies on top; then all that is not empty becomes parts.
-    found += road_layers(network, settings, base, region=region)
+    layers += road_layers(network, settings, base, region=region)
     static: tuple[StaticPart, ...] = tuple(
         StaticPart(
             f"{layer.family}/{layer.material.removeprefix('surface:')}",
             "markings" if layer.family == "markings" else "roads",
             Part(layer.mesh, layer.material),
         )
-        for layer in found
+        for layer in layers
         if len(layer.mesh.faces)
     )
     if base.worn:
@@ -267,25 +267,25 @@ class DrawnSurface:
             (n,) [m]; 0 where there is no surface.
         """
         rise = np.zeros(len(points))
-        found = np.zeros(len(points), dtype=np.bool_)
-        for offers in self._offers(points, found):
+        known = np.zeros(len(points), dtype=np.bool_)
+        for offers in self._offers(points, known):
             # The nearest is written last and so stays.
             order = np.lexsort((-np.abs(offers.gap), -np.round(offers.away, 3)))
             order = order[np.abs(offers.gap[order]) < LEVEL]
             gap, away = offers.gap[order], offers.away[order]
             near = np.clip((LEVEL - np.abs(gap)) / _FADING, 0.0, 1.0)
             rise[offers.point[order]] = gap * near * np.clip(1.0 - away / _BESIDE, 0.0, 1.0)
-            found[offers.point[order]] = True
+            known[offers.point[order]] = True
         return rise
 
-    def _offers(self, points: Floats, found: np.ndarray) -> Iterator[_Offers]:
+    def _offers(self, points: Floats, known: np.ndarray) -> Iterator[_Offers]:
         """Yield triangles below points; then those beside points that have found none."""
         spots = shapely.points(points[:, :2])
         point, face = self.tree.query(spots, predicate="intersects")
         yield _Offers(point, self._gaps(face, points[point]), np.zeros(len(point)))
-        rest = np.flatnonzero(~found)
-        asked, face = self.tree.query(spots[rest], predicate="dwithin", distance=_BESIDE)
-        point = rest[asked]
+        rest = np.flatnonzero(~known)
+        near, face = self.tree.query(spots[rest], predicate="dwithin", distance=_BESIDE)
+        point = rest[near]
         lines = shapely.shortest_line(self.tree.geometries[face], spots[point])
         feet = shapely.get_coordinates(lines).reshape(-1, 2, 2)[:, 0]
         beside = np.column_stack([feet, points[point, 2]])
@@ -320,11 +320,11 @@ def _surface(layout: RoadLayout) -> DrawnSurface:
             name, lambda: triangulate_all(pieces_of(cells, index, polygon_parts(polygon)))
         )
 
-    found = [triangles(index) for index in range(len(cells.polygons))]
-    flat = np.concatenate([np.zeros((0, 2)), *(some for some, _ in found)])
-    owner = np.repeat(np.arange(len(found)), [len(some) for some, _ in found])
-    starts = np.cumsum([0, *(len(some) for some, _ in found)])[:-1]
-    moved = [faces + start for (_, faces), start in zip(found, starts, strict=True)]
+    pieces = [triangles(index) for index in range(len(cells.polygons))]
+    flat = np.concatenate([np.zeros((0, 2)), *(some for some, _ in pieces)])
+    owner = np.repeat(np.arange(len(pieces)), [len(some) for some, _ in pieces])
+    starts = np.cumsum([0, *(len(some) for some, _ in pieces)])[:-1]
+    moved = [faces + start for (_, faces), start in zip(pieces, starts, strict=True)]
     faces = np.concatenate([np.zeros((0, 3), np.int64), *moved])
     vertices = np.column_stack([flat, surface_heights(cells, owner, flat)])
     corners = vertices[faces]

@@ -268,7 +268,7 @@ def _shared_border(before: Strip, line: Floats, lane: Lane) -> Floats | None:
     return np.round(0.5 * (sides[0] + sides[1]), 3)
 
 
-def kept_strips(
+def cached_strips(
     edge: Edge, settings: RoadSettings, *, left_hand: bool, memory: Memory
 ) -> tuple[Strip, ...]:
     """Return what `edge_strips` gives, made once for all choices of roads.
@@ -299,7 +299,7 @@ def network_strips(
         edge.id: strips
         for edge in edges
         if any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes)
-        and (strips := kept_strips(edge, settings, left_hand=network.left_hand, memory=memory))
+        and (strips := cached_strips(edge, settings, left_hand=network.left_hand, memory=memory))
     }
 
 

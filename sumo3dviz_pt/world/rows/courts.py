@@ -69,8 +69,8 @@ def _joined(heights: Floats, places: Floats, layout: RoadLayout) -> Floats:
     """
     borders = layout.memory.of(("borders",), partial(_borders, layout))
     away, near = (
-        np.asarray(found).reshape(len(places), -1)
-        for found in borders.tree.query(places, k=min(_COUNT, len(borders.starts)))
+        np.asarray(nearest).reshape(len(places), -1)
+        for nearest in borders.tree.query(places, k=min(_COUNT, len(borders.starts)))
     )
     used, own = np.unique(near, return_inverse=True)
     own = own.reshape(near.shape)
@@ -179,7 +179,7 @@ def court_sides(
 
 def _crossed(ring: Floats) -> Floats:
     """A closed line, (n, 2) [m], with points where it crosses the grid of squares, (m, 2) [m]."""
-    found = []
+    points = []
     for start, end in pairwise(ring):
         low, high = np.minimum(start, end) / _SQUARE, np.maximum(start, end) / _SQUARE
         shares = [np.zeros(1)]
@@ -187,5 +187,5 @@ def _crossed(ring: Floats) -> Floats:
             lines = np.arange(np.ceil(low[axis]), np.floor(high[axis]) + 1.0) * _SQUARE
             shares.append((lines - start[axis]) / (end[axis] - start[axis]))
         share = np.unique(np.concatenate(shares))
-        found.append(start + share[share < 1.0, None] * (end - start))
-    return np.concatenate(found)
+        points.append(start + share[share < 1.0, None] * (end - start))
+    return np.concatenate(points)

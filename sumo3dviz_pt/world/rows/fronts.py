@@ -101,14 +101,14 @@ class Rows:
 
     def polygons(self) -> tuple[Polygon, ...]:
         """Return houses and forecourts as areas on which nothing else may stand."""
-        found = [
+        polygons = [
             Polygon(f"row:{house.id}", "building", house.plan, True, None, SOURCE)
             for house in self.houses
         ]
         for number, area in enumerate(self.forecourts):
             ring = shapely.get_coordinates(area.exterior)
-            found.append(Polygon(f"court:{number}", "forecourt", ring, True, None, SOURCE))
-        return tuple(found)
+            polygons.append(Polygon(f"court:{number}", "forecourt", ring, True, None, SOURCE))
+        return tuple(polygons)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -305,7 +305,7 @@ def why_none(polygons: Sequence[Polygon]) -> str | None:
 def grow_rows(
     network: Network,
     paved: Sequence[shapely.Polygon],
-    given: Given,
+    fixed: Given,
     *,
     around: Surroundings,
 ) -> Rows:
@@ -314,7 +314,7 @@ def grow_rows(
     Args:
         network: Says which streets are a city's.
         paved: Outlines of roads and footways.
-        given: What keeps its place.
+        fixed: What keeps its place.
         around: Cameras, the seed, and the memory of the network's world.
 
     Returns:
@@ -322,7 +322,7 @@ def grow_rows(
     """
     tiles = tiles_seen(around, size=_TILE, reach=REACH, beyond=MARGIN / 2.0)
     some = [
-        around.memory.of((SOURCE, tile), partial(_in_tile, tile, network, paved, given, around))
+        around.memory.of((SOURCE, tile), partial(_in_tile, tile, network, paved, fixed, around))
         for tile in tiles
     ]
     return Rows(
@@ -340,11 +340,11 @@ def _apart(courts: Sequence[shapely.Polygon]) -> tuple[shapely.Polygon, ...]:
     for one, other in sorted(zip(first.tolist(), later.tolist(), strict=True)):
         if other < one and courts[one].intersection(courts[other]).area > _SLIVER:
             before.setdefault(one, []).append(other)
-    found: list[shapely.Polygon] = []
+    parts: list[shapely.Polygon] = []
     for number, court in enumerate(courts):
         others = [courts[k] for k in before.get(number, ())]
-        found += polygon_parts(subtract(court, [union(others)])) if others else [court]
-    return tuple(found)
+        parts += polygon_parts(subtract(court, [union(others)])) if others else [court]
+    return tuple(parts)
 
 
 def in_view(rows: Rows, around: Surroundings) -> Rows:
@@ -358,7 +358,7 @@ def in_view(rows: Rows, around: Surroundings) -> Rows:
         return rows
     middles = np.array([house.plan.mean(axis=0) for house in rows.houses])
     keep = around.seen(middles, radius=40.0) & (around.distances(middles) < REACH)
-    houses = tuple(house for house, kept in zip(rows.houses, keep, strict=True) if kept)
+    houses = tuple(house for house, stays in zip(rows.houses, keep, strict=True) if stays)
     return replace(rows, houses=houses)
 
 
@@ -366,7 +366,7 @@ def _in_tile(
     tile: Tile,
     network: Network,
     paved: Sequence[shapely.Polygon],
-    given: Given,
+    fixed: Given,
     around: Surroundings,
 ) -> Rows:
     """Rows of houses in one tile; they do not depend on the cameras that look at it."""
@@ -377,25 +377,25 @@ def _in_tile(
     box = tile.box(MARGIN)
     near = shapely.STRtree(list(paved)).query(box, predicate="intersects")
     ground = union(polygon_parts(shapely.intersection(union([paved[k] for k in near]), box)))
-    setback = _setback(ground, _trees(given.pois), streets)
+    setback = _setback(ground, _trees(fixed.pois), streets)
     grown = _kept_free(ground, setback)
     blocks = [Block(land, tile) for land in polygon_parts(shapely.difference(box, grown))]
     blocks = [block for block in blocks if block.land.area > _SMALLEST and not block.room.is_empty]
     # Divide its borders into lots and build on them.
-    taken = around.memory.of((SOURCE, "taken"), partial(_taken, given))
-    found = _Found(union([block.room for block in blocks]), taken, around)
+    taken = around.memory.of((SOURCE, "taken"), partial(_taken, fixed))
+    growth = _Growing(union([block.room for block in blocks]), taken, around)
     lots: list[Lot] = []
     for block in blocks:
         for lot in block.lots(partial(streets.fit, reach=setback + 14.0), around.seed):
-            found.build(lot, streets)
+            growth.build(lot, streets)
             lots.append(lot)
     # Pave what lies between houses and pavements.
-    houses = _neighbours(found.houses)
+    houses = _neighbours(growth.houses)
     rim = _RIM if streets.walks.mean() > 0.5 else 0.0
     inner = ground.buffer(-rim, join_style="mitre")
     courts = _forecourts(lots, setback, ground=inner, houses=houses)
-    courts = _beside(courts, around.memory.of((SOURCE, "laid"), partial(_laid, given)))
-    return Rows(tuple(houses), courts, tuple(found.yards))
+    courts = _beside(courts, around.memory.of((SOURCE, "laid"), partial(_laid, fixed)))
+    return Rows(tuple(houses), courts, tuple(growth.yards))
 
 
 def _kept_free(ground: shapely.Geometry, setback: float) -> shapely.Geometry:
@@ -408,11 +408,11 @@ def _kept_free(ground: shapely.Geometry, setback: float) -> shapely.Geometry:
 
 def _trees(pois: Sequence[Poi]) -> Floats:
     """Where the scenario has trees, (n, 2) [m]."""
-    found = [poi.position for poi in pois if kind_of(poi.type, poi.source) == "trees"]
-    return np.array(found, dtype=np.float64).reshape(-1, 2)
+    places = [poi.position for poi in pois if kind_of(poi.type, poi.source) == "trees"]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
 
 
-class _Found:
+class _Growing:
     """Houses while they are built."""
 
     def __init__(
@@ -467,7 +467,7 @@ def _neighbours(houses: Sequence[House]) -> list[House]:
     """Houses that do not stand alone, with walls blind only where a neighbour stands."""
     areas = [shapely.Polygon(house.plan) for house in houses]
     tree = shapely.STRtree(areas)
-    found = []
+    neighbours = []
     for number, house in enumerate(houses):
         after = np.roll(house.plan, -1, axis=0)
         blind = []
@@ -477,8 +477,8 @@ def _neighbours(houses: Sequence[House]) -> list[House]:
             if (others != number).any():
                 blind.append(wall)
         if blind or house.corner:
-            found.append(replace(house, blind=tuple(blind)))
-    return found
+            neighbours.append(replace(house, blind=tuple(blind)))
+    return neighbours
 
 
 def _setback(ground: shapely.Geometry, trees: Floats, streets: Streets) -> float:
@@ -492,28 +492,28 @@ def _setback(ground: shapely.Geometry, trees: Floats, streets: Streets) -> float
     return max(usual, float(np.percentile(row, 80)) + _TRUNK + 0.2) if len(row) > 12 else usual
 
 
-def _taken(given: Given) -> shapely.STRtree:
+def _taken(fixed: Given) -> shapely.STRtree:
     """What the scenario has put somewhere."""
-    found: list[shapely.Geometry] = []
-    for poi in given.pois:
+    shapes: list[shapely.Geometry] = []
+    for poi in fixed.pois:
         radius = _HOUSE.get(kind_of(poi.type, poi.source) or "", 1.0)
-        found.append(shapely.Point(poi.position).buffer(radius, quad_segs=3))
-    for item in given.polygons:
+        shapes.append(shapely.Point(poi.position).buffer(radius, quad_segs=3))
+    for item in fixed.polygons:
         if item.type.startswith(_LAND) or len(item.shape) < 2:
             continue
         if item.fill and len(item.shape) > 2:
-            found.append(shapely.make_valid(shapely.Polygon(item.shape[:, :2])))
+            shapes.append(shapely.make_valid(shapely.Polygon(item.shape[:, :2])))
         elif kind_of(item.type, item.source) is not None:
-            found.append(shapely.LineString(item.shape[:, :2]))
-    return shapely.STRtree(found)
+            shapes.append(shapely.LineString(item.shape[:, :2]))
+    return shapely.STRtree(shapes)
 
 
-def _laid(given: Given) -> shapely.STRtree:
+def _laid(fixed: Given) -> shapely.STRtree:
     """What the scenario has laid on the ground: water, bays, lawns, and its own houses."""
     return shapely.STRtree(
         [
             shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
-            for item in given.polygons
+            for item in fixed.polygons
             if item.fill and len(item.shape) > 2 and not item.type.startswith((*_LAND, _STOP))
         ]
     )
@@ -523,15 +523,15 @@ def _beside(
     courts: tuple[shapely.Polygon, ...], laid: shapely.STRtree
 ) -> tuple[shapely.Polygon, ...]:
     """Forecourts without what else lies there, which keeps its place."""
-    found: list[shapely.Polygon] = []
+    pieces: list[shapely.Polygon] = []
     for court in courts:
         near = np.sort(laid.query(court, predicate="intersects"))
         if not len(near):
-            found.append(court)
+            pieces.append(court)
             continue
         left = subtract(court, [union(laid.geometries[near])])
-        found += [part for part in polygon_parts(left) if part.area > _LEAST]
-    return tuple(found)
+        pieces += [part for part in polygon_parts(left) if part.area > _LEAST]
+    return tuple(pieces)
 
 
 def _forecourts(

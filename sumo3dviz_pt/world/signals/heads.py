@@ -249,14 +249,14 @@ class HeadDesign:
 
     def groups(self, links: Sequence[Connection], *, lamps: int) -> list[SignalGroup]:
         """Links that always show the same on heads of 2 or 3 lamps, in the order given."""
-        found: dict[tuple[str, AspectCourse, HeadKind], list[int]] = {}
+        groups: dict[tuple[str, AspectCourse, HeadKind], list[int]] = {}
         for link in links:
             key = (link.tls, self.course_of(link, lamps), kind_of(self.network, link))
-            if link.link_index not in found.setdefault(key, []):
-                found[key].append(link.link_index)
+            if link.link_index not in groups.setdefault(key, []):
+                groups[key].append(link.link_index)
         return [
             SignalGroup(tls, course, tuple(numbers), kind)
-            for (tls, course, kind), numbers in found.items()
+            for (tls, course, kind), numbers in groups.items()
         ]
 
 

@@ -89,18 +89,18 @@ def static_parts(
         style: Colours of heads for vehicles.
     """
     levels = [(away > FAR).astype(np.int64) for away in (head_distances, support_distances)]
-    found: dict[str, list[Mesh]] = {}
+    by_material: dict[str, list[Mesh]] = {}
     for head, title, level in zip(heads, _titles(heads), levels[0], strict=True):
         thing = _thing(title)
         for material, mesh in _head(head, int(level), style).items():
-            found.setdefault(material, []).append(belonging(_placed(mesh, head), thing))
+            by_material.setdefault(material, []).append(belonging(_placed(mesh, head), thing))
     for support, level in zip(supports, levels[1], strict=True):
         for material, mesh in _support(support, int(level)).items():
             thing = thing_at("pole", support.position)
-            found.setdefault(material, []).append(belonging(mesh, thing))
+            by_material.setdefault(material, []).append(belonging(mesh, thing))
     return tuple(
         StaticPart(f"signals/{material}", "signals", Part(merge_meshes(meshes), material))
-        for material, meshes in sorted(found.items())
+        for material, meshes in sorted(by_material.items())
     )
 
 

@@ -197,20 +197,20 @@ def with_shared_poles(
     for number, head in enumerate(heads):
         by_foot.setdefault(head.foot.tobytes(), []).append(number)
     poles = [_Pole(support, by_foot.get(support.foot.tobytes(), [])) for support in supports]
-    kept = [pole for pole in poles if not _may_move(pole, heads)]
+    stay = [pole for pole in poles if not _may_move(pole, heads)]
     for pole in poles:
         if not _may_move(pole, heads):
             continue
-        other = _host(pole, kept, made)
+        other = _host(pole, stay, made)
         if other is None:
-            kept.append(pole)
+            stay.append(pole)
             continue
         (number,) = pole.heads
         foot = other.support.foot
         hung = made[number].position - made[number].foot + foot
         made[number] = replace(made[number], position=hung, foot=foot)
         other.heads.append(number)
-    return made, [pole.support for pole in poles if any(pole is one for one in kept)]
+    return made, [pole.support for pole in poles if any(pole is one for one in stay)]
 
 
 def _may_move(pole: _Pole, heads: Sequence[Head]) -> bool:
@@ -221,14 +221,14 @@ def _may_move(pole: _Pole, heads: Sequence[Head]) -> bool:
 def _host(pole: _Pole, others: Sequence[_Pole], heads: Sequence[Head]) -> _Pole | None:
     """The nearest pole that can take a pole's head, or None."""
     yaw = heads[pole.heads[0]].yaw
-    found = []
+    hosts = []
     for other in others:
         step = other.support.foot - pole.support.foot
         similar = any(np.cos(heads[k].yaw - yaw) > _APART for k in other.heads)
         away = round(float(np.hypot(step[0], step[1])), 6)
         if away <= _NEAR and abs(step[2]) <= _LEVEL and not similar and not other.support.rail:
-            found.append((away, other))
-    return min(found, key=lambda one: one[0])[1] if found else None
+            hosts.append((away, other))
+    return min(hosts, key=lambda one: one[0])[1] if hosts else None
 
 
 _BEHIND = (4.5, 3.5, 2.0)  # places behind the stop line that are tried first [m]
@@ -273,17 +273,17 @@ def sites(
 
 def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list[Connection]]:
     """Links by the edge whose end they guard, or by the crossing they let people onto."""
-    found: dict[str, list[Connection]] = {}
+    by_edge: dict[str, list[Connection]] = {}
     for link in links:
         start, end = (
             network.edges[network.lanes[lane].edge_id] for lane in (link.from_lane, link.to_lane)
         )
         if start.function in WALKS:
             crossing = end if end.function == "crossing" else start
-            found.setdefault(crossing.id, []).append(link)
+            by_edge.setdefault(crossing.id, []).append(link)
         elif start.function != "internal":
-            found.setdefault(start.id, []).append(link)
-    return found
+            by_edge.setdefault(start.id, []).append(link)
+    return by_edge
 
 
 def _approach(

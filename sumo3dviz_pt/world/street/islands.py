@@ -82,15 +82,15 @@ def islands_of(network: Network, layout: RoadLayout, lanes: LaneIndex) -> tuple[
         layout: The roads.
         lanes: All lanes with their directions.
     """
-    found = []
+    islands = []
     for area in layout.outline:
         for ring in area.interiors:
             hole = shapely.Polygon(ring)
             radius = round(float(shapely.maximum_inscribed_circle(hole, 0.01).length), 2)
             fits = _fits(hole, radius) and _is_passed_inside(hole, network, lanes)
             if fits and _is_slow(hole, network, layout):
-                found.append(Island(hole, radius))
-    return tuple(found)
+                islands.append(Island(hole, radius))
+    return tuple(islands)
 
 
 def island_parts(
@@ -118,12 +118,12 @@ def island_shrubs(islands: Sequence[Island], around: Surroundings) -> tuple[Poi,
         islands: All of them.
         around: Shrubs keep clear of cameras and of what they look at.
     """
-    found = [shrub for island in islands for shrub in _shrubs(island, around.seed)]
-    places = np.array([place for place, _ in found]).reshape(-1, 2)
+    shrubs = [shrub for island in islands for shrub in _shrubs(island, around.seed)]
+    places = np.array([place for place, _ in shrubs]).reshape(-1, 2)
     gone = in_the_way(places, around, crown=SHRUB).tolist()
     return tuple(
         planted(f"island:{place[0]:.0f}:{place[1]:.0f}", place, species, tall=False)
-        for (place, species), yields in zip(found, gone, strict=True)
+        for (place, species), yields in zip(shrubs, gone, strict=True)
         if not yields
     )
 
@@ -195,12 +195,12 @@ def _shrubs(island: Island, seed: int) -> list[tuple[Floats, str]]:
     if room.is_empty:
         return []
     x0, y0, x1, y1 = (round(value) for value in room.bounds)
-    found, (kinds, _) = [], urn("islands")
+    shrubs, (kinds, _) = [], urn("islands")
     for x in np.arange(x0, x1, _GAP):
         for y in np.arange(y0, y1, _GAP):
             name = f"{x:.1f}:{y:.1f}"
             chance, turn = (share_of(seed, "island", name, word) for word in ("dense", "turn"))
             place = np.array([x, y]) + 0.8 * np.array([np.cos(7 * turn), np.sin(7 * turn)])
             if chance < _DENSE and shapely.contains_xy(room, *place):
-                found.append((place, kinds[int(turn * len(kinds))]))
-    return found
+                shrubs.append((place, kinds[int(turn * len(kinds))]))
+    return shrubs

@@ -111,7 +111,7 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
         site: What is free; lamps are added to it.
     """
     lamps = _at_pois(pois, site)
-    given = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
+    mapped = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
     widths = {(b.edge.from_junction, b.edge.to_junction): b.road for b in borders}
     stand: dict[tuple[str, str], Floats] = {}
     for border in borders:
@@ -121,7 +121,7 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
         # Pairs of lamps stand on both sides of wide roads; others light a corner together.
         pairs = ends if _takes_turns(border, widths) else ends[::-1]
         others = [places for key, places in stand.items() if key not in (ends, pairs)]
-        own = _along(border, widths, site, given, np.concatenate([np.zeros((0, 2)), *others]))
+        own = _along(border, widths, site, mapped, np.concatenate([np.zeros((0, 2)), *others]))
         places = np.array([lamp.place[:2] for lamp in own]).reshape(-1, 2)
         stand[ends] = np.concatenate([stand.get(ends, np.zeros((0, 2))), places])
         lamps += own
@@ -167,12 +167,12 @@ def lamp_sets(lamps: Sequence[Lamp], around: Surroundings) -> tuple[LampSet, ...
     """
     places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
     away = around.distances(places)
-    found = []
+    sets = []
     for number, (low, high, weight) in enumerate(_RINGS):
         ring = [lamp for lamp, d in zip(lamps, away.tolist(), strict=True) if low <= d < high]
         if ring:
-            found.append(_ring(f"{LAMP_SET}_{number}", ring, weight))
-    return tuple(found)
+            sets.append(_ring(f"{LAMP_SET}_{number}", ring, weight))
+    return tuple(sets)
 
 
 def _ring(name: str, lamps: Sequence[Lamp], weight: float) -> LampSet:
@@ -231,8 +231,8 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
     site.use(places[free])
     lamps = []
     for i, z in zip(np.flatnonzero(free), heights, strict=True):
-        given = wanted[i].yaw
-        yaw = float(yaws[i]) if given is None else given
+        angle = wanted[i].yaw
+        yaw = float(yaws[i]) if angle is None else angle
         x, y = map(float, places[i])
         lamps.append(Lamp((x, y, float(z)), yaw, LOW))
     return lamps
@@ -249,7 +249,7 @@ def _along(
     border: Border,
     widths: Mapping[tuple[str, str], float],
     site: Site,
-    given: Floats,
+    mapped: Floats,
     others: Floats,
 ) -> list[Lamp]:
     """Lamps along one edge, away from given ones, (n, 2), and those of other roads, (m, 2)."""
@@ -279,7 +279,7 @@ def _along(
     good = (
         site.free(places, radius=0.2, height=LOW)
         & site.level_with(places, road)
-        & ~_near_any(places, given, _SPACING / 2)
+        & ~_near_any(places, mapped, _SPACING / 2)
         & ~_near_any(places, others, _CORNER)
     ).reshape(tries.shape)
     first = np.flatnonzero(good.any(axis=1)) * len(_SHIFTS) + good.argmax(axis=1)[good.any(axis=1)]

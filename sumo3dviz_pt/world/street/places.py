@@ -221,11 +221,11 @@ def borders_in(network: Network, box: shapely.Polygon, memory: Memory) -> list[B
         box: Parallel to the axes [m].
         memory: Of the network's world.
     """
-    found = [
+    borders = [
         memory.of(("border", edge.id), partial(border_of, network, edge))
         for edge in edges_in(network, box, memory)
     ]
-    return [border for border in found if border is not None and border.length > 1.0]
+    return [border for border in borders if border is not None and border.length > 1.0]
 
 
 def borders_near(network: Network, around: Surroundings, *, reach: float) -> list[Border]:
@@ -236,7 +236,7 @@ def borders_near(network: Network, around: Surroundings, *, reach: float) -> lis
         around: The cameras.
         reach: A point of the edge lies within this distance of a camera [m].
     """
-    found: list[Border] = []
+    borders: list[Border] = []
     box = shapely.box(-np.inf, -np.inf, np.inf, np.inf)
     if len(eyes := around.viewpoints[:, :2]):
         box = shapely.box(*(eyes.min(axis=0) - reach), *(eyes.max(axis=0) + reach))
@@ -248,8 +248,8 @@ def borders_near(network: Network, around: Surroundings, *, reach: float) -> lis
             continue
         border = border_of(network, edge)
         if border is not None and border.length > 1.0:
-            found.append(border)
-    return found
+            borders.append(border)
+    return borders
 
 
 def is_urban(border: Border) -> bool:

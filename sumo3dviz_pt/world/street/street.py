@@ -194,8 +194,8 @@ class _StreetTiles:
         if self.settings.signs != "auto":
             return _Exits((), ())
         network = self.scenario.network
-        found = place_exits(network, self._borders(tile), site, self._links)
-        return _Exits(tuple(found), tuple(site.used), bool(site.yielded))
+        exits = place_exits(network, self._borders(tile), site, self._links)
+        return _Exits(tuple(exits), tuple(site.used), bool(site.yielded))
 
     def _kerbs(self, tile: Tile) -> _Kerbs:
         """What `kerbs` keeps."""
@@ -262,10 +262,10 @@ def site_of(
         ground: Everything else.
         supports: Feet of signals, (n, 2) [m].
     """
-    given = around.memory.of(("street", "given"), partial(_given, scenario))
-    taken = np.concatenate([given.taken, supports.reshape(-1, 2)])
+    known = around.memory.of(("street", "given"), partial(_obstacles, scenario))
+    taken = np.concatenate([known.taken, supports.reshape(-1, 2)])
     standing = standing_height(roads, ground)
-    return Site(around, standing, given.crossings, taken, given.lines)
+    return Site(around, standing, known.crossings, taken, known.lines)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -277,7 +277,7 @@ class _Obstacles:
     lines: shapely.STRtree
 
 
-def _given(scenario: Scenario) -> _Obstacles:
+def _obstacles(scenario: Scenario) -> _Obstacles:
     """What a scenario brings."""
     trees = [poi.position for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
     lines = [
@@ -319,9 +319,9 @@ def _absent(
     parts: dict[str, Sequence[Part]], settings: StreetSettings, cramped: int
 ) -> tuple[LeftOut, ...]:
     """Say what is missing and why."""
-    given = {"street lamps": "lamps", "signs": "signs", "furniture": "furniture"}
+    keys = {"street lamps": "lamps", "signs": "signs", "furniture": "furniture"}
     left_out = []
-    for family, key in given.items():
+    for family, key in keys.items():
         if not parts[family]:
             off = getattr(settings, key) == "none"
             why = f"switched off by `street.{key}`" if off else "no road near the camera has any"

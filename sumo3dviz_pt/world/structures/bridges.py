@@ -119,12 +119,12 @@ def decks_of(layout: RoadLayout, zone: shapely.Geometry, height_at: HeightAt) ->
     pieces = np.array([common(cells.polygons[k], zone) for k in near], dtype=object)
     open_below = [_open(layout, int(k), p, height_at) for k, p in zip(near, pieces, strict=True)]
     near, pieces = near[open_below], pieces[open_below]
-    found = []
+    decks = []
     for level in np.unique(of_cell[near]):
         here = of_cell[near] == level
         area = union(pieces[here])
-        found.append(Deck(int(level), near[here], pieces[here], area))
-    return found
+        decks.append(Deck(int(level), near[here], pieces[here], area))
+    return decks
 
 
 def deck_mesh(deck: Deck, layout: RoadLayout) -> Mesh:
@@ -342,8 +342,8 @@ def build_parapets(
     """
     if layout.cells.is_flat:
         return ()
-    found = [mesh for side in _sides(layout, height_at) for mesh in _parapets(side, eyes)]
-    return _parts("parapets", "galvanised", found)
+    meshes = [mesh for side in _sides(layout, height_at) for mesh in _parapets(side, eyes)]
+    return _parts("parapets", "galvanised", meshes)
 
 
 def _parts(name: str, material: str, meshes: list[Mesh]) -> tuple[StaticPart, ...]:
@@ -355,7 +355,7 @@ def _parts(name: str, material: str, meshes: list[Mesh]) -> tuple[StaticPart, ..
 def _sides(layout: RoadLayout, height_at: HeightAt) -> list[_Side]:
     """The sides of roads along all borders, which are kept in the layout's memory."""
 
-    def found() -> list[_Side]:
+    def make() -> list[_Side]:
         levels = levels_of(layout)
         lines = [_dense(border) for border in levels.borders]
         beside = [line[:, :2] - 0.08 * mitres(line) for line in lines]
@@ -367,7 +367,7 @@ def _sides(layout: RoadLayout, height_at: HeightAt) -> list[_Side]:
         shapely.prepare(zone)
         return [_side(line, z, zone) for line, z in zip(lines, ground, strict=True)]
 
-    return layout.memory.of(("sides",), found)
+    return layout.memory.of(("sides",), make)
 
 
 def bridge_zone(levels: Levels) -> shapely.Geometry:

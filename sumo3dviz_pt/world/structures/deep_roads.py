@@ -120,7 +120,7 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
     crossings = levels.crossings
     if not len(crossings.shared):
         return ()
-    found = []
+    tunnels = []
     flat = shapely.get_coordinates(shapely.centroid(crossings.shared))
     below = np.column_stack([flat, layout.cells.heights(crossings.lower, flat)])
     decks = below[levels.of_cell[crossings.upper] - levels.of_cell[crossings.lower] > 1]
@@ -131,8 +131,8 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
             if long < LONG or wide < _NARROWEST or part.area < _NARROWEST * long:
                 continue
             if _crossed(part, runs, below) and not (long < _DECKS and _crossed(part, runs, decks)):
-                found.append(_tunnel(layout, ground, part, runs))
-    return tuple(tunnel for tunnel in found if tunnel is not None)
+                tunnels.append(_tunnel(layout, ground, part, runs))
+    return tuple(tunnel for tunnel in tunnels if tunnel is not None)
 
 
 def _connected(runs: Sequence[_DeepRun]) -> list[list[_DeepRun]]:
@@ -340,11 +340,11 @@ def _mouths(part: shapely.Geometry, runs: Sequence[_DeepRun]) -> tuple[Mouth, ..
             if group[0][2] @ end[2] > 0.8
             and np.linalg.norm(group[0][0][:2] - end[0][:2]) < _TOGETHER
         )
-        found = next(near, None)
-        if found is None:
+        mouth = next(near, None)
+        if mouth is None:
             groups.append([end])
         else:
-            found.append(end)
+            mouth.append(end)
     return tuple(_mouth(group) for group in groups)
 
 
@@ -381,7 +381,7 @@ def _open_roads(
 ) -> list[shapely.Geometry]:
     """Other roads below the ground near a tunnel, with their slopes: no lid covers them."""
     cells = layout.cells
-    found = []
+    sides = []
     for k in np.sort(cells.tree.query(lid, predicate="intersects")):
         rest = common(subtract(cells.polygons[k], [area.buffer(1.0)]), lid)
         if rest.area < 1.0:
@@ -390,8 +390,8 @@ def _open_roads(
         depth = float((ground(spot) - cells.heights(np.array([k]), spot))[0])
         if depth > 1.5:
             slopes = rest.buffer(depth / STEEPEST + 1.0, quad_segs=2)
-            found.append(slopes.difference(area.buffer(2.0)))
-    return found
+            sides.append(slopes.difference(area.buffer(2.0)))
+    return sides
 
 
 def _squares(part: shapely.Geometry) -> shapely.Geometry:

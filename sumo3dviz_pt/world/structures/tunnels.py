@@ -210,11 +210,11 @@ def build_tunnels(layout: RoadLayout, ground: HeightAt, terrain_at: HeightAt) ->
         ground: Height of the ground as if the deep roads were not there.
         terrain_at: Height of the terrain, in which tunnels are open cuttings.
     """
-    found = tunnels_of(layout, ground)
-    if not found:
+    tunnels = tunnels_of(layout, ground)
+    if not tunnels:
         return Tunnels((), terrain_at)
-    top = lid_height(layout, found, ground)
-    whole = union([tunnel.lid for tunnel in found])
+    top = lid_height(layout, tunnels, ground)
+    whole = union([tunnel.lid for tunnel in tunnels])
     shapely.prepare(whole)
 
     def height_at(places: Floats) -> Floats:
@@ -226,12 +226,12 @@ def build_tunnels(layout: RoadLayout, ground: HeightAt, terrain_at: HeightAt) ->
             z[on] = np.maximum(z[on], top(flat[on]))
         return z
 
-    bare = [lid_mesh(tunnel, top, terrain_at) for tunnel in found]
+    bare = [lid_mesh(tunnel, top, terrain_at) for tunnel in tunnels]
     lids = [
         Mesh(lid.vertices, lid.faces, smooth_normals(lid.vertices, lid.faces))
         for lid in bare
         if len(lid.faces)
     ]
-    shell = merge_meshes([lining(tunnel, layout, height_at) for tunnel in found])
+    shell = merge_meshes([lining(tunnel, layout, height_at) for tunnel in tunnels])
     part = StaticPart("ground/tunnels", "ground", Part(concrete(shell), MATERIAL))
-    return Tunnels(tuple(lids), height_at, (part,), tunnel_lamps(found, layout))
+    return Tunnels(tuple(lids), height_at, (part,), tunnel_lamps(tunnels, layout))

@@ -7,7 +7,7 @@ from builders import write_scenario
 from sumo3dviz_pt.inspection.checks import Outing, check_scene, outlooks
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.news import heard_by
+from sumo3dviz_pt.model.progress import heard_by
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -57,8 +57,8 @@ def test_what_a_report_announces_are_the_steps_that_were_expected(job):
     steps = checking_steps(job)
     course, seconds = WorkCourse(steps, 0.0), []
 
-    def hear(news):
-        course.hear(news, 0.0)
+    def hear(event):
+        course.hear(event, 0.0)
         seconds.append(course.seconds_left(0.0))
 
     with heard_by(hear):

@@ -18,7 +18,7 @@ from sumo3dviz_pt.inspection.catalogue import (
 )
 from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.news import Doing, News, heard_by
+from sumo3dviz_pt.model.progress import Doing, ProgressEvent, heard_by
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shot import showroom
 from sumo3dviz_pt.shot.showroom import Exhibit, still_life
@@ -113,7 +113,7 @@ def test_a_sheet_shows_each_exhibit_with_its_title(tmp_path, monkeypatch):
     seen = []
     with heard_by(seen.append):
         draw_sheet(SheetOrder("blocks", path, SIZE, "draft"))
-    assert seen == [News(Doing.DRAW, done, 2, "blocks") for done in (1, 2)]
+    assert seen == [ProgressEvent(Doing.DRAW, done, 2, "blocks") for done in (1, 2)]
     picture = matplotlib.image.imread(path)[..., :3]
     left, right = (part.reshape(-1, 3).mean(axis=0) for part in np.array_split(picture, 2, axis=1))
     assert left[0] - left[2] > right[0] - right[2] + 0.1

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from sumo3dviz_pt.model.news import Doing, News, announce, heard_by
+from sumo3dviz_pt.model.progress import Doing, ProgressEvent, announce, heard_by
 from sumo3dviz_pt.pipeline.steps import WorkCourse, WorkStep, can_redraw, clock, followed
 
 FILM = (
@@ -29,16 +29,16 @@ def replayed(slowness, frames=10, *, every=0.5):
         if step.doing is Doing.RENDER:
             for number in range(frames + 1):
                 seconds = slowness * step.seconds * number / frames
-                events.append((now + seconds, News(step.doing, number, frames)))
+                events.append((now + seconds, ProgressEvent(step.doing, number, frames)))
         else:
-            events.append((now, News(step.doing)))
+            events.append((now, ProgressEvent(step.doing)))
         now += slowness * step.seconds
     end, found, time_ = now, [], 100.0
     while time_ < end:
         while events and events[0][0] <= time_ + 1e-9:
-            _, news = events.pop(0)
-            if news is not None:
-                course.hear(news, time_)
+            _, event = events.pop(0)
+            if event is not None:
+                course.hear(event, time_)
         found.append((time_, course.seconds_left(time_), end - time_))
         time_ += every
     return found
@@ -62,9 +62,9 @@ def test_the_first_estimate_is_the_expectation():
 
 def test_frames_that_were_there_before_do_not_count_for_the_pace():
     course = WorkCourse(FILM, 0.0)
-    course.hear(News(Doing.RENDER, 90, 100), 15.0)
+    course.hear(ProgressEvent(Doing.RENDER, 90, 100), 15.0)
     for number in range(1, 6):
-        course.hear(News(Doing.RENDER, 90 + number, 100), 15.0 + 10 * number)
+        course.hear(ProgressEvent(Doing.RENDER, 90 + number, 100), 15.0 + 10 * number)
     # Five frames at 10 s each, then encoding, which is as fast as expected so far.
     assert course.seconds_left(65.0) == pytest.approx(55.0)
 
@@ -72,10 +72,10 @@ def test_frames_that_were_there_before_do_not_count_for_the_pace():
 def test_frames_that_compile_do_not_count_for_the_pace():
     course = WorkCourse(FILM, 0.0)
     now = 15.0
-    course.hear(News(Doing.RENDER, 0, 100), now)
+    course.hear(ProgressEvent(Doing.RENDER, 0, 100), now)
     for number, seconds in enumerate([20, 15, 15, 2, 2, 2], start=1):
         now += seconds
-        course.hear(News(Doing.RENDER, number, 100), now)
+        course.hear(ProgressEvent(Doing.RENDER, number, 100), now)
     assert course.seconds_left(now) == pytest.approx(94 * 2 + 5)
 
 
@@ -95,7 +95,7 @@ def left_under_load(share):
     while clock_[0] < ends[-1]:
         if clock_[0] >= ends[at]:
             at += 1
-            course.hear(News(steps[at].doing), clock_[0])
+            course.hear(ProgressEvent(steps[at].doing), clock_[0])
         yield clock_[0], course.seconds_left(clock_[0]), ends[-1] - clock_[0]
         clock_[0] += 0.5
 
@@ -117,23 +117,23 @@ def test_a_step_that_is_late_slows_down_those_to_come():
 
 def test_several_films_are_one_course():
     course = WorkCourse((*FILM, *FILM), 0.0)
-    course.hear(News(Doing.ENCODE), 115.0)
+    course.hear(ProgressEvent(Doing.ENCODE), 115.0)
     assert course.seconds_left(115.0) == pytest.approx(125.0)
-    course.hear(News(Doing.READ), 120.0)
+    course.hear(ProgressEvent(Doing.READ), 120.0)
     assert course.seconds_left(120.0) == pytest.approx(120.0)
 
 
 def test_the_share_grows_from_nothing_to_all():
     course = WorkCourse(FILM, 0.0)
     assert course.share(0.0) == 0.0
-    course.hear(News(Doing.ENCODE), 115.0)
+    course.hear(ProgressEvent(Doing.ENCODE), 115.0)
     assert course.share(115.0) == pytest.approx(115 / 120)
 
 
 def test_words():
     course = WorkCourse(FILM, 0.0)
     assert course.words() == "reading the simulation"
-    course.hear(News(Doing.RENDER, 3, 50), 20.0)
+    course.hear(ProgressEvent(Doing.RENDER, 3, 50), 20.0)
     assert course.words() == "rendering 3 of 50"
 
 
@@ -182,9 +182,9 @@ def test_terminals_get_a_bar_that_goes_on_by_itself():
 
 def test_a_part_of_a_step_says_nothing_of_its_own():
     course = WorkCourse((WorkStep(Doing.READ, 2.0), WorkStep(Doing.MEASURE, 60.0)), 0.0)
-    course.hear(News(Doing.MEASURE, 1, 4, "noon"), 2.0)
-    course.hear(News(Doing.BUILD), 10.0)
-    course.hear(News(Doing.RENDER, 0, 9), 11.0)
+    course.hear(ProgressEvent(Doing.MEASURE, 1, 4, "noon"), 2.0)
+    course.hear(ProgressEvent(Doing.BUILD), 10.0)
+    course.hear(ProgressEvent(Doing.RENDER, 0, 9), 11.0)
     assert course.words() == "measuring noon, 1 of 4"
 
 
@@ -196,7 +196,7 @@ def test_nobody_hears_what_is_told_elsewhere():
         other.start()
         other.join()
     announce(Doing.OPEN)
-    assert heard == [News(Doing.READ)]
+    assert heard == [ProgressEvent(Doing.READ)]
 
 
 def test_work_that_fails_leaves_no_thread():

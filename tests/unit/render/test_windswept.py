@@ -86,7 +86,7 @@ def shadows_moved_by_wind(*, windy: bool) -> int:
     with session_of(scene(windy=windy), size=SIZE, quality=QUALITY) as session:
         for weather in (WIND, None):
             pictures.append(picture(session, at(0.5, weather, down=True)))
-            albedo = session.facts({"albedo"}).found["albedo"]
+            albedo = session.facts({"albedo"}).layers["albedo"]
             grounds.append(np.abs(albedo - 0.4).max(axis=-1) < 1e-3)
     ground = grounds[0] & grounds[1]
     assert ground.mean() > 0.3

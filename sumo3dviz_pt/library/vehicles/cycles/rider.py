@@ -109,9 +109,9 @@ def _untinted(part: Part) -> Iterator[MaterialMesh]:
 
 def _faces_of(mesh: Mesh, chosen: Bools) -> Mesh:
     """Some faces of a mesh."""
-    kept, faces = np.unique(mesh.faces[chosen], return_inverse=True)
+    used, faces = np.unique(mesh.faces[chosen], return_inverse=True)
     assert mesh.normals is not None
-    return Mesh(mesh.vertices[kept], faces.reshape(-1, 3), mesh.normals[kept])
+    return Mesh(mesh.vertices[used], faces.reshape(-1, 3), mesh.normals[used])
 
 
 @dataclass(frozen=True, slots=True)

@@ -146,13 +146,13 @@ def needle() -> Prototype:
 
 def tick_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
     """Return every other tick of both dials, which glows at night."""
-    found = []
+    lamps = []
     for left in _LEFT:
         for angle in _TICKS[::2]:
             out = 0.86 * _RADIUS * np.array([-np.sin(angle), np.cos(angle)])
             x, y, z = eye + np.array([FACE - 0.004, left + out[0], _HEIGHT + out[1]])
-            found.append(_glow((float(x), float(y), float(z))))
-    return tuple(found)
+            lamps.append(_glow((float(x), float(y), float(z))))
+    return tuple(lamps)
 
 
 def _glow(at: tuple[float, float, float]) -> VehicleLamp:

@@ -194,13 +194,13 @@ def _without_backs(parts: tuple[Part, ...], eye: Floats, *, above: float) -> Ite
     for part in parts:
         mesh = part.mesh
         corners = mesh.vertices[mesh.faces]
-        kept = corners[:, :, 2].max(axis=1) <= above
+        stays = corners[:, :, 2].max(axis=1) <= above
         seats = eye * np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])
         facing = (seats[:, None] - corners[:, 0]) * area_vectors(mesh.vertices, mesh.faces)
-        kept |= (facing.sum(axis=2) > 0.0).all(axis=0)
-        if kept.any():
-            tint = None if part.tint is None else part.tint[kept]
-            yield replace(part, mesh=_compact(mesh, mesh.faces[kept]), tint=tint)
+        stays |= (facing.sum(axis=2) > 0.0).all(axis=0)
+        if stays.any():
+            tint = None if part.tint is None else part.tint[stays]
+            yield replace(part, mesh=_compact(mesh, mesh.faces[stays]), tint=tint)
 
 
 def _clipped(part: Part, heights: Floats) -> Part:

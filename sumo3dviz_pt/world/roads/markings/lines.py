@@ -301,15 +301,15 @@ def through_paint(
 
 def _inner_connections(network: Network) -> dict[str, list[Connection]]:
     """Connections between normal edges that run over internal lanes, by junction."""
-    found: dict[str, list[Connection]] = {}
+    by_junction: dict[str, list[Connection]] = {}
     for connection in network.connections:
         lane = network.lanes.get(connection.from_lane)
         if lane is None or connection.via not in network.lanes:
             continue
         edge = network.edges[lane.edge_id]
         if edge.function == "normal":
-            found.setdefault(edge.to_junction, []).append(connection)
-    return found
+            by_junction.setdefault(edge.to_junction, []).append(connection)
+    return by_junction
 
 
 def _is_through(network: Network, key: str, connections: list[Connection]) -> bool:

@@ -243,12 +243,12 @@ def arrow_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> li
 
 def _directions(network: Network) -> dict[str, str]:
     """Where each lane leads: some of `l`, `r` and `s`, by lane id."""
-    found: dict[str, set[str]] = {}
+    sides_of: dict[str, set[str]] = {}
     for connection in network.connections:
         side = _SIDES.get(connection.direction)
         if side is not None:
-            found.setdefault(connection.from_lane, set()).add(side)
-    return {lane: "".join(sorted(sides)) for lane, sides in found.items()}
+            sides_of.setdefault(connection.from_lane, set()).add(side)
+    return {lane: "".join(sorted(sides)) for lane, sides in sides_of.items()}
 
 
 def _arrows(strip: Strip, sides: str) -> list[Floats]:

@@ -160,7 +160,7 @@ def _near_lanes(
     layout: RoadLayout, surfaces: frozenset[str], focus: BoundsXY | None
 ) -> list[_NearLane]:
     """Driven lanes near the camera's path on surfaces that show wear."""
-    found = []
+    lanes = []
     first = 0
     for edge, group in layout.strips.items():
         for strip in (s for s in group if not s.look.raised):
@@ -170,8 +170,8 @@ def _near_lanes(
                 continue
             if distance_to(focus, strip.lane.shape).min() < _FARTHEST:
                 free = np.array([int(k) not in layout.cells.cutters for k in index])
-                found.append(_NearLane(strip, edge, free))
-    return found
+                lanes.append(_NearLane(strip, edge, free))
+    return lanes
 
 
 def _places(strip: Strip, free: Bools) -> list[FreeStretch]:
@@ -271,14 +271,14 @@ def _manhole(place: FreeStretch) -> list[tuple[Floats, float]]:
     """A round cover with studs in a collar of fresh asphalt."""
     at = np.array([0.5 * (place.start + place.end), place.chance("side", -0.25, 0.25)])
     rows = [(0.0, 0.07), (0.07, 0.14), (0.14, 0.21), (0.21, 0.27)]
-    found = [(_ring(place, at, (0.31, 0.42), odd=None), 0.70)]
-    found.append((_ring(place, at, (0.27, 0.31), odd=None), 0.30))
+    rings = [(_ring(place, at, (0.31, 0.42), odd=None), 0.70)]
+    rings.append((_ring(place, at, (0.27, 0.31), odd=None), 0.30))
     for number, row in enumerate(rows):
-        found += [
+        rings += [
             (_ring(place, at, row, odd=bool(number % 2)), 0.33),
             (_ring(place, at, row, odd=not number % 2), 0.55),
         ]
-    return found
+    return rings
 
 
 def _ring(
@@ -380,11 +380,11 @@ def _repairs(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> _To
     tones: _Tones = []
     taken = shapely.Polygon()
     for kind, place in places:
-        found = [(quads, tone) for quads, tone in detail_quads(place, kind) if len(quads)]
-        cover = shapely.union_all(np.concatenate([quad_polygons(quads) for quads, _ in found]))
+        details = [(quads, tone) for quads, tone in detail_quads(place, kind) if len(quads)]
+        cover = shapely.union_all(np.concatenate([quad_polygons(quads) for quads, _ in details]))
         if cover.distance(taken) > 0.3 or taken.is_empty:
             taken = taken.union(cover.envelope)
-            short = [(_shortened(quads), tone) for quads, tone in found]
+            short = [(_shortened(quads), tone) for quads, tone in details]
             tones += [(quads, np.full((len(quads), 2), tone)) for quads, tone in short]
     return tones
 

@@ -123,8 +123,8 @@ class _LaneRows:
 
     def __getitem__(self, chosen: Bools) -> _LaneRows:
         """Some of them."""
-        kept = (self.quads[chosen], self.cells[chosen], self.strength[chosen])
-        return _LaneRows(*kept, self.dusty)
+        rows = (self.quads[chosen], self.cells[chosen], self.strength[chosen])
+        return _LaneRows(*rows, self.dusty)
 
 
 def _queued(rows: _LaneRows) -> _LaneRows:

@@ -89,7 +89,7 @@ def stain_tiles(area: shapely.Geometry, focus: BoundsXY | None) -> tuple[Tile, .
     boxes = [_box(tile) for tile in tiles]
     shapely.prepare(area)
     near = shapely.intersects(area, boxes)
-    return tuple(tile for tile, kept in zip(tiles, near, strict=True) if kept)
+    return tuple(tile for tile, inside in zip(tiles, near, strict=True) if inside)
 
 
 def is_small(piece: shapely.Geometry) -> bool:

@@ -170,7 +170,7 @@ def test_depth_is_exact_at_the_centres_of_pixels() -> None:
         own = in_body(mover, points[pixels(facts, mover.name)]) / [1.0, 1.0, tall]
         beside = np.minimum(np.abs(own - low), np.abs(own - high)).min(axis=1)
         assert beside.max() < NEARLY
-    sky = facts.found["depth"] == 0.0
+    sky = facts.layers["depth"] == 0.0
     assert sky.any()
     assert (facts.owner[sky] == 0).all()
     assert facts.names[0] == ""
@@ -182,7 +182,7 @@ def test_flow_ends_where_the_same_place_is_in_the_next_picture(name: str) -> Non
     loaded, facts = shown(before)
     points = points_of(facts, before, SIZE)
     places, known = carried(facts, loaded, (before, after), points)
-    sky = facts.found["depth"] == 0.0
+    sky = facts.layers["depth"] == 0.0
     flow, ahead = flow_of(places, before.view.directions(SIZE), sky, view=after.view)
     here = pixels(facts, name)
     assert (known & ahead)[here].all()
@@ -206,7 +206,7 @@ def test_flow_of_a_wheel_follows_its_turn() -> None:
     loaded, facts = shown(before)
     points = points_of(facts, before, SIZE)
     places, _ = carried(facts, loaded, (before, after), points)
-    sky = facts.found["depth"] == 0.0
+    sky = facts.layers["depth"] == 0.0
     flow, _ = flow_of(places, before.view.directions(SIZE), sky, view=after.view)
     here = pixels(facts, "vehicle:a/wheel0")
     assert here.sum() > 20
@@ -233,7 +233,7 @@ def test_the_sky_moves_with_the_camera_alone() -> None:
     loaded, facts = shown(before)
     points = points_of(facts, before, SIZE)
     places, _ = carried(facts, loaded, (before, after), points)
-    sky = facts.found["depth"] == 0.0
+    sky = facts.layers["depth"] == 0.0
     flow, _ = flow_of(places, before.view.directions(SIZE), sky, view=after.view)
     far = before.view.position + 1e9 * before.view.directions(SIZE)[sky]
     local = (far - after.view.position) @ after.view.world_from_camera.matrix[:3, :3]
@@ -254,9 +254,9 @@ def test_who_is_gone_in_the_next_frame_has_no_flow() -> None:
 def test_facts_do_not_depend_on_what_was_shown_before() -> None:
     _, alone = shown(frame(1.0))
     _, later = shown(frame(), frame(1.0))
-    for name, values in alone.found.items():
+    for name, values in alone.layers.items():
         if name != "instance":  # Mitsuba's own numbers
-            np.testing.assert_array_equal(values, later.found[name])
+            np.testing.assert_array_equal(values, later.layers[name])
     assert alone.owner is not None and later.owner is not None
     names = np.array(alone.names)[alone.owner], np.array(later.names)[later.owner]
     np.testing.assert_array_equal(*names)

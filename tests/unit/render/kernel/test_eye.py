@@ -52,7 +52,7 @@ def test_rays_meet_the_ground_where_the_projection_says(name):
     view = View(PLACE, lens)
     with session_of(scene_of([GROUND], PLAIN), size=size) as session:
         session.render(frame_of(view))
-        depth = np.asarray(session.facts({"depth"}).found["depth"], np.float64)
+        depth = np.asarray(session.facts({"depth"}).layers["depth"], np.float64)
     points = view.points(depth, size)
     near = (depth > 0.0) & (depth < 100.0)
     assert near.mean() > 0.25
@@ -193,9 +193,9 @@ def test_layers_after_an_exposure_show_its_middle():
     states = crossing(60.0, view)
     with session_of(scene, size=(200, 20)) as session:
         session.render(exposed(view, Shutter(0.0, 0.02, 4), states))
-        after = session.facts({"depth"}).found["depth"]
+        after = session.facts({"depth"}).layers["depth"]
         session.render(states(0.01))
-        middle = session.facts({"depth"}).found["depth"]
+        middle = session.facts({"depth"}).layers["depth"]
     np.testing.assert_array_equal(after, middle)
 
 

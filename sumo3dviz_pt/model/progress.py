@@ -1,4 +1,4 @@
-"""News of long work: which step begins, and how far it is.
+"""Progress of long work: which step begins, and how far it is.
 
 Work announces its steps much as it logs. A function that listens receives them, without a
 parameter in every call between the two.
@@ -28,7 +28,7 @@ class Doing(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class News:
+class ProgressEvent:
     """A step that begins, or how far it is.
 
     Attributes:
@@ -50,20 +50,20 @@ class News:
         return f"{words}{',' if self.what else ''} {self.done} of {self.total}"
 
 
-Tell = Callable[[News], None]
+Listener = Callable[[ProgressEvent], None]
 
 
-def _silent(_: News) -> None:
-    """Ignore news, where no function listens."""
+def _silent(_: ProgressEvent) -> None:
+    """Ignore events, where no function listens."""
 
 
-_LISTENER: ContextVar[Tell] = ContextVar("listener", default=_silent)
+_LISTENER: ContextVar[Listener] = ContextVar("listener", default=_silent)
 
 
 @contextmanager
-def heard_by(tell: Tell) -> Iterator[None]:
-    """Pass the news of this thread to a function within the `with` statement."""
-    before = _LISTENER.set(tell)
+def heard_by(listener: Listener) -> Iterator[None]:
+    """Pass the progress events of this thread to a function within the `with` statement."""
+    before = _LISTENER.set(listener)
     try:
         yield
     finally:
@@ -71,7 +71,7 @@ def heard_by(tell: Tell) -> Iterator[None]:
 
 
 def announce(doing: Doing, done: int = 0, total: int = 0, *, what: str = "") -> None:
-    """Pass news to the function that listens, if there is one.
+    """Pass an event to the function that listens, if there is one.
 
     Args:
         doing: The step of the work.
@@ -79,4 +79,4 @@ def announce(doing: Doing, done: int = 0, total: int = 0, *, what: str = "") -> 
         total: Number of all parts; 0 where nothing is counted.
         what: What is rendered, measured or made, where there are several.
     """
-    _LISTENER.get()(News(doing, done, total, what))
+    _LISTENER.get()(ProgressEvent(doing, done, total, what))

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.figures import kept_files, kept_folder
-from sumo3dviz_pt.files.atomic import read_whole
+from sumo3dviz_pt.cast.figures import cache_folder, cached_files
+from sumo3dviz_pt.files.atomic import read_folder
 
 LOOK = "girl"
 FILES = {"near.npz": b"arms and legs" * 20, "far.npz": b"a head" * 20}
@@ -22,7 +22,7 @@ def cache(tmp_path, monkeypatch):
 
 
 def folder_of(name=LOOK):
-    return kept_folder(catalog.find("people", name), "people")
+    return cache_folder(catalog.find("people", name), "people")
 
 
 def build():
@@ -34,16 +34,16 @@ def never():
 
 
 def test_built_once_and_read_again(cache):
-    assert kept_files(folder_of(), build) == FILES == kept_files(folder_of(), never)
+    assert cached_files(folder_of(), build) == FILES == cached_files(folder_of(), never)
 
 
 def test_another_recipe_lies_elsewhere(cache, monkeypatch, tmp_path):
-    kept_files(folder_of(), build)
+    cached_files(folder_of(), build)
     changed = tmp_path / "asset.yaml"
     text = (catalog.find("people", LOOK).folder / "asset.yaml").read_text(encoding="utf-8")
     changed.write_text(text + "# changed\n", encoding="utf-8")
     monkeypatch.setattr(catalog, "recipe_files", lambda _: (changed,))
-    kept_files(folder_of(), build)
+    cached_files(folder_of(), build)
     assert len(list(cache.iterdir())) == 2
 
 
@@ -66,11 +66,11 @@ def flip(path):
 @pytest.mark.parametrize("which", ["*.npz", "*.json"])
 def test_a_damaged_cache_heals(cache, harm, which):
     """One file less drew other pixels; a cut one stopped every render for ever."""
-    kept_files(folder_of(), build)
+    cached_files(folder_of(), build)
     (folder,) = cache.iterdir()
     stored = {path: path.read_bytes() for path in folder.iterdir()}
     harm(sorted(folder.glob(which))[0])
-    assert kept_files(folder_of(), build) == FILES
+    assert cached_files(folder_of(), build) == FILES
     assert {path: path.read_bytes() for path in folder.iterdir()} == stored
     assert list(cache.iterdir()) == [folder], "nothing is left lying about"
 
@@ -80,7 +80,7 @@ def test_without_a_place_to_write_one_note_says_so(caplog, tmp_path, monkeypatch
     (tmp_path / "a file").write_text("no folder", encoding="utf-8")
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "a file"))
     for _ in range(2):
-        assert kept_files(folder_of(), build) == FILES
+        assert cached_files(folder_of(), build) == FILES
     (note,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
     assert "cannot be written" in note and "SUMO3DVIZ_PT_CACHE" in note
 
@@ -90,7 +90,7 @@ def test_a_full_disk_leaves_nothing_and_stops_nothing(cache, monkeypatch, caplog
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("pathlib.Path.write_bytes", fail)
-    assert kept_files(folder_of(), build) == FILES
+    assert cached_files(folder_of(), build) == FILES
     assert list(cache.iterdir()) == [] and "No space left" in caplog.text
 
 
@@ -102,7 +102,7 @@ def test_what_old_code_left_goes_after_a_month(cache):
         folder.mkdir(parents=True)
     for folder in (old, other):
         os.utime(folder, (1e9, 1e9))
-    kept_files(folder_of(), build)
+    cached_files(folder_of(), build)
     assert not old.exists() and young.is_dir() and other.is_dir()
 
 
@@ -111,17 +111,17 @@ def test_two_processes_build_at_once(cache, broken):
     """The slower one takes what the faster one made; both heal a broken one."""
     target = folder_of()
     if broken:
-        kept_files(target, build)
+        cached_files(target, build)
         lose(sorted(cache.glob("*/*.npz"))[0])
     code = (
-        "import pathlib, time; from sumo3dviz_pt.cast.figures import kept_files as h\n"
+        "import pathlib, time; from sumo3dviz_pt.cast.figures import cached_files as h\n"
         f"def make(): time.sleep(0.3); return {FILES!r}\n"
         f"print(len(h(pathlib.Path({str(target)!r}), make)))"
     )
     both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
     assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
     (folder,) = cache.iterdir()
-    assert read_whole(folder) is not None
+    assert read_folder(folder) is not None
 
 
 def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):

@@ -7,28 +7,28 @@ from pathlib import Path
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.atomic import open_plain, read_plain, refuse_special, whole, write_whole
+from sumo3dviz_pt.files import atomic
 
 
 def test_what_exists_is_replaced_as_a_whole(tmp_path):
     path = tmp_path / "a.json"
     for text in ("old and longer", "näw\n"):
-        write_whole(path, text)
+        atomic.write_atomically(path, text)
         assert path.read_bytes() == text.encode() and list(tmp_path.iterdir()) == [path]
 
 
 def test_nothing_half_written_stays(tmp_path):
     path = tmp_path / "a.json"
-    write_whole(path, "old")
+    atomic.write_atomically(path, "old")
     with pytest.raises(UnicodeEncodeError):
-        write_whole(path, "new" * 100_000 + "\ud800")
+        atomic.write_atomically(path, "new" * 100_000 + "\ud800")
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
 def test_the_file_stays_as_it_was_until_the_end(tmp_path):
     path = tmp_path / "a.bin"
     path.write_bytes(b"old")
-    with whole(path) as part:
+    with atomic.atomic_path(path) as part:
         part.write_bytes(b"new")
         assert path.read_bytes() == b"old" and part.parent == path.parent
     assert path.read_bytes() == b"new" and list(tmp_path.iterdir()) == [path]
@@ -42,27 +42,27 @@ def test_pipes_and_devices_are_refused_before_they_are_opened(tmp_path):
     link.symlink_to(pipe)
     for path in (pipe, link):
         with pytest.raises(InputError, match=r"is a pipe and no plain file.* name that"):
-            open_plain(path)
+            atomic.open_plain(path)
     with pytest.raises(InputError, match="is a device"):
-        open_plain(Path("/dev/zero"))
+        atomic.open_plain(Path("/dev/zero"))
 
 
 def test_what_is_no_special_file_is_left_to_its_reader(tmp_path):
     """A folder, a missing file and an impossible name have messages of their own."""
     (tmp_path / "file").write_bytes(b"1")
-    with open_plain(tmp_path / "file") as stream:
+    with atomic.open_plain(tmp_path / "file") as stream:
         assert stream.read() == b"1"
     for path in (tmp_path, tmp_path / "missing", Path("a\0b")):
-        refuse_special(path)
+        atomic.refuse_special(path)
 
 
 def test_no_more_than_asked_is_read(tmp_path):
     path = tmp_path / "a"
     path.write_bytes(b"x" * 11)
-    assert read_plain(path, most=11) == b"x" * 11
+    assert atomic.read_plain(path, most=11) == b"x" * 11
     for refused in (path, tmp_path):
         with pytest.raises(InputError):
-            read_plain(refused, most=10)
+            atomic.read_plain(refused, most=10)
 
 
 def test_as_much_memory_as_a_file_needs_is_set_aside(tmp_path):
@@ -70,7 +70,7 @@ def test_as_much_memory_as_a_file_needs_is_set_aside(tmp_path):
     path.write_bytes(b"x")
     tracemalloc.start()
     try:
-        read_plain(path, most=4_000_000_000)
+        atomic.read_plain(path, most=4_000_000_000)
         assert tracemalloc.get_traced_memory()[1] < 10_000_000
     finally:
         tracemalloc.stop()

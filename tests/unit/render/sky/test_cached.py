@@ -5,7 +5,7 @@ import pytest
 
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.sky import baked as kept
+from sumo3dviz_pt.render.sky import baked as skies
 from sumo3dviz_pt.render.sky.baked import bake_dome, sky_of_dome
 
 SIZE = (64, 128)
@@ -16,7 +16,7 @@ SUN = np.array([0.6, 0.0, 0.8])
 def cache(tmp_path, monkeypatch):
     choose_backend("llvm")
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(kept, "_KEPT_LEAST", 0)
+    monkeypatch.setattr(skies, "_CACHED_LEAST", 0)
     return tmp_path / "cache" / "skies"
 
 
@@ -24,13 +24,13 @@ def cache(tmp_path, monkeypatch):
 def baked(monkeypatch):
     """Lists the skies that are really baked."""
     found = []
-    original = kept.bake_dome
+    original = skies.bake_dome
 
     def listed(sky, size):
         found.append(sky)
         return original(sky, size)
 
-    monkeypatch.setattr(kept, "bake_dome", listed)
+    monkeypatch.setattr(skies, "bake_dome", listed)
     return found
 
 
@@ -66,8 +66,8 @@ def assert_same(one, other):
 )
 def test_a_sky_is_baked_once_and_read_to_the_bit(sky, baked):
     plain = plain_sky(sky, SIZE)
-    assert_same(kept.kept_sky(sky, SIZE), plain)
-    assert_same(kept.kept_sky(sky, SIZE), plain)
+    assert_same(skies.cached_sky(sky, SIZE), plain)
+    assert_same(skies.cached_sky(sky, SIZE), plain)
     assert len(baked) == 1
 
 
@@ -75,25 +75,25 @@ def test_a_sky_is_baked_once_and_read_to_the_bit(sky, baked):
     "other", [cloudy(0.6), cloudy(sun=np.array([0.0, 0.6, 0.8]))], ids=["clouds", "sun"]
 )
 def test_another_sky_is_another(other, baked):
-    kept.kept_sky(cloudy(), SIZE)
-    assert_same(kept.kept_sky(other, SIZE), plain_sky(other, SIZE))
-    kept.kept_sky(cloudy(), (32, 64))
+    skies.cached_sky(cloudy(), SIZE)
+    assert_same(skies.cached_sky(other, SIZE), plain_sky(other, SIZE))
+    skies.cached_sky(cloudy(), (32, 64))
     assert len(baked) == 3
 
 
 def test_a_damaged_sky_is_baked_anew(cache, baked):
-    kept.kept_sky(cloudy(), SIZE)
+    skies.cached_sky(cloudy(), SIZE)
     (dome,) = cache.rglob("dome.f32")
     dome.write_bytes(dome.read_bytes()[:-4] + b"\0\0\0\0")
-    assert_same(kept.kept_sky(cloudy(), SIZE), plain_sky(cloudy(), SIZE))
+    assert_same(skies.cached_sky(cloudy(), SIZE), plain_sky(cloudy(), SIZE))
     assert len(baked) == 2
 
 
 def test_small_skies_and_pictures_are_not_kept(cache, monkeypatch):
     image = np.ones((32, 64, 3), np.float32)
-    assert kept.kept_sky(Sky(None, image=image), SIZE).radiance.shape == (*SIZE, 3)
-    monkeypatch.setattr(kept, "_KEPT_LEAST", SIZE[0] * SIZE[1] + 1)
-    kept.kept_sky(cloudy(), SIZE)
+    assert skies.cached_sky(Sky(None, image=image), SIZE).radiance.shape == (*SIZE, 3)
+    monkeypatch.setattr(skies, "_CACHED_LEAST", SIZE[0] * SIZE[1] + 1)
+    skies.cached_sky(cloudy(), SIZE)
     assert not cache.exists()
 
 
@@ -101,5 +101,5 @@ def test_where_nothing_can_be_written_the_sky_is_there_all_the_same(cache, baked
     cache.parent.mkdir(parents=True)
     cache.write_text("no folder")
     for _ in range(2):
-        assert_same(kept.kept_sky(cloudy(), SIZE), plain_sky(cloudy(), SIZE))
+        assert_same(skies.cached_sky(cloudy(), SIZE), plain_sky(cloudy(), SIZE))
     assert len(baked) == 2

@@ -15,7 +15,7 @@ from sumo3dviz_pt.pipeline import worlds
 from sumo3dviz_pt.pipeline.production import read
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
-from sumo3dviz_pt.world import kept
+from sumo3dviz_pt.world import cache as places
 
 EYE = CameraPath.all_round(np.array([[20.0, 5.0, 30.0]]))
 
@@ -23,7 +23,7 @@ EYE = CameraPath.all_round(np.array([[20.0, 5.0, 30.0]]))
 @pytest.fixture(autouse=True)
 def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(kept, "_LEAST", 0)
+    monkeypatch.setattr(places, "_LEAST", 0)
     return tmp_path / "cache" / "places"
 
 
@@ -31,13 +31,13 @@ def cache(tmp_path, monkeypatch):
 def built(monkeypatch):
     """Lists the places that are really built."""
     found = []
-    original = kept.build_place
+    original = places.build_place
 
     def listed(world, camera_path):
         found.append(original(world, camera_path))
         return found[-1]
 
-    monkeypatch.setattr(kept, "build_place", listed)
+    monkeypatch.setattr(places, "build_place", listed)
     return found
 
 
@@ -65,8 +65,8 @@ def same(one, other):
 
 
 def test_a_place_is_built_once_and_comes_back_whole(tmp_path, built):
-    first = kept.place_around(world_in(tmp_path), EYE)
-    second = kept.place_around(world_in(tmp_path), EYE)
+    first = places.place_around(world_in(tmp_path), EYE)
+    second = places.place_around(world_in(tmp_path), EYE)
     assert len(built) == 1 and first is built[0] and second is not first
     for part in ("static", "lamps", "left_out", "surface"):
         assert same(getattr(first, part), getattr(second, part))
@@ -82,26 +82,26 @@ def test_a_place_is_built_once_and_comes_back_whole(tmp_path, built):
 
 
 def test_what_a_place_depends_on_makes_another_one(tmp_path, built):
-    kept.place_around(world_in(tmp_path), EYE)
-    kept.place_around(world_in(tmp_path, seed=8), EYE)
-    kept.place_around(world_in(tmp_path), replace(EYE, positions=EYE.positions + 250.0))
+    places.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path, seed=8), EYE)
+    places.place_around(world_in(tmp_path), replace(EYE, positions=EYE.positions + 250.0))
     network = next(tmp_path.glob("*.net.xml"))
     network.write_text(network.read_text("utf-8").replace("<net ", "<net  ", 1), encoding="utf-8")
-    kept.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path), EYE)
     assert len(built) == 4
     # What a place does not show makes no difference.
-    kept.place_around(world_in(tmp_path, **{"quality": "draft", "output.fps": 10}), EYE)
+    places.place_around(world_in(tmp_path, **{"quality": "draft", "output.fps": 10}), EYE)
     assert len(built) == 4
 
 
 def test_pictures_of_another_installation_are_not_named(tmp_path, built, monkeypatch):
     """A place names pictures by their paths; those of an installation may be gone."""
-    kept.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path), EYE)
     there = tmp_path / "venv"
     there.mkdir()
     (there / "assets").symlink_to(catalog.data_root("assets"))
     monkeypatch.setattr(worlds, "data_root", lambda name: there / name)
-    kept.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path), EYE)
     assert len(built) == 2
 
 
@@ -112,68 +112,68 @@ def test_own_pictures_are_found_where_they_are_now(tmp_path, built):
         own = tmp_path / f"{name}.png"
         shutil.copy(picture, own)
         world = world_in(tmp_path, **{"ground.texture": str(own)})
-        named[own] = repr(kept.place_around(world, EYE).materials)
+        named[own] = repr(places.place_around(world, EYE).materials)
         assert str(own) in named[own]
         own.unlink()
     assert len(built) == 2
 
 
 def test_worlds_without_a_key_and_small_places_are_not_kept(tmp_path, built, cache, monkeypatch):
-    kept.place_around(replace(world_in(tmp_path), key=""), EYE)
+    places.place_around(replace(world_in(tmp_path), key=""), EYE)
     assert not cache.exists()
-    monkeypatch.setattr(kept, "_LEAST", 10**9)
-    kept.place_around(world_in(tmp_path), EYE)
+    monkeypatch.setattr(places, "_LEAST", 10**9)
+    places.place_around(world_in(tmp_path), EYE)
     assert not cache.exists() and len(built) == 2
 
 
 def test_damaged_places_are_built_anew(tmp_path, built, cache):
-    kept.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path), EYE)
     (file,) = cache.rglob("arrays.bin")
     content = file.read_bytes()
     file.write_bytes(content[:-10])
-    kept.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path), EYE)
     assert len(built) == 2 and file.read_bytes()[-10:] == content[-10:]
 
 
 @pytest.mark.parametrize("named", ["os.system", "os.mkdir", "subprocess.Popen", "builtins.exec"])
 def test_what_somebody_else_laid_there_runs_no_code(tmp_path, built, cache, named):
     """It may name a module's attribute with or without dots, or be a pickle."""
-    kept.place_around(world_in(tmp_path), EYE)
+    places.place_around(world_in(tmp_path), EYE)
     (folder,) = cache.iterdir()
     shutil.rmtree(folder)
     made = tmp_path / "made"
     words = pickled(f"mkdir {made}", named)
     tree = ["kind", named, {"path": str(made), "command": f"mkdir {made}", "args": str(made)}]
     files = {"tree.json": json.dumps(tree).encode(), "arrays.bin": b""}
-    kept.keep(folder, {**files, "place.pickle": words})
-    kept.place_around(world_in(tmp_path), EYE)
+    places.write_folder(folder, {**files, "place.pickle": words})
+    places.place_around(world_in(tmp_path), EYE)
     assert len(built) == 2 and not made.exists()
 
 
 def pickled(command, named):
     """A pickle that calls `os.system` through a module of ours that imports `os`."""
-    return b"\x80\x04" + f"csumo3dviz_pt.world.kept\n{named}\n(V{command}\ntR.".encode()
+    return b"\x80\x04" + f"csumo3dviz_pt.world.cache\n{named}\n(V{command}\ntR.".encode()
 
 
 def test_surprises_are_told_every_time(tmp_path, monkeypatch, caplog):
-    original = kept.build_place
+    original = places.build_place
     gone = LeftOut("signals of 2 links", "of a reason", surprising=True)
     monkeypatch.setattr(
-        kept, "build_place", lambda *given: replace(original(*given), left_out=(gone,))
+        places, "build_place", lambda *given: replace(original(*given), left_out=(gone,))
     )
     for _ in range(2):
         caplog.clear()
-        kept.place_around(world_in(tmp_path), EYE)
+        places.place_around(world_in(tmp_path), EYE)
         assert "left out signals of 2 links: of a reason" in caplog.text
 
 
 def test_another_level_of_fog_or_wetness_builds_no_place_anew(tmp_path, built):
     """Only what of the weather has a shape makes another place, such as a season."""
     dry = world_in(tmp_path)
-    kept.place_around(dry, EYE)
+    places.place_around(dry, EYE)
     for weather in ("{preset: fog}", "{preset: dense_fog}", "{preset: after_rain}"):
         world = world_in(tmp_path, weather=weather)
         assert world.key == dry.key and world.weather is not None
-        kept.place_around(world, EYE)
+        places.place_around(world, EYE)
     assert len(built) == 1
     assert world_in(tmp_path, weather="{season: winter}").key != dry.key
