@@ -63,7 +63,7 @@ FAULTS = {
     ),
     "the cap ignores exempt pixels": Fault(
         "render/passes/samples.py",
-        "kept[self.exempt] += lost[self.exempt]", "kept[self.exempt] += 0.0",
+        "within[self.exempt] += lost[self.exempt]", "within[self.exempt] += 0.0",
         ("tests/unit/render/passes/test_passes.py", LIGHT),
     ),
     "colour table is off by one": Fault(
@@ -193,8 +193,8 @@ FAULTS = {
         (f"{LIGHT}::test_the_cap_spares_the_disc_and_tames_its_mirror_image",),
     ),
     "NaN becomes black in Mitsuba's film": Fault(
-        "render/passes/by_path.py", "lost = dr.select(sound, radiance - kept, np.inf)",
-        "lost = radiance - kept", (BROKEN,),
+        "render/passes/by_path.py", "lost = dr.select(sound, radiance - within, np.inf)",
+        "lost = radiance - within", (BROKEN,),
     ),
     "slim triangles have no colour": Fault(
         "render/textures.py",
@@ -203,7 +203,7 @@ FAULTS = {
     ),
     "broken pixels are counted but stay": Fault(
         "render/passes/samples.py",
-        "kept[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
+        "light[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
     ),
     "broken pixels are painted over without an error": Fault(
         "render/passes/samples.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
@@ -444,7 +444,7 @@ FAULTS = {
         ("tests/unit/image/test_bloom.py",),
     ),
     "rolling rows are seen at one moment": Fault(
-        "shot/road_users.py", "if span > 0.0 or said.rolling > 0.0 else 1",
+        "shot/road_users.py", "if span > 0.0 or shutter.rolling > 0.0 else 1",
         "if span > 0.0 else 1", ("tests/unit/shot/test_exposing.py",),
     ),
     "who is sharp lies on the road": Fault(
