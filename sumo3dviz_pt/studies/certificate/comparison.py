@@ -19,6 +19,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.scene import LENS_THAT_SHINES
@@ -153,7 +154,8 @@ def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparis
     repainted = _where(things, [acts.may_look(name, labels.get(name, "")) for name in things])
     own = reshaped | repainted
     slight = own & _is_slight(one, other, users, acts)
-    crossing = _crossing(one, other, users) | _at_seams(one, other, paint, users)
+    plants = _where(things, [labels.get(name) == "vegetation" for name in things])
+    crossing = _crossing(one, other, users, plants) | _at_seams(one, other, paint, users)
     wrong = ((moved | turned) & ~reshaped & ~slight) | (paint & ~own & (not acts.light))
     wrong &= ~crossing
     spread = _spread(one, other)
@@ -247,15 +249,24 @@ def _moved(one: Evidence, other: Evidence, users: Bools, *, light: bool) -> tupl
     return moved & judged, turned & judged
 
 
-def _crossing(one: Evidence, other: Evidence, users: Bools) -> Bools:
+def _crossing(one: Evidence, other: Evidence, users: Bools, plants: Bools) -> Bools:
     """Return where two things cross, and last bits say which of them is met, (h, w).
 
     Two leaves may be at one depth, each with its own normal and colour. They cross along a line, so
-    that this is true of few pixels, none beside another: where it is true of more, it is no chance.
+    that this is true of few pixels: where it is true of more, it is no chance. Leaves of one plant
+    cross, too, in pixels of which none is beside another.
+
+    Args:
+        one: Of the first film.
+        other: Of the second.
+        users: Where road users are seen in either.
+        plants: Where plants are seen in either.
     """
     near = np.minimum(one.layers["depth"], other.layers["depth"])
-    there = (one.things != other.things) & (one.things != 0) & (other.things != 0) & ~users
-    there &= (_apart(one, other) <= SAME_EDGE * near) & _turned(one, other)
+    met = (one.things != 0) & (other.things != 0) & ~users & _turned(one, other)
+    met &= _apart(one, other) <= SAME_EDGE * near
+    beside = convolve(met.astype(np.uint8), np.ones((3, 3), np.uint8), mode="constant") > 1
+    there = np.asarray(met & ((one.things != other.things) | (plants & ~beside)))
     return there if there.sum() <= max(1, MOST_CROSSING * there.size) else np.zeros_like(there)
 
 
