@@ -237,6 +237,8 @@ def _kerb(options: argparse.Namespace) -> int:
     if output is not None and study:
         write_atomically(output, study)
         print(f"wrote {output}; next: sumo3dviz-pt study {output} -o OUT --dry-run")
+    elif output is not None:
+        raise ConfigError(f"no pair is proposed, so {output} is not written", key="--kerb")
     elif study and not options.json:
         print(f"\n{study}", end="")
     return 0

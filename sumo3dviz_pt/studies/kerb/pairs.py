@@ -102,6 +102,11 @@ class KerbPassage:
         """Whether it brakes or stands near the kerb."""
         return self.stands or math.isfinite(self.slows)
 
+    @property
+    def is_car(self) -> bool:
+        """Whether people would call it a car."""
+        return self.vclass in _CARS
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KerbPair:
@@ -135,13 +140,13 @@ class KerbPair:
     def is_proposed(self) -> bool:
         """Whether nothing stands against it that people would see."""
         return not any(self.braking) and all(
-            each.vclass in _CARS and not each.appears for each in (self.first, self.then)
+            each.is_car and not each.appears for each in (self.first, self.then)
         )
 
     @property
     def drawback(self) -> float:
         """How much stands against it: less is better."""
-        strange = sum(each.vclass not in _CARS for each in (self.first, self.then))
+        strange = sum(not each.is_car for each in (self.first, self.then))
         away = abs(math.log(max(self.gap, 0.2) / _LIKED))
         strange += 2 * sum(bool(each.appears) for each in (self.first, self.then))
         faults = 8.0 * bool(self.braking[0]) + 4.0 * bool(self.braking[1]) + 2.0 * strange

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,9 +82,12 @@ def kerb_lines(report: KerbReport) -> list[str]:
     """Return the pairs as people read them, a line each after a head, and what is proposed."""
     x, y = report.kerb.position
     where = f" ({report.kerb.words})" if report.kerb.words else ""
-    lines = [f"kerb at {x:.1f}, {y:.1f}{where}; {len(report.passages)} vehicles come by"]
+    come = len(report.passages)
+    by = "1 vehicle comes by" if come == 1 else f"{come} vehicles come by"
+    lines = [f"kerb at {x:.1f}, {y:.1f}{where}; {by}"]
     if not report.pairs:
-        return [*lines, "no two of them follow each other on one lane within 30 s"]
+        none = "no two of them follow each other on one lane within 30 s; choose a busier place:"
+        return [*lines, f"{none} the command vehicles without --kerb lists who drives where"]
     shown = report.pairs[:MOST]
     cells = [_HEAD, *(_row(k, pair) for k, pair in enumerate(shown, start=1))]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
@@ -99,11 +103,32 @@ def _pick(report: KerbReport) -> list[str]:
         if report.picked:
             return [f"pair {report.picked} cannot be shown with two gaps: it would drive through"
                     " the other one, or does not come by; pick another"]  # fmt: skip
-        return ["no pair is proposed: all brake or are no cars; --pick NO takes one all the same,"
-                " or choose a place farther from a junction"]  # fmt: skip
+        return [_none_proposed(report.pairs)]
     number = 1 + next(k for k, pair in enumerate(report.pairs) if pair is made.pair)
     gaps = ", ".join(f"{gap:g} s" for gap in made.gaps.values())
     return [f"proposed: pair {number} with gaps of {gaps}; --pick NO takes another"]
+
+
+def _none_proposed(pairs: Sequence[KerbPair]) -> str:
+    """Return what is against all pairs, how often, and where it would be better."""
+    both = [(pair.first, pair.then) for pair in pairs]
+    reasons = (
+        (sum(any(pair.braking) for pair in pairs), "brake near the kerb", "farther from junctions"),
+        (
+            sum(any(each.appears for each in pair) for pair in both),
+            "appear in sight of it",
+            "farther from where rides begin",
+        ),
+        (sum(any(not each.is_car for each in pair) for pair in both), "are no cars", ""),
+    )
+    counts = ", ".join(f"in {count} they {why}" for count, why, _ in reasons if count)
+    places = " and ".join(where for count, _, where in reasons if count and where)
+    better = f"choose a place {places}, or take one" if places else "take one"
+    many = "1 pair" if len(pairs) == 1 else f"{len(pairs)} pairs"
+    return (
+        f"no pair is proposed: of {many}, {counts or 'none can have several gaps'};"
+        f" {better} all the same: --pick NO"
+    )
 
 
 def _row(number: int, pair: KerbPair) -> tuple[str, ...]:

@@ -114,6 +114,31 @@ def test_the_proposed_study_offers_the_gaps_that_it_names(scene, tmp_path, capsy
     assert where == {"the film's camera", "walker"}
 
 
+@pytest.mark.parametrize(
+    ("rides", "options", "words"),
+    [
+        ({"a": (2.0, 0, "")}, (), ("1 vehicle comes by", "choose a busier place")),
+        (
+            {"a": (2.0, 0, "brakes"), "b": (7.0, 0, "brakes")},
+            (),
+            ("of 1 pair, in 1 they brake near the kerb;", "farther from junctions, or"),
+        ),
+        (
+            {"a": (2.0, 0, ""), "b": (7.0, 0, "")},
+            ("--kerb=-30,-8.5",),
+            ("of 1 pair, in 1 they appear in sight", "farther from where rides begin, or"),
+        ),
+    ],
+)
+def test_why_no_pair_is_proposed(tmp_path, capsys, rides, options, words):
+    study = tmp_path / "study.yaml"
+    asked = ["vehicles", str(scene_of(tmp_path, rides)), "--kerb", KERB, *options]
+    assert main([*asked, "-o", str(study)]) == 2 and not study.exists()
+    said = capsys.readouterr()
+    assert all(each in said.out for each in words), said.out
+    assert "study.yaml is not written" in said.err
+
+
 @pytest.mark.parametrize("more", [(), ("--to", "24")])
 def test_nobody_but_the_pair_passes_within_the_proposed_films(tmp_path, more):
     """On whichever lane, from behind people, too, and whatever stretch pairs were looked for in."""
