@@ -126,6 +126,9 @@ def suited(words: list[str], street: Path, output: Path) -> list[str]:
             found.append(setting(word))
         else:
             found.append(stand_in(word, street))
+    if "--kerb" in words:
+        # On so short a street all cars appear in sight, and no pair is proposed unasked.
+        return [*found, "--pick", "1"]
     if words[0] in DRY:
         return [*found, *([] if "--dry-run" in found else ["--dry-run"])]
     return [*found, "--spp", "1", "--variant", "scalar"] if words[0] == "still" else found
