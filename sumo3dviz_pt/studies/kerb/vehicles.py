@@ -120,15 +120,13 @@ def _none_proposed(pairs: Sequence[KerbPair]) -> str:
             "farther from where rides begin",
         ),
         (sum(any(not each.is_car for each in pair) for pair in both), "are no cars", ""),
+        (sum(pair.is_proposed for pair in pairs), "cannot be shown with two gaps", ""),
     )
     counts = ", ".join(f"in {count} they {why}" for count, why, _ in reasons if count)
     places = " and ".join(where for count, _, where in reasons if count and where)
     better = f"choose a place {places}, or take one" if places else "take one"
     many = "1 pair" if len(pairs) == 1 else f"{len(pairs)} pairs"
-    return (
-        f"no pair is proposed: of {many}, {counts or 'none can have several gaps'};"
-        f" {better} all the same: --pick NO"
-    )
+    return f"no pair is proposed: of {many}, {counts}; {better} all the same: --pick NO"
 
 
 def _row(number: int, pair: KerbPair) -> tuple[str, ...]:
