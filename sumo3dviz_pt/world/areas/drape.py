@@ -178,14 +178,12 @@ def without(mesh: Mesh, hole: shapely.Geometry) -> CutMesh:
     if not parts:
         return CutMesh(mesh, numbers)
     triangles = shapely.polygons(mesh.vertices[mesh.faces][..., :2])
-    shapely.prepare(hole)
-    touched = np.unique(shapely.STRtree(triangles).query(parts, predicate="intersects")[1])
     keep = np.ones(len(triangles), dtype=np.bool_)
+    touched, left = _left_of(triangles, parts)
     keep[touched] = False
     # What is left of touched triangles becomes new ones, by the same plane.
     pieces: list[shapely.Polygon] = []
     homes: list[int] = []
-    left = shapely.difference(triangles[touched], hole)
     for k, shape in zip(touched.tolist(), left.tolist(), strict=True):
         for piece in polygon_parts(shape):
             pieces.append(piece)
@@ -209,3 +207,26 @@ def without(mesh: Mesh, hole: shapely.Geometry) -> CutMesh:
     )
     of_new = np.array(homes, dtype=np.int64)[made.owner[made.faces[:, 0]]] if homes else _NONE
     return CutMesh(whole, np.concatenate([numbers[keep], of_new]))
+
+
+def _left_of(
+    triangles: NDArray[Any], parts: Sequence[shapely.Polygon]
+) -> tuple[Ints, NDArray[Any]]:
+    """Numbers of the triangles that parts of a hole touch, and what these leave of them.
+
+    Each part is taken only from what it touches: a town's hole is long, a triangle small.
+    """
+    part, triangle = shapely.STRtree(triangles).query(parts, predicate="intersects")
+    order = np.lexsort((part, triangle))
+    some = np.array(parts)
+    shapely.prepare(some)
+    part, triangle = part[order], triangle[order]
+    covered = np.unique(triangle[shapely.contains_properly(some[part], triangles[triangle])])
+    touched, starts = np.unique(triangle, return_index=True)
+    whole = np.isin(touched, covered)
+    holes = np.array(
+        [shapely.MultiPolygon(list(some[those])) for those in np.split(part, starts[1:])]
+    )
+    left = np.full(len(touched), shapely.Polygon())
+    left[~whole] = shapely.difference(triangles[touched[~whole]], holes[~whole])
+    return touched, left

@@ -72,7 +72,7 @@ def laid_beside(
         return ground
     shapes = [shape for some in pavings for shape in some.shapes]
     cut = with_hole(ground, union(shapes))
-    taken = shapely.STRtree([*solid, *shapes])
+    taken = [*solid, *shapes]
     walls = merge_meshes([_walls(some, taken, ground.height_at) for some in pavings])
     held = (StaticPart(WALLS, "ground", Part(concrete(walls), MATERIAL)),) * bool(len(walls.faces))
     inner = [[shape.buffer(-_INSIDE) for shape in some.shapes] for some in pavings]
@@ -91,7 +91,7 @@ def laid_beside(
     return replace(cut, static=(*cut.static, *held), height_at=height_at)
 
 
-def _walls(paving: Paving, taken: shapely.STRtree, ground_at: HeightAt) -> Mesh:
+def _walls(paving: Paving, taken: Sequence[shapely.Geometry], ground_at: HeightAt) -> Mesh:
     """Walls along borders of paving where the ground beside it is higher."""
     rings = [
         shapely.get_coordinates(shapely.segmentize(ring, _STEP))
@@ -104,9 +104,9 @@ def _walls(paving: Paving, taken: shapely.STRtree, ground_at: HeightAt) -> Mesh:
     b = np.concatenate([np.zeros((0, 2)), *(ring[1:] for ring in rings)])
     out = _THICK * unit(np.column_stack([(b - a)[:, 1], -(b - a)[:, 0]]))
     # Leave out what lies before roads, houses and other paving.
-    outside = shapely.points(0.5 * (a + b) + 1.5 * out)
+    outside = shapely.STRtree(shapely.points(0.5 * (a + b) + 1.5 * out))
     free = np.ones(len(a), dtype=np.bool_)
-    free[taken.query(outside, predicate="intersects")[0]] = False
+    free[outside.query(taken, predicate="intersects")[1]] = False
     ends, beside = np.stack([a[free], b[free]]).reshape(-1, 2), np.tile(out[free], (2, 1))
     # Keep the pieces where the ground is higher at either end.
     top = paving.top_at(ends)

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -50,6 +51,18 @@ class BorderSamples:
     outward: Floats
 
 
+class Shaping(NamedTuple):
+    """Points of roads that shape the ground.
+
+    Attributes:
+        points: (n, 3) [m].
+        tree: Of them in plan.
+    """
+
+    points: Floats
+    tree: spatial.cKDTree
+
+
 def ground_between(roads: RoadLayout, network: Network, land: Land) -> HeightAt:
     """Return the height of the ground as if no road were far above or below it.
 
@@ -68,12 +81,13 @@ def ground_between(roads: RoadLayout, network: Network, land: Land) -> HeightAt:
     return height_at
 
 
-def shaping_of(roads: RoadLayout, network: Network) -> Floats:
-    """Return points of roads that shape the ground, (n, 3) [m], which the layout's memory keeps."""
+def shaping_of(roads: RoadLayout, network: Network) -> Shaping:
+    """Return points of roads that shape the ground, which the layout's memory keeps."""
 
-    def make() -> Floats:
+    def make() -> Shaping:
         levels = levels_of(roads)
-        return _shaping(border_samples(levels), network, levels)
+        points = _shaping(border_samples(levels), network, levels)
+        return Shaping(points, spatial.cKDTree(points[:, :2]))
 
     return roads.memory.of(("what shapes the ground",), make)
 
@@ -138,7 +152,7 @@ def _usual(around: Floats, place: Floats) -> float:
     return float((weight * around[:, 2]).sum() / weight.sum())
 
 
-def blended(flat: Floats, shaping: Floats) -> Floats:
+def blended(flat: Floats, shaping: Shaping) -> Floats:
     """Return inverse-distance heights of the nearest roads.
 
     Args:
@@ -148,13 +162,12 @@ def blended(flat: Floats, shaping: Floats) -> Floats:
     Returns:
         (n,) [m].
     """
-    count = min(16, len(shaping))
+    count = min(16, len(shaping.points))
     away, near = (
-        np.asarray(v).reshape(len(flat), count)
-        for v in spatial.cKDTree(shaping[:, :2]).query(flat, k=count)
+        np.asarray(v).reshape(len(flat), count) for v in shaping.tree.query(flat, k=count)
     )
     weights = 1.0 / (away**2 + 4.0)
-    return np.asarray((weights * shaping[near, 2]).sum(axis=1) / weights.sum(axis=1))
+    return np.asarray((weights * shaping.points[near, 2]).sum(axis=1) / weights.sum(axis=1))
 
 
 STEEPEST = 1.0 / 1.5

@@ -36,10 +36,12 @@ def court_height(layout: RoadLayout) -> HeightAt:
         """Return height at places, (n, 2) -> (n,) [m]."""
         if not len(places):
             return np.zeros(0)
-        heights = heights_near(layout.cells, places)
+        # Squares share their corners: each is asked once.
+        once, number = np.unique(places, axis=0, return_inverse=True)
+        heights = heights_near(layout.cells, once)
         if not layout.cells.is_flat:
-            heights = _joined(heights, places, layout)
-        return heights + SIDEWALK_HEIGHT + _ABOVE
+            heights = _joined(heights, once, layout)
+        return heights[number.reshape(-1)] + SIDEWALK_HEIGHT + _ABOVE
 
     return height_at
 
@@ -145,10 +147,9 @@ def _squares(area: shapely.Polygon) -> list[shapely.Polygon]:
     squares = shapely.box(x, y, x + _SQUARE, y + _SQUARE)
     shapely.prepare(area)
     squares = squares[shapely.intersects(area, squares)]
-    pieces = np.where(
-        shapely.contains_properly(area, squares), squares, shapely.intersection(area, squares)
-    )
-    return [part for piece in pieces.tolist() for part in polygon_parts(piece)]
+    border = ~shapely.contains_properly(area, squares)
+    squares[border] = shapely.intersection(area, squares[border])
+    return [part for piece in squares.tolist() for part in polygon_parts(piece)]
 
 
 def court_sides(

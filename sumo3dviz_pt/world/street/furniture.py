@@ -217,11 +217,12 @@ def _shelter(border: Border, along: float, site: Site) -> FurnitureItem | None:
     tries = along + np.array([0.0, 2.0, -2.0, 4.0, -4.0, 6.0, -6.0])
     tries = tries[(tries > 3.0) & (tries < border.length - 3.0)]
     places, road, yaw = border.at(tries, back - SHELTER[1] / 2 + 0.45)
-    good = site.level_with(places, road)
+    good = np.ones(len(places), dtype=np.bool_)
     # All of its length must be clear.
     for shift in (-SHELTER[0] / 2 + 0.7, 0.0, SHELTER[0] / 2 - 0.7):
         spots = border.at(tries + shift, back - SHELTER[1] / 2 + 0.45).places
         good &= site.free(spots, radius=0.85, height=SHELTER[2])
+    good = site.level_with(places, road, among=good)
     # Take the first place where no part of it hangs over a lane.
     heights = site.standing(border.at(tries, back - SHELTER[1]).places)
     yaws = border.inward(yaw)
@@ -239,7 +240,8 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
     """The sign of a stop at its head end."""
     tries = np.clip(along - np.array([0.5, 1.5, 2.5, 4.0]), 0.5, max(border.length - 0.5, 0.5))
     places, road, yaw = border.at(tries, 0.5)
-    good = site.free(places, radius=0.1, height=_SIGN) & site.level_with(places, road)
+    free = site.free(places, radius=0.1, height=_SIGN)
+    good = site.level_with(places, road, among=free)
     if not good.any():
         return []
     i = int(np.argmax(good))
@@ -328,7 +330,8 @@ def _stood(
 
 def _room(name: str, places: Floats, road: Floats, site: Site) -> bool:
     """Whether a piece has room at a place, (1, 2) [m]."""
-    free = site.free(places, radius=RADII[name]) & site.level_with(places, road)
+    free = site.free(places, radius=RADII[name])
+    free = site.level_with(places, road, among=free)
     return bool(free[0]) and bool(hides_nothing(name, places, site)[0])
 
 

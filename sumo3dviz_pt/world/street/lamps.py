@@ -278,10 +278,10 @@ def _along(
     # Take the first free place of each.
     good = (
         site.free(places, radius=0.2, height=LOW)
-        & site.level_with(places, road)
         & ~_near_any(places, mapped, _SPACING / 2)
         & ~_near_any(places, others, _CORNER)
-    ).reshape(tries.shape)
+    )
+    good = site.level_with(places, road, among=good).reshape(tries.shape)
     first = np.flatnonzero(good.any(axis=1)) * len(_SHIFTS) + good.argmax(axis=1)[good.any(axis=1)]
     places, yaws = places[first], border.inward(yaw[first])
     heights = site.standing(places) if len(places) else np.zeros(0)

@@ -189,9 +189,18 @@ class Site:
             self.yielded.append(places[fills])
         return ~fills
 
-    def level_with(self, places: Floats, road: Floats) -> Bools:
-        """Return whether the ground at places is about as high as the road beside it, (n,) [m]."""
-        return np.asarray(np.abs(self.standing(places) - road) < _STEP)
+    def level_with(self, places: Floats, road: Floats, *, among: Bools) -> Bools:
+        """Return which places have ground about as high as the road beside them.
+
+        Args:
+            places: (n, 2) [m].
+            road: Its height, (n,) [m].
+            among: The places that still count, (n,); others are not asked, as heights are dear.
+        """
+        level = np.array(among)
+        if level.any():
+            level[among] = np.abs(self.standing(places[among]) - road[among]) < _STEP
+        return level
 
     def use(self, places: Floats) -> None:
         """Remember that something stands at places, (n, 2) [m]."""

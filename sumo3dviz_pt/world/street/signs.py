@@ -199,7 +199,7 @@ def _posted(wish: Wish, border: Border, site: Site) -> list[Sign]:
     tries = tries[(tries > 1.0) & (tries < border.length - 0.8)]
     places, road, yaw = border.at(tries, _BESIDE if border.walk > 0.0 else _VERGE)
     free = site.free(places, radius=0.15, walks=False, height=_TOP)
-    good = free & site.level_with(places, road)
+    good = site.level_with(places, road, among=free)
     if not good.any():
         return []
     i = int(np.argmax(good))
@@ -245,7 +245,7 @@ def _gantry(border: Border, site: Site) -> list[Sign]:
     span = border.road
     feet = np.array(_GANTRY_FEET)
     places, road, _ = border.at(np.full(len(feet), at), feet)
-    good = site.free(places, radius=0.5) & site.level_with(places, road)
+    good = site.level_with(places, road, among=site.free(places, radius=0.5))
     if not good.any():
         return []
     out = float(feet[int(np.argmax(good))])
@@ -303,7 +303,7 @@ def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     normal = inner * np.column_stack([-np.sin(yaw), np.cos(yaw)])
     places = points[:, :2] + normal * (lane.width / 2 + 1.9)
     good = site.free(places, radius=1.3, height=_NOSE_TOP)
-    good &= site.level_with(places, points[:, 2])
+    good = site.level_with(places, points[:, 2], among=good)
     if not good.any():
         return []
     i = int(np.argmax(good))
