@@ -222,11 +222,9 @@ def _left_of(
     shapely.prepare(some)
     part, triangle = part[order], triangle[order]
     covered = np.unique(triangle[shapely.contains_properly(some[part], triangles[triangle])])
-    touched, starts = np.unique(triangle, return_index=True)
+    touched, number = np.unique(triangle, return_inverse=True)
     whole = np.isin(touched, covered)
-    holes = np.array(
-        [shapely.MultiPolygon(list(some[those])) for those in np.split(part, starts[1:])]
-    )
+    holes = shapely.multipolygons(some[part], indices=number)
     left = np.full(len(touched), shapely.Polygon())
     left[~whole] = shapely.difference(triangles[touched[~whole]], holes[~whole])
     return touched, left

@@ -87,6 +87,11 @@ class Cells:
         """Of the whole quads of `lanes`."""
         return shapely.STRtree(quad_polygons(self.quads[self.lanes]))
 
+    @cached_property
+    def crossings(self) -> Crossings:
+        """The pairs of cells that overlap from above, a storey apart or more."""
+        return _crossings_of(self)
+
     def heights(self, index: Ints, points: Floats) -> Floats:
         """Return the height of cells at points that lie on them or near them.
 
@@ -350,8 +355,8 @@ class Crossings(NamedTuple):
     gap: Floats
 
 
-def crossings_of(cells: Cells) -> Crossings:
-    """Return the pairs of cells that overlap from above, a storey apart or more."""
+def _crossings_of(cells: Cells) -> Crossings:
+    """What `Cells.crossings` keeps."""
     none = np.zeros(0, np.int64)
     if cells.is_flat:
         return Crossings(none, none, np.zeros(0, dtype=object), np.zeros(0))

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.bands import without_repeats
-from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract
+from sumo3dviz_pt.library.mesh.planar import GRID, areal, polygon_parts, subtract
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
@@ -210,8 +210,8 @@ def cut_on_grid(piece: shapely.Geometry, squares: Polygons) -> list[shapely.Geom
     shapely.prepare(piece)
     near = squares[shapely.intersects(piece, squares)]
     whole = shapely.contains_properly(piece, near)
-    cut = [part for square in near[~whole] for part in polygon_parts(common(piece, square))]
-    return [*near[whole], *cut]
+    cut = shapely.intersection(piece, near[~whole], grid_size=GRID).tolist()
+    return [*near[whole], *(part for some in cut for part in polygon_parts(areal(some)))]
 
 
 _STEP = 2.1

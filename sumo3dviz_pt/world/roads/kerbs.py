@@ -23,7 +23,7 @@ from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT, Drops, rise_at
 from sumo3dviz_pt.world.roads.layers import Base
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.markings import lifted
-from sumo3dviz_pt.world.roads.mesh import KERB_WIDTH, kerb_rings
+from sumo3dviz_pt.world.roads.mesh import KERB_WIDTH, KerbRings
 from sumo3dviz_pt.world.roads.strips import PAVING, distance_to
 from sumo3dviz_pt.world.roads.wear.stains import patchy
 
@@ -161,12 +161,13 @@ class _Tinted:
     colours: Floats
 
 
-def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
+def kerb_parts(base: Base, drops: Drops, rings: KerbRings) -> list[StaticPart]:
     """Build stones, joints, gutters, drains and tactile slabs; none without a focus.
 
     Args:
         base: The roads.
         drops: Where kerbs are lowered.
+        rings: Where kerbs run.
     """
     if base.focus is None:
         return []
@@ -175,7 +176,7 @@ def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
     roads = shapely.STRtree(layout.cells.polygons[~layout.cells.raised])
     stones, joints, gutters = [_NONE], [np.zeros((0, 4, 3))], [_NONE]
     setts = [_NONE]
-    for number, (foot, top) in enumerate(kerb_rings(layout.cells, layout.raised, drops)):
+    for number, (foot, top) in enumerate(rings):
         if distance_to(base.focus, foot).min() >= _FARTHEST:
             continue
         lowered = drops.at(shapely.LinearRing(foot[:, :2]))

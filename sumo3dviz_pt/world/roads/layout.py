@@ -44,7 +44,6 @@ from sumo3dviz_pt.world.roads.cells import (
     Cells,
     Crossings,
     Polygons,
-    crossings_of,
     heights_near,
     join_cells,
     lane_cells,
@@ -344,7 +343,7 @@ def levels_of(layout: RoadLayout) -> Levels:
     """Return the levels of a layout, which are kept in its memory."""
 
     def make() -> Levels:
-        crossings = crossings_of(layout.cells)
+        crossings = layout.cells.crossings
         of_cell = stacked(crossings, len(layout.cells.polygons))
         return Levels(crossings, of_cell, _borders(layout, of_cell))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -121,20 +121,17 @@ def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
     )
 
 
-def kerb_faces(cells: Cells, raised: Polygons, drops: Drops) -> Mesh:
-    """Build vertical faces around all raised areas, facing outwards.
+KerbRings = Sequence[tuple[Floats, Floats]]
+"""Outlines of raised areas on the carriageway and on top of the kerb, (n, 3) [m] each."""
 
-    Args:
-        cells: The surface.
-        raised: What `raised_area` gave.
-        drops: Where kerbs are lowered.
-    """
-    rings = kerb_rings(cells, raised, drops)
+
+def kerb_faces(rings: KerbRings) -> Mesh:
+    """Build vertical faces around all raised areas, facing outwards."""
     return walls([top for _, top in rings], [foot - [0.0, 0.0, _KERB_FOOT] for foot, _ in rings])
 
 
-def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Floats, Floats]]:
-    """Return outlines of raised areas on the carriageway and on top of the kerb, (n, 3) [m] each.
+def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> KerbRings:
+    """Return the outlines of all raised areas.
 
     Args:
         cells: The surface.

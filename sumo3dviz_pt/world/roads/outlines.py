@@ -19,7 +19,6 @@ from sumo3dviz_pt.world.roads.cells import (
     Cells,
     Crossings,
     Polygons,
-    crossings_of,
     heights_near,
     stacked,
 )
@@ -85,7 +84,7 @@ def raised_levels(cells: Cells) -> list[Ints]:
     raised = np.flatnonzero(cells.raised)
     if cells.is_flat or not len(raised):
         return [raised]
-    crossings = crossings_of(cells)
+    crossings = cells.crossings
     both = cells.raised[crossings.lower] & cells.raised[crossings.upper]
     lower, upper, shared, gap = crossings
     among = Crossings(lower[both], upper[both], shared[both], gap[both])

@@ -39,7 +39,13 @@ from sumo3dviz_pt.world.roads.drops import Drops, find_drops, is_uneven, pieces_
 from sumo3dviz_pt.world.roads.kerbs import kerb_parts
 from sumo3dviz_pt.world.roads.layers import Layer, make_base, road_layers, unworn
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads, levels_of, plain_roads
-from sumo3dviz_pt.world.roads.mesh import kerb_faces, surface_meshes, verges, with_kerb_tops
+from sumo3dviz_pt.world.roads.mesh import (
+    kerb_faces,
+    kerb_rings,
+    surface_meshes,
+    verges,
+    with_kerb_tops,
+)
 from sumo3dviz_pt.world.roads.strips import BALLAST, BoundsXY
 
 _RAMP = 0.4
@@ -102,7 +108,8 @@ def build_roads(
     base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
     verge = settings.colour or settings.surface
     layers = [Layer("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
-    layers.append(Layer("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
+    kerbs = kerb_rings(layout.cells, layout.raised, drops)
+    layers.append(Layer("road/faces", KERB, kerb_faces(kerbs)))
     ends = [(border.line, border.closed) for border in levels_of(layout).borders]
     sides = verges(ends, surface=verge, near=near)
     sides = unworn(sides) if verge in base.worn else sides
@@ -122,7 +129,7 @@ def build_roads(
         if len(layer.mesh.faces)
     )
     if base.worn:
-        static = (*static, *kerb_parts(base, drops))
+        static = (*static, *kerb_parts(base, drops, kerbs))
     rise = track_rise(layout)
     static = (*static, *track_parts(layout, rise, focus))
     names = {part.part.material for part in static}

@@ -149,7 +149,11 @@ def _squares(area: shapely.Polygon) -> list[shapely.Polygon]:
     squares = squares[shapely.intersects(area, squares)]
     border = ~shapely.contains_properly(area, squares)
     squares[border] = shapely.intersection(area, squares[border])
-    return [part for piece in squares.tolist() for part in polygon_parts(piece)]
+    return [
+        part
+        for piece, cut in zip(squares.tolist(), border.tolist(), strict=True)
+        for part in (polygon_parts(piece) if cut else [piece])
+    ]
 
 
 def court_sides(
