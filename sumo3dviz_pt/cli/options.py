@@ -49,6 +49,8 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*args, **more)
         self.settings: dict[str, str] = {}
         self.words: dict[str, Parser] = {}
+        # Places west or south of the origin, such as -30,5, are values and no options.
+        self._negative_number_matcher = re.compile(r"^-\.?\d[\d.,e+-]*$")
 
     def add_word(self, word: str, about: str) -> Parser:
         """Let a word as the first argument have options of its own, as in `study pack FOLDER`.

@@ -14,6 +14,7 @@ import glob
 import logging
 import os
 import re
+import time
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import islice
@@ -419,9 +420,14 @@ def find_scenario(
     inputs = survey_files(file for file in named.inputs if file.is_file())
     logs = tuple(trajectories) or _existing(named.trajectories)
     outputs = [named.affixes.written(file) for file in _signal_outputs(named.inputs)]
+    network = first or _only(survey, named, path)
+    if not logs:
+        logs = _logs(survey, named, path)
+        if configuration is not None:
+            _note_found(logs[0], configuration)
     return ScenarioFiles(
-        network=first or _only(survey, named, path),
-        trajectories=logs or _logs(survey, named, path),
+        network=network,
+        trajectories=logs,
         signals=signal_logs(_existing(outputs) or survey.signals),
         additional=(inputs + survey).additional,
         vehicle_types=(inputs + survey).vehicle_types,
@@ -538,6 +544,19 @@ def _logs(survey: FileSurvey, named: _NamedFiles, place: Path) -> tuple[Path, ..
             f"{_names(every)} are vehicle logs; name one by --trajectories", file=place
         )
     return logs
+
+
+def _note_found(log: Path, configuration: Path) -> None:
+    """Say which log is taken that a configuration does not name, and when it was written."""
+    written = time.strftime("%Y-%m-%d %H:%M", time.localtime(log.stat().st_mtime))
+    logger.warning(
+        "%s names no vehicle log that is there; %s is taken, written %s; init --record runs the"
+        " simulation anew, --trajectories names another log",
+        configuration.name,
+        log.relative_to(configuration.parent),
+        written,
+        extra={"once": f"log beside {configuration}"},
+    )
 
 
 def _roots(files: Sequence[Path]) -> dict[Path, str | None]:

@@ -207,3 +207,9 @@ def test_a_name_that_no_file_can_have_is_refused(tmp_path, capsys):
     words = ["render", str(write_scenario(tmp_path)), "--dry-run", "-o", f"{'9' * 400}.mp4"]
     assert main([*words, "--camera", "post", "--from", "4", "--to", "5"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("place", ["-30,5", "-30.5,-2", "-.5,1e3"])
+def test_places_west_of_the_origin_are_values(place):
+    options = build_parser().parse_args(["vehicles", "scene.yaml", "--kerb", place])
+    assert options.kerb == place

@@ -104,6 +104,15 @@ def test_configuration_names_the_files(tmp_path):
     assert find_scenario(tmp_path) == files
 
 
+def test_a_log_that_a_configuration_does_not_name_is_told(tmp_path, caplog):
+    lay(tmp_path, c_sumocfg=config(net_file="n"), n=NET, scene_recorded__fcd=CARS)
+    (file,) = find_scenario(tmp_path / "c.sumocfg").trajectories
+    assert f"no vehicle log that is there; {file.relative_to(tmp_path)} is taken" in caplog.text
+    caplog.clear()
+    find_scenario(tmp_path / "c.sumocfg", trajectories=[file])
+    assert not caplog.text
+
+
 def test_what_a_configuration_names_but_is_missing_is_looked_for(tmp_path):
     lay(
         tmp_path,
