@@ -103,6 +103,8 @@ class Parser(argparse.ArgumentParser):
             command = _parser_of(self, getattr(parsed, "command", None))
             word = next((each for each in unknown if each.startswith("-")), unknown[0])
             hint = nearest(word.partition("=")[0], command._option_string_actions)
+            if self._negative_number_matcher.match(word):
+                hint = "; numbers of one place are written without spaces, such as -400,-6.5"
             command.error(f"{word!r} is not understood{hint}")
         return parsed
 

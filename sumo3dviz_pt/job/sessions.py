@@ -166,7 +166,7 @@ class DuringSettings(Settings):
         description="words of a button below the film; default none, but on touch screens one that"
         " stands for the keys",
     )
-    text: str | None = Field(None, description="what people read above the film")
+    text: str | None = Field(None, description="what people read before each film")
     only: bool = Field(False, description="whether no question follows a single clip")
 
     @model_validator(mode="after")

@@ -213,3 +213,5 @@ def test_a_name_that_no_file_can_have_is_refused(tmp_path, capsys):
 def test_places_west_of_the_origin_are_values(place):
     options = build_parser().parse_args(["vehicles", "scene.yaml", "--kerb", place])
     assert options.kerb == place
+    with pytest.raises(ConfigError, match="numbers of one place are written without spaces"):
+        build_parser().parse_args(["vehicles", "scene.yaml", "--kerb", place, "-6.5"])
