@@ -1,8 +1,9 @@
 """Develops radiance into pixels: exposure, tone curve, sRGB encoding.
 
 Tone curves are registered in `TONES`; each maps linear radiance (1.0 is white at
-the chosen exposure) to linear display light in [0, 1]. For studies, `neutral` and
-`srgb` keep colours as they are up to about 0.8 of white and can be inverted.
+the chosen exposure) to linear display light in [0, 1]. For studies, `srgb` keeps colours as
+they are up to white, `camera` up to 0.3 of it, and `neutral` but for a toe; all three can be
+inverted.
 
 References:
     Khronos PBR Neutral tone mapper specification, 2024 (neutral).
@@ -43,9 +44,43 @@ def srgb(linear: Image) -> Image:
     return np.asarray(np.clip(linear, 0.0, 1.0))
 
 
+_TRUE, _CLIPS, _KNEE = 0.3, 1.0, 0.35
+"""Up to where `camera` changes nothing, where it reaches white, and its slope there."""
+
+
+def camera(linear: Image) -> Image:
+    """Apply a camera's curve: true colours and shadows, a little contrast, sunlit cloud clips.
+
+    There is no toe: what is dark keeps its colour, as in a photograph. The brightest channel
+    follows a cubic from 0.3 to white, the others keep their ratio to it; what is brighter
+    than white fades to it.
+    """
+    peak = np.maximum(linear.max(axis=-1, keepdims=True), 1e-9)
+    span = _CLIPS - _TRUE
+    t = np.clip((peak - _TRUE) / span, 0.0, 1.0)
+    # Hermite's cubic: slope 1 where it begins.
+    rest = 1.0 - t
+    high = (_TRUE * (1.0 + 2.0 * t) + span * t) * rest * rest
+    high += (3.0 - 2.0 * t - span * _KNEE * rest) * t * t
+    new_peak = np.where(peak < _TRUE, peak, high)
+    return _faded(linear * (new_peak / peak), peak, new_peak)
+
+
+_DESATURATION = 0.15
+"""How soon what is brighter than white fades to it, as Khronos PBR Neutral has it."""
+
+
+def _faded(colour: Image, peak: Image, new_peak: Image) -> Image:
+    """Colours whose brightest channel was brought down, which lets them fade to white."""
+    down = np.maximum(peak - new_peak, 0.0)
+    white = 1.0 - 1.0 / (_DESATURATION * down + 1.0)
+    light = np.clip(colour + (new_peak - colour) * white, 0.0, 1.0)
+    return np.asarray(light, dtype=np.float32)
+
+
 def neutral(linear: Image) -> Image:
     """Apply Khronos PBR Neutral: true colours up to 0.76, then a soft, desaturating shoulder."""
-    start, desaturation = 0.8 - 0.04, 0.15
+    start = 0.8 - 0.04
     darkest = linear.min(axis=-1, keepdims=True)
     offset = np.where(darkest < 0.08, darkest - 6.25 * darkest * darkest, 0.04)
     colour = linear - offset
@@ -53,10 +88,7 @@ def neutral(linear: Image) -> Image:
     room = 1.0 - start
     above = np.maximum(peak, start)
     new_peak = np.where(peak < start, peak, 1.0 - room * room / (above + room - start))
-    colour = colour * (new_peak / peak)
-    white = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0)
-    light = np.clip(colour + (new_peak - colour) * white, 0.0, 1.0)
-    return np.asarray(light, dtype=np.float32)
+    return _faded(colour * (new_peak / peak), peak, new_peak)
 
 
 _REC2020_FROM_SRGB = _matrix(
@@ -112,7 +144,7 @@ def filmic(linear: Image) -> Image:
 
 
 TONES: Mapping[str, Curve] = MappingProxyType(
-    {"neutral": neutral, "srgb": srgb, "agx": agx, "filmic": filmic}
+    {"camera": camera, "neutral": neutral, "srgb": srgb, "agx": agx, "filmic": filmic}
 )
 """Tone curves by the name that users choose."""
 
@@ -143,7 +175,7 @@ def srgb_encoded(linear: NDArray[Any]) -> Image:
 
 
 def develop_float(
-    radiance: Image, *, exposure: float = 0.0, tone: str = "neutral", glare: float = 0.0
+    radiance: Image, *, exposure: float = 0.0, tone: str = "camera", glare: float = 0.0
 ) -> Image:
     """Develop radiance without rounding.
 
@@ -175,7 +207,7 @@ def develop(
     radiance: Image,
     *,
     exposure: float = 0.0,
-    tone: str = "neutral",
+    tone: str = "camera",
     glare: float = 0.0,
     dither: int | None = None,
 ) -> NDArray[np.uint8]:

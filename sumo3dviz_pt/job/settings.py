@@ -259,7 +259,7 @@ class OutputSettings(Settings):
         description="video codec: h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending",
     )
     exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
-    tone: str = Field("neutral", description="tone curve: neutral, srgb, agx or filmic")
+    tone: str = Field("camera", description="tone curve: camera, neutral, srgb, agx or filmic")
     glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
     half: bool = Field(True, description="EXR frames in half precision")
     sound: SoundSettings | None = Field(

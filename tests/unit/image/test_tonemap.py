@@ -28,7 +28,7 @@ def test_greys_stay_grey_rise_and_reach_white(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [("srgb", 0.18), ("neutral", 0.14), ("filmic", 0.18)]
+    ("name", "expected"), [("camera", 0.18), ("srgb", 0.18), ("neutral", 0.14), ("filmic", 0.18)]
 )
 def test_middle_grey(name, expected):
     light = TONES[name](np.full((1, 3), 0.18, np.float32))
@@ -45,10 +45,27 @@ def test_neutral_keeps_base_colours_but_for_the_offset():
     assert TONES["neutral"](colour) == pytest.approx(colour - 0.04, abs=1e-6)
 
 
+def test_a_camera_keeps_the_colour_of_what_is_dark():
+    leaf = np.array([[0.0215, 0.0274, 0.040]], np.float32)
+    assert 255 * develop_float(leaf)[0] == pytest.approx([40, 46, 56], abs=3)
+    dark = np.random.default_rng(3).uniform(0.0, 0.3, (500, 3)).astype(np.float32)
+    assert TONES["camera"](dark) == pytest.approx(dark, abs=1e-6)
+
+
+def test_a_camera_clips_sunlit_cloud_without_a_step():
+    light = np.linspace(0.0, 3.0, 30001, dtype=np.float32)[:, None].repeat(3, axis=1)
+    shown = TONES["camera"](light)[:, 1]
+    slope = np.diff(shown) / np.diff(light[:, 1])
+    assert shown[light[:, 1] >= 1.0].min() > 254.5 / 255.0
+    rising = slope[light[1:, 1] < 0.999]
+    assert 0.3 < rising.min() < rising.max() < 1.25
+    assert np.abs(np.diff(rising)).max() < 0.01
+
+
 def test_bright_colours_fade_to_white_except_with_srgb():
     lamp = np.array([[5000.0, 10.0, 10.0]], np.float32)
     assert TONES["srgb"](lamp).tolist() == [[1, 1, 1]]
-    for name in ("neutral", "agx", "filmic"):
+    for name in ("camera", "neutral", "agx", "filmic"):
         assert TONES[name](lamp).min() > 0.15
 
 
@@ -95,5 +112,5 @@ def test_huge_radiance_stays_finite():
 def test_unknown_curve_suggests_one():
     with pytest.raises(ConfigError, match="did you mean 'neutral'"):
         tone_curve("nuetral")
-    with pytest.raises(ConfigError, match="known: neutral, srgb"):
+    with pytest.raises(ConfigError, match="known: camera, neutral, srgb"):
         tone_curve("xyz")
