@@ -307,6 +307,7 @@ def measured(name):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_no_frame_is_broken(name):
     found = measured(name)

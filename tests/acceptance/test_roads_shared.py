@@ -37,6 +37,7 @@ def layout(name: str) -> RoadLayout:
     return layout_roads(network(name), RoadSettings())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FLAT)
 def test_no_two_pieces_share_area(name):
     cells = layout(name).cells

@@ -59,6 +59,7 @@ def _calls(node: ast.Call, *, clock: bool) -> Iterator[str]:
         yield f"{name}() leaves the order of equal values to the processor"
 
 
+@pytest.mark.slow
 def test_generators_know_no_chance_and_no_clock() -> None:
     found = []
     for path in GENERATORS:

@@ -38,6 +38,7 @@ def roads(*heights: float) -> Network:
     return Network(edges, {}, (), Location(boundary=(0.0, 0.0, 600.0, 600.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heights", [(0.0, -7.0), (0.0, 7.0, 14.0), (14.0, 0.0, 7.0)])
 def test_decks_above_one_another_are_free(heights):
     network = roads(*heights)

@@ -17,6 +17,7 @@ def test_nothing(): pass
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line", ["package('no_package_of_this_name')", "pytestmark = skip_if(True, 'it is not here')"]
 )

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
@@ -30,6 +31,7 @@ def flights(draw):
     return CinematicCamera(mode="cinematic", keyframes=tuple(keys))
 
 
+@pytest.mark.slow
 @settings(max_examples=tries(50), deadline=None)
 @given(flights(), st.floats(0, 1))
 def test_views_are_rigid_and_within_their_key_frames(flight, share):

@@ -8,6 +8,7 @@ from collections import Counter
 from itertools import product
 from math import prod
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -26,6 +27,7 @@ def levels_of(counts):
     return {f"f{n}": tuple(f"l{k}" for k in range(count)) for n, count in enumerate(counts)}
 
 
+@pytest.mark.slow
 @given(COUNTS)
 @settings(max_examples=60, deadline=None)
 def test_arrays_are_orthogonal_or_refused(counts):
@@ -55,6 +57,7 @@ def test_a_full_design_is_everything_that_is_not_excluded(counts, seed, data):
     assert design.excluded == prod(counts) - len(wanted)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 60), SEEDS, st.text(max_size=8))
 def test_permutations_are_permutations(count, seed, word):
     assert sorted(permutation(count, seed, word)) == list(range(count))

@@ -152,6 +152,7 @@ def farm(tmp_path: Path) -> FarmPlan:
     return plan
 
 
+@pytest.mark.slow
 def test_damaged_states_of_farms_are_told_in_one_sentence(farm: FarmPlan, capsys) -> None:
     files = [farm.folder / PLAN, *sorted((farm.folder / TRIES).iterdir())]
     assert len(files) == 4

@@ -112,6 +112,7 @@ def test_junk_in_a_study_file_is_taken_or_refused(folder, path, junk):
     plan(folder, yaml.safe_dump(changed(path, junk), allow_unicode=True))
 
 
+@pytest.mark.slow
 @given(st.integers(0, len(TABLE)), st.binary(max_size=6), st.integers(0, 12))
 @QUIETLY
 def test_junk_in_a_table_is_taken_or_refused(folder, at, junk, gone):

@@ -1,6 +1,7 @@
 """Laws of street furniture, for any straight town."""
 
 import numpy as np
+import pytest
 import shapely
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -52,6 +53,7 @@ def town(edges, left):
     return Network(made, {}, (), Location(), left)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=tries(40))
 @given(EDGES, st.booleans(), st.integers(0, 5), st.booleans())
 # A bench at a POI whose end reached over a lane that begins beside it.

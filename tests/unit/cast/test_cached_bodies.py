@@ -106,6 +106,7 @@ def test_what_old_code_left_goes_after_a_month(cache):
     assert not old.exists() and young.is_dir() and other.is_dir()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("broken", [False, True])
 def test_two_processes_build_at_once(cache, broken):
     """The slower one takes what the faster one made; both heal a broken one."""

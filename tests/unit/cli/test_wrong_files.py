@@ -157,6 +157,7 @@ def test_odd_files_are_noted(kind, command, tmp_path, capsys):
     assert words in check_noted(command, tmp_path, log, net, capsys)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "command"), by_turns(NOTED))
 def test_odd_logs_are_noted(kind, command, tmp_path, capsys):
     found, words = NOTED[kind]

@@ -122,6 +122,7 @@ def riding(k, wobble=0.0):
     return Stage(eye=(0.5 * k, wobble * k, 3.0), box=(6.0 + 0.5 * k, 0.0, 1.5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wobble", [0.0, 3e-5])
 def test_rims_of_what_rides_with_the_camera_are_smooth(wobble):
     steps = [k for k in range(-4, 5) if k]

@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[3]
 LOST = "ImportError('libatomic.so.1: cannot open shared object file: No such file or directory')"
 
 
+@pytest.mark.slow
 def test_names_versions_files_and_places(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
@@ -76,6 +77,7 @@ COMMANDS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:2]))
 def test_commands_that_render_say_at_once_what_is_missing(
     tmp_path: Path, command: tuple[str, ...]
@@ -145,6 +147,7 @@ def test_what_is_lacking_is_named_for_the_package_manager(
     assert list(doctor._lacks(trial, llvm)) == [ATOMIC, LLVM]
 
 
+@pytest.mark.slow
 def test_a_choice_of_the_users_is_not_mended_by_installing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -154,6 +157,7 @@ def test_a_choice_of_the_users_is_not_mended_by_installing(
     assert "scalar_rgb" in said and "unset it" in said and "missing" not in said
 
 
+@pytest.mark.slow
 def test_nothing_is_installed_where_nothing_is_lacking(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -88,6 +88,7 @@ def test_nothing_takes_time_without_end(name):
 
 
 # Following every allocation takes ten times as long: only where few words become many.
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in BOMBS if len(BOMBS[name]) < 10_000])
 def test_few_words_do_not_fill_the_memory(name):
     tracemalloc.start()

@@ -213,6 +213,7 @@ def rides(key):
     return key.startswith("cameras.driver.")
 
 
+@pytest.mark.slow
 def test_every_key_of_a_scene_counts(made):
     same = {key for key in same_keys(made, "post") if not rides(key)}
     reasons = {key: [a for a in ELSEWHERE if f"{key}.".startswith(f"{a}.")] for key in same}
@@ -220,12 +221,14 @@ def test_every_key_of_a_scene_counts(made):
     assert {reason for found in reasons.values() for reason in found} == set(ELSEWHERE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", ["driver", "flight"])
 def test_every_key_of_a_camera_counts(made, camera):
     same = same_keys(made, camera)
     assert not {key for key in same if key.startswith(f"cameras.{camera}.")}
 
 
+@pytest.mark.slow
 def test_cameras_that_ride_elsewhere_do_not_count(made):
     """They clear nothing; standing and flying ones do, in every shot."""
     same = same_keys(made, "post")

@@ -19,6 +19,7 @@ def poses(job, begin, end, times):
     return {each.key: each.sample(times) for each in motion_of(job, scenario).smooth()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("smoother", "traffic"),
     [("lane", None), ("lane", {"share": 0.5}), ("hermite", None), ("paper_symmetric", None)],

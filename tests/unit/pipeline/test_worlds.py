@@ -95,6 +95,7 @@ def test_what_was_built_for_another_shot_changes_nothing(camera):
     assert digests(camera) == after
 
 
+@pytest.mark.slow
 def test_a_repair_is_laid_once_for_all_shots(scene, monkeypatch):
     laid = []
     make = details._detail

@@ -78,6 +78,7 @@ def test_only_slots_that_moved_are_told() -> None:
         assert moved(session, frame(5.0, -4.0, eye=(0.0, -20.0, 500.0))) == everyone
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", [(), (9.0,), (-4.0, 3.0), (-4.0, 4.0, 8.0)])
 def test_pictures_do_not_depend_on_where_slots_were(before: tuple[float, ...]) -> None:
     wanted = frame(1.0, -4.0, 4.0)

@@ -28,6 +28,7 @@ def traced(*layers: str, variant: str = "llvm") -> Layers:
         return session.render(frame_of(view_at([0, 0, 0], fov=30))).layers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", ["llvm", "scalar"])
 def test_distances_are_traced_where_nothing_needs_them(variant: str) -> None:
     found = traced("radiance", "depth", "hit", variant=variant)
@@ -38,6 +39,7 @@ def test_distances_are_traced_where_nothing_needs_them(variant: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_surfaces_are_traced_where_nothing_needs_them() -> None:
     if not choose_backend("llvm").jit:
         pytest.skip("scalar variants do not trace them")
@@ -48,6 +50,7 @@ def test_surfaces_are_traced_where_nothing_needs_them() -> None:
     np.testing.assert_array_equal(found["radiance"], traced("radiance")["radiance"])
 
 
+@pytest.mark.slow
 def test_layers_that_are_wanted_do_not_change_the_denoised_picture() -> None:
     quality = RAW.model_copy(update={"denoise": "fast", "guides": False})
     frame = frame_of(view_at([0, 0, 0], fov=60))

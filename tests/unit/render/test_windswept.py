@@ -58,6 +58,7 @@ def picture(session: Session, state: FrameState) -> np.ndarray:
     return session.render(state).radiance
 
 
+@pytest.mark.slow
 def test_a_frame_is_the_same_alone_and_after_others() -> None:
     with session_of(scene(), size=SIZE, quality=QUALITY) as session:
         alone = picture(session, at(3.2))
@@ -69,6 +70,7 @@ def test_a_frame_is_the_same_alone_and_after_others() -> None:
     assert all(not np.array_equal(other, alone) for other in (*others, calm))
 
 
+@pytest.mark.slow
 def test_in_a_lull_all_is_as_where_nothing_moves() -> None:
     """Also after it has moved, and where the renderer's origin has gone elsewhere."""
     far = replace(at(5.0, None), view=view_at((700.0, -14.0, 4.0)))
@@ -94,6 +96,7 @@ def shadows_moved_by_wind(*, windy: bool) -> int:
     return int((np.abs(second - first) > 0.3 * np.median(first)).sum())
 
 
+@pytest.mark.slow
 def test_shadows_move_with_the_crown() -> None:
     assert shadows_moved_by_wind(windy=False) == 0
     assert shadows_moved_by_wind(windy=True) > 20

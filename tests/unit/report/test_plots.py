@@ -40,6 +40,7 @@ def drawn(path):
     return pixels
 
 
+@pytest.mark.slow
 def test_error_plot(tmp_path):
     rows = [*ladder(), *presets(), *depths()]
     error_plot(rows, tmp_path / "a.png", own={"flip": 0.03})
@@ -48,6 +49,7 @@ def test_error_plot(tmp_path):
     assert one.shape != other.shape or (one != other).any()
 
 
+@pytest.mark.slow
 def test_plots_do_with_little(tmp_path):
     error_plot(presets(), tmp_path / "a.png", columns=["hdrflip"])
     error_plot(ladder()[:1], tmp_path / "b.png", columns=["relmse_trim"])

@@ -111,6 +111,7 @@ def test_who_was_planned_far_away_is_a_stand_in_near_by(opened):
     assert frame.users == shot.frame_of(time, shot.camera.view_at(time)).users
 
 
+@pytest.mark.slow
 def test_rides_in_rain_have_no_wipers_at_rest_beside_those_that_move(opened):
     job, ground, times, _ = opened
     parts = {}

@@ -23,6 +23,7 @@ def shown_of(family):
     return tuple(exhibits(family))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", QUICK)
 def test_exhibits_can_be_drawn(family):
     shown = shown_of(family)

@@ -12,6 +12,8 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import read_exr, write_exr
 from sumo3dviz_pt.library.pictures import cloud_image, cloud_layer
 
+pytestmark = pytest.mark.slow
+
 SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24, texels=32)
 
 

@@ -78,6 +78,7 @@ def test_every_maker_is_used():
     assert {surface_recipe(catalog.find("surfaces", name).meta)[0] for name in NAMES} == set(MAKERS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ground_chess", "plaster"])
 def test_rebuilding_gives_the_baked_map(tmp_path, name):
     source = catalog.find("surfaces", name).folder

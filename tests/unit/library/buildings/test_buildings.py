@@ -174,6 +174,7 @@ def test_no_two_faces_share_a_place_on_a_wall_to_a_neighbour(row, level):
         assert shapely.area(faces).sum() == pytest.approx(covered, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_every_role_of_every_shell_has_a_colour():
     every = {style for some in SUITING.values() for style in some} | {row.style for row in ROWS}
     every |= {style for styles in (HOMES, SHOPS, BLOCKS) for style in styles.values()}

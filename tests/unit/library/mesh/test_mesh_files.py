@@ -62,6 +62,7 @@ def test_every_node_has_its_place(tmp_path):
     assert sorted(solid.mesh.vertices[:, 1].min() for solid in found) == [0, 1, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [6000, 100_000])
 def test_too_many_nodes_are_refused(tmp_path, count):
     refused(glb(tmp_path / "a.glb", count), f"{count:,} parts")

@@ -83,6 +83,7 @@ def test_fronts_are_where_the_log_has_them(tmp_path):
             )
 
 
+@pytest.mark.slow
 def test_slots_suffice_for_every_frame_of_a_film(tmp_path):
     scene = write_scenario(tmp_path, vehicles=80, persons=4)
     times = frame_times(0, 12, 10)
@@ -96,6 +97,7 @@ def test_slots_suffice_for_every_frame_of_a_film(tmp_path):
                 assert name in shot.data.prototypes
 
 
+@pytest.mark.slow
 def test_a_part_of_a_film_has_the_same_slots_and_frames(tmp_path):
     """Law 1: what a frame shows does not depend on the frames around it."""
     scene = write_scenario(tmp_path, vehicles=20)
@@ -219,6 +221,7 @@ def test_life_of_cameras(tmp_path):
         life_of(job.cameras["post"], ())
 
 
+@pytest.mark.slow
 def test_a_production_key_knows_what_pixels_depend_on(tmp_path):
     scene = write_scenario(tmp_path)
     job, times = load_job(scene), frame_times(4, 5, 10)

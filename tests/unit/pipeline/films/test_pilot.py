@@ -90,6 +90,7 @@ def told(folder):
     return json.loads((folder / NOTE).read_text())
 
 
+@pytest.mark.slow
 def test_a_film_keeps_what_its_pilot_chose(place, tmp_path, capsys):
     """A second pilot would measure other seconds, and the film would be rendered anew."""
     film = tmp_path / "a.mp4"
@@ -105,6 +106,7 @@ def test_a_film_keeps_what_its_pilot_chose(place, tmp_path, capsys):
     assert before and after == before
 
 
+@pytest.mark.slow
 def test_a_still_of_an_error(place, tmp_path):
     package("flip_evaluator")
     import sumo3dviz_pt as sv

@@ -30,6 +30,7 @@ def spread(weights, places) -> float:
     return float((weights * (places - middle) ** 2).sum() / weights.sum())
 
 
+@pytest.mark.slow
 def test_a_camera_that_turns_blurs_what_stands_by_its_angle() -> None:
     wall = static("wall", box((-9.0, 20.0, -5.0), (0.0, 21.0, 9.0)), "black")
     scene = scene_of([wall], {"black": diffuse(0.0)})
@@ -50,6 +51,7 @@ def test_a_camera_that_turns_blurs_what_stands_by_its_angle() -> None:
     assert np.sqrt(widths[1] - widths[0]) == pytest.approx(way, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_spoke_is_blurred_by_the_turn_of_its_wheel() -> None:
     """12 turns a second: 86 degrees in 20 ms, each as dark as the others."""
     spoke = Part(box((-0.1, -0.1, 0.0), (0.1, 0.1, 3.0)), "matt_tint")
@@ -90,6 +92,7 @@ def test_a_spoke_is_blurred_by_the_turn_of_its_wheel() -> None:
     assert counts.min() > 0.85 * counts.max()
 
 
+@pytest.mark.slow
 def test_a_signal_gives_as_much_light_as_it_is_on_during_the_exposure() -> None:
     lamp = box((-0.5, 20.0, 0.5), (0.5, 20.1, 1.5))
     signal = LampSet("lamp", "signals", lamp, np.zeros(len(lamp.faces), int), ("one",))

@@ -251,6 +251,7 @@ def test_who_is_gone_in_the_next_frame_has_no_flow() -> None:
     np.testing.assert_array_equal(~known, gone)
 
 
+@pytest.mark.slow
 def test_facts_do_not_depend_on_what_was_shown_before() -> None:
     _, alone = shown(frame(1.0))
     _, later = shown(frame(), frame(1.0))
@@ -276,6 +277,7 @@ def operations(wanted: set[str] | None) -> list[int]:
     return sorted(entry["operation_count"] for entry in history)
 
 
+@pytest.mark.slow
 def test_only_what_is_asked_for_is_compiled() -> None:
     plain = operations(None)
     depth, owners, everything = (

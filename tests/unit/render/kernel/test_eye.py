@@ -81,6 +81,7 @@ def test_a_known_point_is_seen_where_it_must_be(name):
     assert np.abs(found - expected).max() < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("focus", "away"), [(6.0, 12.0), (20.0, 8.0), (6.0, 6.0)])
 def test_the_circle_of_confusion_of_a_point(focus, away):
     """Its diameter is that of the lens times |1 / focus - 1 / away|, in slopes."""
@@ -120,6 +121,7 @@ def crossing(speed, view):
     return state
 
 
+@pytest.mark.slow
 def test_the_blur_of_a_body_is_as_long_as_its_way():
     """Its edge is a ramp over speed x time of the shutter, in pixels there."""
     speed, span = 30.0, 0.02
@@ -157,6 +159,7 @@ def test_a_rolling_shutter_slants_what_moves():
     assert dark[1] != dark[0] and abs(dark[1] - dark[0]) == pytest.approx(lean, abs=step + 1.0)
 
 
+@pytest.mark.slow
 def test_pictures_with_shutters_and_lenses_do_not_depend_on_what_came_before():
     view = View(PLACE, LENSES["open"])
     slots = Slots(near={"cube": 1})
@@ -174,6 +177,7 @@ def test_pictures_with_shutters_and_lenses_do_not_depend_on_what_came_before():
     np.testing.assert_array_equal(both[1], alone)
 
 
+@pytest.mark.slow
 def test_a_shutter_of_one_moment_without_blur_is_the_plain_picture():
     """Samples are shared out among moments, so that a scene at rest has the same mean."""
     view = view_at((0.0, -9.0, 3.0), pitch=-15)

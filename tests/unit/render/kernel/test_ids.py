@@ -103,6 +103,7 @@ def seen(layers: Layers, state: FrameState, point: np.ndarray) -> int:
     return int(layers["ids"][int(row), int(column)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lamps", [False, True])
 def test_each_part_has_its_number_and_place(lamps: bool) -> None:
     state = frame()
@@ -123,6 +124,7 @@ def test_each_part_has_its_number_and_place(lamps: bool) -> None:
     assert seen(found.layers, state, at(8.0, -0.9, 1.0)) == 0
 
 
+@pytest.mark.slow
 def test_a_lamp_that_shines_belongs_to_its_road_user() -> None:
     state = frame()
     car, wheel = state.movers
@@ -135,6 +137,7 @@ def test_a_lamp_that_shines_belongs_to_its_road_user() -> None:
     np.testing.assert_array_equal(found.layers["ids"][lens], number)
 
 
+@pytest.mark.slow
 def test_names_stay_where_numbers_change() -> None:
     first, second = traced(frame(), frame(without=["vehicle:a/body"], aside=0.5))
     for found, aside in ((first, 0.0), (second, 0.5)):
@@ -149,6 +152,7 @@ def test_names_stay_where_numbers_change() -> None:
     assert len(first.movers) == len(second.movers) + 1
 
 
+@pytest.mark.slow
 def test_depth_is_of_the_same_sample() -> None:
     """Means mix a body with what lies behind it at its edge; first samples do not."""
     state = frame()
@@ -162,6 +166,7 @@ def test_depth_is_of_the_same_sample() -> None:
     assert (depth[edge] > 10.0).any()
 
 
+@pytest.mark.slow
 def test_they_do_not_change_the_picture_and_are_the_same_in_a_film() -> None:
     with_ids, alone = traced(frame(aside=0.3), frame())
     (still,) = traced(frame())

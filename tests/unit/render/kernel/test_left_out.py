@@ -31,7 +31,7 @@ from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.kernel.rows import OPERATIONS, features_of
 
-pytestmark = pytest.mark.usefixtures("compiled")
+pytestmark = [pytest.mark.usefixtures("compiled"), pytest.mark.slow]
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
 STEEL = principled((0.6, 0.6, 0.6), roughness=0.4, metallic=1.0)

@@ -185,6 +185,7 @@ def with_seeds(ride, count, **changes):
         return np.stack(found), mirrors.areas(state.view, SIZE)
 
 
+@pytest.mark.slow
 def test_mirrors_get_more_samples_where_frames_are_averaged(ride):
     plain, areas = with_seeds(ride, 24)
     more, again = with_seeds(ride, 24, accumulate=4)
@@ -212,6 +213,7 @@ def test_the_area_of_a_mirror_holds_all_that_it_shows(ride):
     assert not shown.any()
 
 
+@pytest.mark.slow
 def test_without_mirrors_there_is_nothing_to_trace_again(ride):
     scene, state = ride
     away = View(Transform.from_pose(state.view.position, yaw=YAW + np.pi), Lens.of_degrees(70.0))

@@ -106,6 +106,7 @@ def as_optix(loaded, nearest):
     return told
 
 
+@pytest.mark.slow
 def test_hits_told_as_optix_does_give_the_same_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts of bodies have materials of their own, so a part that is mistaken is seen."""
     how = {"size": (64, 48), "quality": RAW, "layers": LAYERS}

@@ -42,6 +42,7 @@ def rendered(view, *, dash, wall=0.5, denoise="none"):
         return session.finish(samples, state), samples
 
 
+@pytest.mark.slow
 def test_a_pane_lays_the_dashboard_over_the_road_and_dims_it():
     """Straight ahead the ray turns straight down, by 45 degrees."""
     pale, _ = rendered(replace(VIEW, pane=raked()), dash=0.8)
@@ -62,6 +63,7 @@ def test_no_light_is_gained_in_a_white_world(pane):
     assert picture.max() <= 1.0 + 0.06, "but for noise"
 
 
+@pytest.mark.slow
 def test_without_a_pane_there_is_nothing_of_it():
     _, samples = rendered(VIEW, dash=0.5)
     assert not {"reflected", "passed"} & set(samples.layers)

@@ -52,6 +52,7 @@ def pictures(*, apart: bool):
     return found
 
 
+@pytest.mark.slow
 def test_two_scenes_are_seen_as_one() -> None:
     one, two = pictures(apart=False), pictures(apart=True)
     seen = [int((frame["ids"] > 0).sum()) for frame in two]

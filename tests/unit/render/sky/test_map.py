@@ -108,6 +108,7 @@ def test_every_sun_gives_a_finite_sky(elevation):
     assert sky.radiance.max() > 0
 
 
+@pytest.mark.slow
 def test_light_grows_with_the_sun():
     elevations = [-18, -6, -1, 0, 2, 10, 60, 90]
     lux = [bake_sky(Sky(sun_at(90, e)), SMALL).illuminance for e in elevations]

@@ -221,6 +221,7 @@ def test_a_camera_inside_its_own_body():
     assert (flow.places[0] - identity()[0])[road].max() < -0.5
 
 
+@pytest.mark.slow
 def test_three_hundred_movers_do_not_disturb_each_other():
     view = view_at([-5, 0, 8], heading=90, pitch=-15)
     spots = [(4.0 * (k // 15), 3.0 * (k % 15 - 7), 0.0) for k in range(300)]
@@ -320,6 +321,7 @@ def striped_cube():
     return Prototype("cube", parts, parts)
 
 
+@pytest.mark.slow
 def test_a_rendered_film_is_followed():
     """Depth and cameras of the renderer fit the flow; a cube drives, the camera too."""
     materials = {"dark": diffuse(0.08, 0.1, 0.15), "light": diffuse(0.8), "road": diffuse(0.35)}

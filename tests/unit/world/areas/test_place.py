@@ -116,6 +116,7 @@ def test_one_word_switches_them_off():
     assert ("areas", "switched off by `ground.areas`") in [(o.what, o.why) for o in built.left_out]
 
 
+@pytest.mark.slow
 def test_roads_lie_on_top_of_all_areas(everything):
     parts = parts_of(everything)
     assert {"areas/area:ground_grass", "areas/area:paving", "areas/water"} <= set(parts)

@@ -260,6 +260,7 @@ def test_levels_of_detail_fall_with_distance():
     assert counts[3] < 280
 
 
+@pytest.mark.slow
 def test_the_budget_draws_the_levels_in():
     pois = [poi("tree", 5.0 * i, 20 + 6.0 * j) for i in range(12) for j in range(6)]
     eye = np.array([(30.0, 0.0, 1.5)])

@@ -54,6 +54,7 @@ def test_noise_is_smooth_even_and_its_own_for_each_salt():
     assert np.array_equal(first, patchy(points, 3.0, salt=1))
 
 
+@pytest.mark.slow
 def test_kerbs_drop_where_crossings_end_and_nowhere_else():
     found = drops()
     assert len(found.ends) >= 8

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
@@ -45,6 +46,7 @@ def test_roads_above_each_other_keep_their_names():
     assert {("edge", "low"), ("edge", "high"), ("marking", "low"), ("verge", "high")} <= seen
 
 
+@pytest.mark.slow
 def test_every_face_of_a_crossing_belongs_to_what_it_lies_on():
     (path,) = (EXAMPLES / "crossing").rglob("*.net.xml*")
     roads = build_roads(read_network(path), RoadSettings(), textured=True)

@@ -128,6 +128,7 @@ def test_surface_has_neither_overlaps_nor_gaps(name):
     assert (~hit).mean() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ronda", "crossing"])
 def test_triangles_cover_the_layout_exactly(name):
     roads = built(name)

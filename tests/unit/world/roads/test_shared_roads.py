@@ -36,6 +36,7 @@ def built(part, focus, memory):
     return {static.id: static.part.mesh for static in roads.static}
 
 
+@pytest.mark.slow
 def test_roads_built_after_others_are_as_if_built_alone(network, monkeypatch):
     made = []
     for module, name in ((strips, "edge_strips"), (areas, "_junction_shape")):

@@ -365,6 +365,7 @@ def shops(request):
     return build_place(World.of(given, job), CameraPath.all_round(EYES)).static
 
 
+@pytest.mark.slow
 def test_the_ground_and_its_grass_never_lie_above_what_is_paved(shops):
     assert set(paved_beside(shops)) == {"forecourts", "slabs"}
     assert not list(ground_over_paving(shops, step=0.45))
@@ -384,6 +385,7 @@ def test_forecourts_follow_the_footways_that_they_join(shops):
     assert len(gap) > 100 and gap.min() > -0.02 and gap.max() < 0.03
 
 
+@pytest.mark.slow
 def test_two_things_never_pave_one_place(shops):
     paved, roads = paved_beside(shops), plan_of(roads_of(shops))
     assert not list(paved_twice(shops))

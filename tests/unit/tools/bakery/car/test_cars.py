@@ -223,6 +223,7 @@ def recipe() -> dict:
     return deepcopy(completed("sedan"))
 
 
+@pytest.mark.slow
 def test_side_and_top_panels_and_disc_wheels():
     own = recipe()
     own["recipe"]["panels"] = [

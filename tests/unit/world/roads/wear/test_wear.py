@@ -44,6 +44,7 @@ def corners_of(mesh):
     return mesh.vertices[mesh.faces]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_layer_is_there(name):
     ids = {key for key, _ in layers(name)}
