@@ -12,7 +12,9 @@ from drives import straight, trace_of
 
 STEPS = (0.04, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 LANES = ("a_0", "a_1", "a_2")
-KINDS = ("drive", "stand", "creep", "wiggle", "change", "stop and change", "teleport", "gap")
+KINDS = (
+    *("drive", "stand", "creep", "wiggle", "change", "stop and change", "slide", "teleport", "gap"),
+)
 
 
 def network(turn=0.0):
@@ -31,8 +33,23 @@ class _Drive:
         aside = 3.2 * self.lane + self.aside + beside
         self.rows.append((round(self.time, 6), self.along, aside, self.speed, self.lane))
 
+    def slide(self, rng):
+        """Slide to the next lane as the sublane model does: 1 m/s aside, at any pace."""
+        to = 1 if self.lane == 0 else -1 if self.lane == 2 else int(rng.choice([-1, 1]))
+        old, pace, aside = self.lane, rng.uniform(0.3, 9.0), 0.0
+        while aside < 3.2:
+            aside = min(aside + self.step, 3.2)
+            change = float(np.clip(pace - self.speed, -4.5 * self.step, 2.6 * self.step))
+            self.speed = self.speed + change
+            self.time, self.along = self.time + self.step, self.along + self.speed * self.step
+            self.lane = old + to * int(aside > 1.6)
+            self.log(to * aside - 3.2 * (self.lane - old))
+
     def stretch(self, kind, rng):
         """Do one thing for some seconds."""
+        if kind == "slide":
+            self.slide(rng)
+            return
         paces = {"drive": rng.uniform(3.0, 14.0), "creep": rng.uniform(0.05, 0.6)}
         target = {**paces, "change": rng.choice([0.5, 2.0, 8.0])}.get(kind, 0.0)
         for number in range(max(3, round(rng.uniform(4.0, 25.0) / self.step))):

@@ -13,7 +13,7 @@ import numpy as np
 from sumo3dviz_pt.model.traffic import Scenario, Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion import LogMotion
-from sumo3dviz_pt.motion.laws import HEADING, MOVING, Breach, breaches
+from sumo3dviz_pt.motion.laws import HEADING, LEAPING, MOVING, Breach, breaches
 from sumo3dviz_pt.motion.setting import body_length
 from sumo3dviz_pt.motion.smoothers.registry import SMOOTHERS
 
@@ -44,7 +44,7 @@ class Lawfulness:
             return ""
         first = self.breaches[0]
         turned = f"{math.degrees(first.value):.1f} degrees"
-        size = f"{first.value:.3f} m" if first.law == MOVING else turned
+        size = f"{first.value:.3f} m" if first.law in (MOVING, LEAPING) else turned
         counts = Counter(each.law for each in self.breaches)
         users = len({each.id for each in self.breaches})
         parts = ", ".join(f"{law}: {count}" for law, count in counts.most_common())

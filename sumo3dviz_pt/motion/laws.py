@@ -338,11 +338,12 @@ def _aside(trajectory: Trajectory, times: Floats) -> Bools:
     return aside
 
 
-HEADING, TURNING, MOVING, SWINGING = (
+HEADING, TURNING, MOVING, SWINGING, LEAPING = (
     "heads elsewhere than logged",
     "turns more than it drives",
     "moves while it stands",
     "turns while it stands",
+    "leaps",
 )
 
 _GRID, _BEAT = 0.1, 0.2
@@ -356,6 +357,13 @@ _FASTEST, _FREE = np.radians(200.0), np.radians(2.0)
 
 _STILL, _LEVEL = 1e-3, np.radians(0.1)
 """A body that stands moves and turns by no more than this [m, rad]."""
+
+_LEAP, _SIDEWAYS = 0.1, 2.5
+"""From one look to the next a front goes no farther than its log does, by half as much again, than
+this [m], and than moves aside that are ours add [m/s]."""
+
+_AROUND = 1.0
+"""Rows this long before and after tell how fast a front may be [s]."""
 
 _OWN = ("parking", "reversing")
 """Remarks on manoeuvres in which a body turns otherwise than its front leads it."""
@@ -473,7 +481,24 @@ def _excesses(
     lag = np.maximum(np.maximum(lag[:-2], lag[1:-1]), lag[2:])
     moved, swung = _stirred(look, ~own, blur)
     astray = np.where(own, 0.0, _astray(look) - lag)
-    return excesses | {HEADING: astray, MOVING: moved, SWINGING: swung}
+    return excesses | {HEADING: astray, MOVING: moved, SWINGING: swung, LEAPING: _leaps(look, blur)}
+
+
+def _leaps(look: _Look, blur: float) -> Floats:
+    """Return how much farther than allowed fronts go until the next time, (n,) [m]."""
+    samples = look.samples
+    gone = np.linalg.norm(np.diff(samples.positions[:, :2], axis=0), axis=1)
+    paces = gone / np.maximum(np.diff(samples.times), 1e-9)
+    paces = np.fmax(paces, np.fmax(samples.speeds[1:], samples.speeds[:-1]))
+    # A smoother may take the pace of rows a little before and after.
+    first = np.searchsorted(samples.times, look.times[:-1] - blur - _AROUND, side="right") - 1
+    last = np.searchsorted(samples.times, look.times[1:] + blur + _AROUND, side="left")
+    first, last = np.clip(first, 0, len(paces) - 1), np.clip(last, 1, len(paces))
+    fastest = np.array([paces[a:b].max() for a, b in zip(first, last, strict=True)])
+    beyond = np.zeros(len(look.times))
+    allowed = (JUMP_FACTOR * fastest + _SIDEWAYS) * np.diff(look.times) + _LEAP
+    beyond[:-1] = _ways(look.motion) - allowed
+    return beyond
 
 
 def _astray(look: _Look) -> Floats:

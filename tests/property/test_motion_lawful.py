@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from searching import tries
 
 from sumo3dviz_pt.motion import smooth_log
-from sumo3dviz_pt.motion.laws import HEADING, MOVING, SWINGING, TURNING, breaches
+from sumo3dviz_pt.motion.laws import HEADING, LEAPING, MOVING, SWINGING, TURNING, breaches
 from sumo3dviz_pt.motion.smoothers.registry import SMOOTHERS
 
 KEEPING = ("hermite", "lane", "linear", "paper_symmetric")
@@ -66,8 +66,20 @@ def late_changer():
     )  # fmt: skip
 
 
+def slider(step=0.04):
+    """A car of the sublane model: it slides to the next lane while it hardly drives."""
+    times = np.arange(0.0, 12.0, step)
+    speeds = np.maximum(6.0 - 1.2 * times, 0.4)
+    along = 20.0 + np.cumsum(speeds * step)
+    aside = np.clip(times - 4.0, 0.0, 3.2)
+    return trace_of(
+        times, np.column_stack([along, aside]), 0.0, speeds,
+        lanes=(aside > 1.6).astype(int), offsets=along,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("smoother", KEEPING)
-@pytest.mark.parametrize("made", [red_light, wiggling, late_changer])
+@pytest.mark.parametrize("made", [red_light, wiggling, late_changer, slider])
 def test_known_faults_are_mended(made, smoother):
     assert broken(made(), smoother) == []
 
@@ -104,6 +116,18 @@ def test_the_laws_see_a_spin_a_slide_and_a_swing():
     wrong = replace(found, pieces=tuple(Spun(piece) for piece in found.pieces))
     laws = {each.law: each for each in breaches(trace, wrong, step=1.0, length=LENGTH)}
     assert set(laws) == {HEADING, TURNING, MOVING, SWINGING}
+
+    class Leapt(Spun):
+        """The same motion, but from a time on a lane's width aside."""
+
+        def sample(self, times):
+            motion = self.piece.sample(times)
+            away = np.where(times[:, None] > 20.0, [0.0, 3.2, 0.0], 0.0)
+            return replace(motion, positions=motion.positions + away)
+
+    leapt = replace(found, pieces=tuple(Leapt(piece) for piece in found.pieces))
+    seen = {each.law: each for each in breaches(trace, leapt, step=1.0, length=LENGTH)}
+    assert 2.5 < seen[LEAPING].value < 3.2 and seen[LEAPING].time == pytest.approx(20.0, abs=0.1)
     assert laws[MOVING].value == pytest.approx(0.5 - 1e-3, abs=1e-6)
     assert laws[SWINGING].value == pytest.approx(3.0 - np.radians(0.1), abs=1e-6)
     assert all(each.time >= 20.0 for each in laws.values())

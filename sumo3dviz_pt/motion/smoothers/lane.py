@@ -50,8 +50,9 @@ _INSTANT = 1.2
 _STEEPEST = 0.35
 """Nor is a move whose width exceeds this share of the distance driven meanwhile a logged move."""
 
-_MOVING = 0.1
-"""Samples that differ sideways by more than this belong to one move aside [m]."""
+_MOVING, _USUAL = 0.1, 0.25
+"""Samples that differ sideways by more than this belong to one move aside [m]; by less where they
+are nearer in time than this [s]."""
 
 _ENDING = 10.0
 """Distance over which rounding's error at the first and last sample fades out [m]."""
@@ -241,7 +242,8 @@ def _off_path(samples: LoggedSamples, path: LanePath, run: LaneRun, stations: Fl
         weight = lies
         first, last = _change(samples, lines[number], switch)
         moved.append((float(samples.times[first]), float(samples.times[last])))
-        if _undrivable(samples, lines[number], stations, (first, last), run, switch):
+        both_lines = lines[number], lines[number + 1]
+        if _undrivable(samples, both_lines, stations, (first, last), run, switch):
             counts[first + 1 : last] = False
         else:
             length = path.ends[number] - path.begins[number]
@@ -304,17 +306,18 @@ def _change(
     reach = np.abs(samples.times - samples.times[switch.step]) <= _LONGEST
     aside = np.where(reach, _aside(samples, track), 0.0)
     steps = np.diff(aside) * np.sign(aside[switch.step + 1] - aside[switch.step])
+    least = _MOVING * np.minimum(np.diff(samples.times) / _USUAL, 1.0)
     first, last = switch.step, switch.step + 1
-    while first > 0 and reach[first - 1] and steps[first - 1] > _MOVING:
+    while first > 0 and reach[first - 1] and steps[first - 1] > least[first - 1]:
         first -= 1
-    while last < len(aside) - 1 and reach[last + 1] and steps[last] > _MOVING:
+    while last < len(aside) - 1 and reach[last + 1] and steps[last] > least[last]:
         last += 1
     return first, last
 
 
 def _undrivable(
     samples: LoggedSamples,
-    track: tuple[Floats, Floats],
+    tracks: tuple[tuple[Floats, Floats], tuple[Floats, Floats]],
     stations: Floats,
     ends: tuple[int, int],
     run: LaneRun,
@@ -322,21 +325,25 @@ def _undrivable(
 ) -> bool:
     """Whether no vehicle could drive a change of lanes as the log has it.
 
-    That is a jump within one step, or a move too far aside for the distance driven meanwhile.
+    That is a jump within one step, or a move too far aside for the distance driven meanwhile. If
+    the samples around it lie farther apart by their own lanes than they are, they count as they
+    are: a slow slide over a line between lanes is none of our moves.
 
     Args:
         samples: The samples.
-        track: Points and derivatives of the first lane at the samples, (n, 3) each.
+        tracks: Points and derivatives of both lanes at the samples, (n, 3) each.
         stations: Stations of the samples, (n,) [m].
         ends: First and last sample of the move.
         run: The run that the change is part of.
         switch: The change.
     """
-    aside = _aside(samples, track)
+    aside, beyond = (_aside(samples, track) for track in tracks)
     together = sum(other.step == switch.step for other in run.switches)
     if abs(aside[switch.step + 1] - aside[switch.step]) / together > _INSTANT:
         return True
     first, last = ends
+    if abs(beyond[last] - aside[first]) > abs(aside[last] - aside[first]):
+        return False
     return bool(abs(aside[last] - aside[first]) > _STEEPEST * (stations[last] - stations[first]))
 
 
