@@ -33,7 +33,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     pictures_of,
     read_account,
     stored_film,
-    write_sequence,
+    write_pictures,
 )
 from sumo3dviz_pt.pipeline.films.overlays import (
     FACTS,
@@ -174,7 +174,7 @@ def encode_frames(
 
     def write(pictures: Iterable[Image], path: Path) -> None:
         if is_sequence(path):
-            write_sequence(path, files, pictures)
+            write_pictures(pictures_of(path, files), files, pictures)
             return
         films[path.name] = _film(pictures, path, output, fps=fps, spherical=spherical_of(lens))
 
@@ -197,7 +197,7 @@ def encode_frames(
 def _with_plain(pictures: Iterable[Image], files: Sequence[Path], path: Path) -> Iterator[Image]:
     """Yield pictures, each when it lies under its number, too; its frame may go at the next."""
     for picture, file in zip(pictures, files, strict=True):
-        write_sequence(path, [file], [picture])
+        write_pictures(pictures_of(path, [file]), [file], [picture])
         yield picture
 
 
@@ -344,16 +344,16 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         pictures = overlaid(pictures, film.files, facts, whole=whole)
 
     # Write numbered pictures, one picture, or a film.
+    chosen = {"exposure": order.exposure, "tone": order.tone or account.get("tone")}
+    look = {key: value for key, value in chosen.items() if value is not None}
     if is_sequence(target):
         places = pictures_of(target, film.files)
         if not order.overwrite:
             check_free(*places)
-        write_sequence(target, film.files, pictures)
+        write_pictures(places, film.files, pictures, look=look)
         return places
     if target.suffix.lower() == ".png":
-        from sumo3dviz_pt.image.png import write_png
-
-        write_png(target, (next(pictures) * 255 + 0.5).astype("uint8"))
+        write_pictures([target], film.files[:1], [next(pictures)], look=look)
         return [target]
     from sumo3dviz_pt.image.exr import read_exr
     from sumo3dviz_pt.video import check_film, encode

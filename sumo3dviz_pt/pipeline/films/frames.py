@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, cut
@@ -77,22 +78,40 @@ def pictures_of(path: Path, files: Sequence[Path]) -> list[Path]:
     return [numbered(path, number) for number in numbers]
 
 
-def write_sequence(path: Path, files: Sequence[Path], pictures: Iterable[Image]) -> None:
-    """Write numbered pictures of stored frames, each at once or not at all.
+def write_pictures(
+    places: Sequence[Path],
+    files: Sequence[Path],
+    pictures: Iterable[Image],
+    *,
+    look: Mapping[str, Any] = MappingProxyType({}),
+) -> None:
+    """Write pictures of stored frames, each at once or not at all.
 
     Args:
-        path: With a place for the number.
+        places: Where they go.
         files: EXR frames.
         pictures: What they develop to, (h, w, 3) in [0, 1].
+        look: How they were developed: exposure, tone; default as the frames say.
     """
     from sumo3dviz_pt.image.exr import PROVENANCE, read_attributes
     from sumo3dviz_pt.image.png import write_png
 
-    places = pictures_of(path, files)
     for place, file, picture in zip(places, files, pictures, strict=True):
         text = read_attributes(file).get(PROVENANCE, "{}")
+        account = parsed(text.encode(), file)
+        if any(account.get(key) != value for key, value in look.items()):
+            text = json.dumps(_looking(account, look), sort_keys=True)
         pixels = (picture * 255 + 0.5).astype("uint8")
         write_png(place, pixels, text={"provenance": text}, level=6)
+
+
+def _looking(account: Account, look: Mapping[str, Any]) -> dict[str, Any]:
+    """An account of a picture that was developed otherwise than its frame says."""
+    changed = {**account, **look}
+    if "tone" in look and isinstance(scene := account.get("scene"), Mapping):
+        output = {**scene.get("output", {}), "tone": look["tone"]}
+        changed["scene"] = {**scene, "output": output}
+    return changed
 
 
 log = logging.getLogger(__name__)

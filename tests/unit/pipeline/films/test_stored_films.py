@@ -113,6 +113,21 @@ def test_a_film_is_developed_as_it_was_last_asked_for(tmp_path):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "c.png").read_bytes()
 
 
+def test_pictures_say_how_they_were_developed(tmp_path, capsys):
+    """A picture that says the frame's own tone would be taken for another one."""
+    scene = {"output": {"tone": "srgb"}}
+    folder = write_film(tmp_path / "f", range(2), account_of(frames=2, scene=scene))
+    for name, more in (("a", ()), ("b", ("--tone", "agx")), ("c", ("--exposure", "3"))):
+        assert develop(folder, tmp_path / f"{name}_{{frame}}.png", *more) == 0
+        assert develop(frame_file(folder, 1), tmp_path / f"{name}.png", *more) == 0
+    for suffix in ("_000001.png", ".png"):
+        accounts = [account_in(tmp_path / f"{name}{suffix}") for name in "abc"]
+        assert [each["tone"] for each in accounts] == ["srgb", "agx", "srgb"]
+        assert [each["exposure"] for each in accounts][2] == 3.0
+        assert main(["compare", str(tmp_path / f"a{suffix}"), str(tmp_path / f"b{suffix}")]) == 1
+        assert "tone" in capsys.readouterr().out
+
+
 def test_folders_of_older_versions_are_taken_as_they_are(tmp_path):
     """Their frames have no rate, and nobody knows how many there should be."""
     folder = tmp_path / "f"
