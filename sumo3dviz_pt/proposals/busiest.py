@@ -15,7 +15,8 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Edge, Junction, Network
-from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, Trace, VehicleType, unique_ids
+from sumo3dviz_pt.model.traffic import FASTEST, Trace, VehicleType, unique_ids
+from sumo3dviz_pt.motion.samples import split
 
 STEP = 1.0
 """Time between rows, unless the log's own steps are longer [s]."""
@@ -381,7 +382,7 @@ class ProposedRide:
 
 
 def choose_rides(
-    traces: Iterable[Trace], types: Mapping[str, VehicleType], spot: Busiest
+    traces: Iterable[Trace], types: Mapping[str, VehicleType], spot: Busiest, *, step: float
 ) -> tuple[list[ProposedRide], list[str]]:
     """Return one ride of each kind of vehicle that the log has, and notes about the others.
 
@@ -389,6 +390,7 @@ def choose_rides(
         traces: Of the log.
         types: Vehicle types by id.
         spot: The moment, which rides keep where they can, and the place.
+        step: Median step of the whole log [s].
     """
     by_class: dict[str, list[Trace]] = {}
     traces = list(traces)
@@ -402,7 +404,7 @@ def choose_rides(
         some = [trace for name in sorted(ride.classes) for trace in by_class.get(name, ())]
         if not some:
             continue
-        best = _best(ride, some, spot)
+        best = _best(ride, some, spot, step)
         if best is None:
             notes.append(
                 f"no camera `{ride.camera}`: none of {len(some)} such vehicles drives two thirds"
@@ -413,7 +415,7 @@ def choose_rides(
     return rides, notes
 
 
-def _best(kind: _RideKind, traces: list[Trace], spot: Busiest) -> ProposedRide | None:
+def _best(kind: _RideKind, traces: list[Trace], spot: Busiest, step: float) -> ProposedRide | None:
     """The best ride while the other shots last; else at any other time."""
     length = spot.end - spot.start
     there = [t for t in traces if t.times[0] <= spot.start and t.times[-1] >= spot.end]
@@ -421,7 +423,10 @@ def _best(kind: _RideKind, traces: list[Trace], spot: Busiest) -> ProposedRide |
         best: tuple[float, ProposedRide] | None = None
         for trace in some[:: max(1, -(-len(some) // most))]:
             starts = _windows(trace, length) if later else [spot.start]
+            whole = [(part.times[0], part.times[-1]) for part in split(trace, step=step)]
             for start in starts:
+                if not any(a < start + 1e-6 and b > start + length - 1e-6 for a, b in whole):
+                    continue
                 value, metres = _rides_worth(trace, start, start + length, spot.place)
                 if value > 0.0 and (best is None or value > best[0] + 1e-6):
                     ride = ProposedRide(
@@ -456,8 +461,6 @@ def _rides_worth(trace: Trace, start: float, end: float, place: Floats) -> tuple
     if len(times) < 2 or times[0] > start + 1e-6 or times[-1] < end - 1e-6:
         return 0.0, 0.0
     gaps = np.diff(times)
-    if gaps.max() > GAP_FACTOR * float(np.median(gaps)) + 1e-6:
-        return 0.0, 0.0
     steps = np.hypot(*np.diff(places[:, :2], axis=0).T)
     metres = float(steps.sum())
     drives = steps > _MOVES * gaps

@@ -491,7 +491,7 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
     sun = build_sky(job.sky, location=network.location).sun_direction
     scouting = Scouting(spot, there, around, sun, scenario.vehicle_types, meetings)
     riders = riding_apart(traffic.traces, meetings)
-    rides, unmet = choose_rides(riders, scenario.vehicle_types, spot)
+    rides, unmet = choose_rides(riders, scenario.vehicle_types, spot, step=traffic.step)
     if not riders:
         unmet.append("no camera rides: everyone drives where roads cross without a junction")
     proposal = Proposal(

@@ -565,6 +565,7 @@ def _roots(files: Sequence[Path]) -> dict[Path, str | None]:
 
 
 def _names(files: Sequence[Path]) -> str:
-    names = [file.name for file in files[:4]]
+    alike = len({file.name for file in files}) < len(files)
+    names = [f"{file.parent.name}/{file.name}" if alike else file.name for file in files[:4]]
     more = len(files) - len(names)
     return ", ".join(names) + (f" and {more} more" if more else "")

@@ -557,7 +557,7 @@ def test_a_lorry_that_the_lower_edge_cuts_lowers_the_value():
 
 
 def rides(*traces):
-    return choose_rides(traces, TYPES, found_at())
+    return choose_rides(traces, TYPES, found_at(), step=1.0)
 
 
 def test_a_ride_lasts_moves_and_passes_the_place():
@@ -594,6 +594,16 @@ def test_a_gap_in_the_log_is_no_ride():
     torn = replace(whole, **{name: getattr(whole, name)[kept] for name in arrays})
     found, _ = rides(torn)
     assert not found or found[0].start != 10.0
+
+
+def test_a_gap_of_coarse_rows_is_one_too():
+    """Of rows every 7 s, a shot holds two or three, which tell nothing of the usual step."""
+    whole = trace("gap", (0.0, 0.0), (9.0, 0.0), at=15.0)
+    arrays = ("times", "positions", "yaws", "speeds", "slopes", "lanes", "signals")
+    coarse = [k for k, t in enumerate(whole.times) if t % 7.0 == 3.0 and t != 17.0]
+    torn = replace(whole, **{name: getattr(whole, name)[coarse] for name in arrays})
+    found, _ = choose_rides([torn], TYPES, found_at(), step=7.0)
+    assert not found or found[0].end <= 10.0 or found[0].start >= 24.0
 
 
 # Whole examples -----------------------------------------------------------------------------

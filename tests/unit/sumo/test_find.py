@@ -149,6 +149,9 @@ def test_choices_can_be_made_by_name(tmp_path):
         find_scenario(tmp_path, trajectories=[tmp_path / "log1"])
     with pytest.raises(InputError, match="log1, log2 are vehicle logs"):
         find_scenario(tmp_path, network=tmp_path / "n1")
+    lay(tmp_path, a__fcd=CARS, b__fcd=CARS)
+    with pytest.raises(InputError, match="a/fcd, b/fcd"):
+        find_scenario(tmp_path, network=tmp_path / "n1")
     files = find_scenario(tmp_path, network=tmp_path / "n2", trajectories=[tmp_path / "log1"])
     assert (files.network.name, names(files.trajectories)) == ("n2", ["log1"])
 
