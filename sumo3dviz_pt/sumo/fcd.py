@@ -156,6 +156,8 @@ def _read_logs(
         disorder = (backward_steps(reader.steps), row_twice(reader.rows))
         notes += [f"{file}: {text}" for text in disorder if text]
         _move(reader.rows, rows)
+    if len(files) > 1 and not notes and (twice := row_twice(rows, logs=len(files))):
+        notes.append(f"{' and '.join(map(str, files))}: {twice}")
     times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
     _check_steps(times, window, files, within=within)
     step = round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0

@@ -280,11 +280,12 @@ def backward_steps(steps: Sequence[float]) -> str:
     )
 
 
-def row_twice(rows: RowsOfUsers) -> str:
+def row_twice(rows: RowsOfUsers, *, logs: int = 1) -> str:
     """Say which road user is at two places at one time, or nothing.
 
     Args:
-        rows: Packed rows of one log.
+        rows: Packed rows.
+        logs: Number of the logs that they are of.
     """
     count, first = 0, ""
     for key, buffer in rows.items():
@@ -300,9 +301,10 @@ def row_twice(rows: RowsOfUsers) -> str:
             count += len(twice)
     if not count:
         return ""
+    remedy = "give each its own id" if logs == 1 else "logs of several runs are no one simulation"
     return (
         f"a road user is at two places at one time, {_times(count)} (first: {first}); the first"
-        " row counts; give each its own id"
+        f" row counts; {remedy}"
     )
 
 

@@ -49,3 +49,18 @@ def test_repeated_steps_that_agree_are_sorted_in_silence(tmp_path, caplog):
     with caplog.at_level(logging.WARNING):
         (trace,) = read_trajectories([path]).traces
     assert not caplog.messages and trace.times.tolist() == [0, 1, 2]
+
+
+def test_logs_of_two_runs_are_told_and_parts_of_one_are_not(tmp_path, caplog):
+    """Rows of another run would join those of the first where that ends, without a word."""
+    steps = [(t, row("v", t)) for t in range(6)]
+    runs = {"a": steps[:4], "b": [(t, row("v", 90 + t)) for t in range(6)], "c": steps[3:]}
+    for name in runs:
+        (tmp_path / name).mkdir()
+    whole, other, rest = (log(tmp_path / name, *some) for name, some in runs.items())
+    read_trajectories([whole, other])
+    assert "two places at one time, 4 times (first: `v` at 0 s)" in caplog.text
+    assert "logs of several runs are no one simulation" in caplog.text
+    caplog.clear()
+    (trace,) = read_trajectories([whole, rest]).traces
+    assert not caplog.text and len(trace.times) == 6
