@@ -179,6 +179,11 @@ def _within(trace: Trace, begin: float, end: float) -> Trace | None:
 def _visible(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
     """Return the road users that are shown."""
     shown = shows(job)
+    for each in () if job.traffic is None else job.traffic.leave_out:
+        words = (word for trace in traces for word in (trace.id, f"{trace.kind}:{trace.id}"))
+        if not any(fnmatchcase(word, each) for word in words):
+            note = f"traffic.leave_out: nobody near this time is called {each!r}"
+            log.warning("%s", note, extra={"once": note})
     return tuple(trace for trace in traces if shown(trace.kind, trace.id))
 
 

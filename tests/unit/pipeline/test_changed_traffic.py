@@ -183,8 +183,11 @@ def test_fewer_vehicles_are_some_of_more(tmp_path):
     assert 10 < len(kept[1]) < 32 < len(kept[2]) < 54
 
 
-def test_some_are_left_out_by_pattern(scene):
+def test_some_are_left_out_by_pattern(scene, caplog):
     assert set(asked(scene, leave_out=["v1", "vehicle:v4*"])) == {"v0", "v2", "v3", "v5"}
+    assert "leave_out" not in caplog.text
+    asked(scene, leave_out=["v1", "nobody*"])
+    assert "traffic.leave_out: nobody near this time is called 'nobody*'" in caplog.text
 
 
 STUDY = """scene: scene.yaml
