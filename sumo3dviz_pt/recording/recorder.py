@@ -233,25 +233,13 @@ def _closed(stream: IO[str], root: str) -> None:
 
 def _vehicle(domain: Any, id_: str, more: Mapping[str, str], *, heights: bool) -> str:
     """Return a vehicle's row; empty for one that is nowhere."""
-    x, y, z = domain.getPosition3D(id_)
-    if x < _NAMELESS:
-        return ""
-    return _row(
-        "vehicle",
-        id_,
-        (x, y, z) if heights else (x, y),
-        domain.getAngle(id_),
-        {
-            "type": domain.getTypeID(id_),
-            "speed": f"{domain.getSpeed(id_):.3f}",
-            "pos": f"{domain.getLanePosition(id_):.3f}",
-            "lane": domain.getLaneID(id_) or _stop_lane(domain, id_),
-            "slope": f"{domain.getSlope(id_):.3f}",
-            "signals": str(domain.getSignals(id_)),
-            "acceleration": f"{domain.getAcceleration(id_):.3f}",
-            **more,
-        },
-    )
+    lane = domain.getLaneID(id_) or _stop_lane(domain, id_)
+    own = {
+        "signals": str(domain.getSignals(id_)),
+        "acceleration": f"{domain.getAcceleration(id_):.3f}",
+        **more,
+    }
+    return _row(domain, "vehicle", id_, {"lane": lane}, own, heights=heights)
 
 
 def _stop_lane(domain: Any, id_: str) -> str:
@@ -262,29 +250,32 @@ def _stop_lane(domain: Any, id_: str) -> str:
 
 def _person(domain: Any, id_: str, *, heights: bool) -> str:
     """Return a person's row; empty for one who is nowhere."""
-    x, y, z = domain.getPosition3D(id_)
-    if x < _NAMELESS:
-        return ""
-    return _row(
-        "person",
-        id_,
-        (x, y, z) if heights else (x, y),
-        domain.getAngle(id_),
-        {
-            "type": domain.getTypeID(id_),
-            "speed": f"{domain.getSpeed(id_):.3f}",
-            "pos": f"{domain.getLanePosition(id_):.3f}",
-            "edge": domain.getRoadID(id_),
-            "slope": f"{domain.getSlope(id_):.3f}",
-        },
-    )
+    return _row(domain, "person", id_, {"edge": domain.getRoadID(id_)}, {}, heights=heights)
 
 
 def _row(
-    kind: str, id_: str, place: tuple[float, ...], angle: float, more: Mapping[str, str]
+    domain: Any,
+    kind: str,
+    id_: str,
+    on: Mapping[str, str],
+    own: Mapping[str, str],
+    *,
+    heights: bool,
 ) -> str:
-    """Return a row of a vehicle log."""
-    numbers = {**dict(zip("xyz", place, strict=False)), "angle": angle}
+    """Return a row of a vehicle log: what all have, with the lane or edge and what is its own."""
+    place = domain.getPosition3D(id_)
+    if place[0] < _NAMELESS:
+        return ""
+    more = {
+        "type": domain.getTypeID(id_),
+        "speed": f"{domain.getSpeed(id_):.3f}",
+        "pos": f"{domain.getLanePosition(id_):.3f}",
+        **on,
+        "slope": f"{domain.getSlope(id_):.3f}",
+        **own,
+    }
+    numbers = dict(zip("xyz" if heights else "xy", place, strict=False))
+    numbers["angle"] = domain.getAngle(id_)
     places = "".join(f' {key}="{value:.3f}"' for key, value in numbers.items())
     words = "".join(f" {key}={quoteattr(value)}" for key, value in more.items())
     return f"<{kind} id={quoteattr(id_)}{places}{words}/>\n"

@@ -241,13 +241,9 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
     tries = np.clip(along - np.array([0.5, 1.5, 2.5, 4.0]), 0.5, max(border.length - 0.5, 0.5))
     places, road, yaw = border.at(tries, 0.5)
     free = site.free(places, radius=0.1, height=_SIGN)
-    good = site.level_with(places, road, among=free)
-    if not good.any():
+    stand = site.stand(places, road, yaw, among=free)
+    if stand is None:
         return []
-    i = int(np.argmax(good))
-    site.use(places[i : i + 1])
-    z = float(site.standing(places[i : i + 1])[0])
-    stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
     return [Sign(stand, partial(signs.on_post, signs.bus_stop(), bottom=2.2), 2 * REACH)]
 
 

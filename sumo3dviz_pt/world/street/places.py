@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, arc_length, settled
+from sumo3dviz_pt.model.geometry import Bools, Floats, Transform, arc_length, settled
 from sumo3dviz_pt.model.network import Edge, Lane, Network
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings, Tile, edges_in
@@ -201,6 +201,28 @@ class Site:
         if level.any():
             level[among] = np.abs(self.standing(places[among]) - road[among]) < _STEP
         return level
+
+    def stand(
+        self, places: Floats, road: Floats, yaws: Floats, *, among: Bools
+    ) -> Transform | None:
+        """Take the first place that is level with the road, and return how things stand there.
+
+        Args:
+            places: (n, 2) [m].
+            road: Its height, (n,) [m].
+            yaws: Where a thing would look, (n,) [rad].
+            among: The places that are free, (n,).
+
+        Returns:
+            None if there is no such place.
+        """
+        good = self.level_with(places, road, among=among)
+        if not good.any():
+            return None
+        i = int(np.argmax(good))
+        self.use(places[i : i + 1])
+        z = float(self.standing(places[i : i + 1])[0])
+        return Transform.from_pose((*places[i], z), yaw=float(yaws[i]))
 
     def use(self, places: Floats) -> None:
         """Remember that something stands at places, (n, 2) [m]."""

@@ -199,13 +199,9 @@ def _posted(wish: Wish, border: Border, site: Site) -> list[Sign]:
     tries = tries[(tries > 1.0) & (tries < border.length - 0.8)]
     places, road, yaw = border.at(tries, _BESIDE if border.walk > 0.0 else _VERGE)
     free = site.free(places, radius=0.15, walks=False, height=_TOP)
-    good = site.level_with(places, road, among=free)
-    if not good.any():
+    stand = site.stand(places, road, yaw, among=free)
+    if stand is None:
         return []
-    i = int(np.argmax(good))
-    site.use(places[i : i + 1])
-    z = float(site.standing(places[i : i + 1])[0])
-    stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
     return [Sign(stand, partial(shapes.on_post, wish.face, bottom=wish.bottom), REACH)]
 
 
@@ -302,14 +298,10 @@ def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     inner = -1.0 if network.left_hand else 1.0
     normal = inner * np.column_stack([-np.sin(yaw), np.cos(yaw)])
     places = points[:, :2] + normal * (lane.width / 2 + 1.9)
-    good = site.free(places, radius=1.3, height=_NOSE_TOP)
-    good = site.level_with(places, points[:, 2], among=good)
-    if not good.any():
+    free = site.free(places, radius=1.3, height=_NOSE_TOP)
+    stand = site.stand(places, points[:, 2], yaw, among=free)
+    if stand is None:
         return []
-    i = int(np.argmax(good))
-    site.use(places[i : i + 1])
-    z = float(site.standing(places[i : i + 1])[0])
-    stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
     return [Sign(stand, lambda level: shapes.exit_board(("EXIT",)), GANTRY_REACH / 2)]
 
 
