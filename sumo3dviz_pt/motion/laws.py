@@ -359,8 +359,12 @@ _STILL, _LEVEL = 1e-3, np.radians(0.1)
 """A body that stands moves and turns by no more than this [m, rad]."""
 
 _LEAP, _SIDEWAYS = 0.1, 2.5
-"""From one look to the next a front goes no farther than its log does, by half as much again, than
-this [m], and than moves aside that are ours add [m/s]."""
+"""From one look to the next a front goes no farther than its speed allows, by half as much again,
+than this [m], and than moves aside that are ours add [m/s]."""
+
+_BENT = np.radians(45.0)
+"""A step that turns farther, or is longer than its speeds explain, as over a junction without
+lanes, says nothing of how fast a front is."""
 
 _AROUND = 1.0
 """Rows this long before and after tell how fast a front may be [s]."""
@@ -488,8 +492,11 @@ def _leaps(look: _Look, blur: float) -> Floats:
     """Return how much farther than allowed fronts go until the next time, (n,) [m]."""
     samples = look.samples
     gone = np.linalg.norm(np.diff(samples.positions[:, :2], axis=0), axis=1)
-    paces = gone / np.maximum(np.diff(samples.times), 1e-9)
-    paces = np.fmax(paces, np.fmax(samples.speeds[1:], samples.speeds[:-1]))
+    spans = np.maximum(np.diff(samples.times), 1e-9)
+    paces = np.fmax(gone / spans, np.fmax(samples.speeds[1:], samples.speeds[:-1]))
+    speeds = np.fmax(np.abs(samples.speeds[1:]), np.abs(samples.speeds[:-1]))
+    odd = (gone > JUMP_FACTOR * speeds * spans + 1.0) & np.isfinite(speeds)
+    paces[odd | (np.abs(np.diff(samples.yaws)) > _BENT)] = np.inf
     # A smoother may take the pace of rows a little before and after.
     first = np.searchsorted(samples.times, look.times[:-1] - blur - _AROUND, side="right") - 1
     last = np.searchsorted(samples.times, look.times[1:] + blur + _AROUND, side="left")
