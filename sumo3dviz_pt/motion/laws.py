@@ -493,8 +493,8 @@ def _leaps(look: _Look, blur: float) -> Floats:
     samples = look.samples
     gone = np.linalg.norm(np.diff(samples.positions[:, :2], axis=0), axis=1)
     spans = np.maximum(np.diff(samples.times), 1e-9)
-    paces = np.fmax(gone / spans, np.fmax(samples.speeds[1:], samples.speeds[:-1]))
     speeds = np.fmax(np.abs(samples.speeds[1:]), np.abs(samples.speeds[:-1]))
+    paces = np.fmax(gone / spans, speeds)
     odd = (gone > JUMP_FACTOR * speeds * spans + 1.0) & np.isfinite(speeds)
     paces[odd | (np.abs(np.diff(samples.yaws)) > _BENT)] = np.inf
     # A smoother may take the pace of rows a little before and after.

@@ -195,7 +195,7 @@ class Site:
         Args:
             places: (n, 2) [m].
             road: Its height, (n,) [m].
-            among: The places that still count, (n,); others are not asked, as heights are dear.
+            among: The places that still count, (n,); the heights of others are not computed.
         """
         level = np.array(among)
         if level.any():

@@ -50,5 +50,5 @@ def test_it_is_the_same_at_another_size():
 
 
 def test_develop_takes_it():
-    plain, glowing = (develop_float(lamp(), glare=share) for share in (0.0, 0.05))
-    assert glowing[80, 108].min() > plain[80, 108].min() + 8.0 / 255.0
+    plain, glowing = (develop_float(lamp(), tone="neutral", glare=share) for share in (0.0, 0.05))
+    assert glowing[80, 108].min() > 2.0 * plain[80, 108].min()
