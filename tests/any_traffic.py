@@ -12,7 +12,8 @@ from drives import straight, trace_of
 
 STEPS = (0.04, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 LANES = ("a_0", "a_1", "a_2")
-KINDS = tuple("drive,stand,creep,wiggle,change,stop and change,slide,teleport,gap".split(","))
+DRIVEN = ("drive", "stand", "creep", "wiggle", "change", "stop and change", "slide")
+KINDS = (*DRIVEN, "teleport", "gap")
 
 
 def network(turn=0.0):
