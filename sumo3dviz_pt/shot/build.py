@@ -47,6 +47,7 @@ from sumo3dviz_pt.world.build import World
 from sumo3dviz_pt.world.cache import place_around
 from sumo3dviz_pt.world.rails.crossings import Railway
 from sumo3dviz_pt.world.roads.layout import RoadOwners
+from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.signals.signals import Signals
 from sumo3dviz_pt.world.sky import build_sky, is_dark
 from sumo3dviz_pt.world.weather import in_weather
@@ -77,6 +78,7 @@ class Shot:
         camera: Where it is seen from.
         signals: The traffic lights.
         railway: The level crossings, whose barriers move.
+        stands: Plants that share models.
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         tracks: The same of the rails that trains stand on, or None.
         road_owners: Tell which edge or junction faces of its roads belong to.
@@ -95,6 +97,7 @@ class Shot:
     camera: Camera
     signals: Signals
     railway: Railway
+    stands: Stands
     footway: Callable[[Floats], Floats]
     aspect: float
     limit: int
@@ -173,7 +176,7 @@ class Shot:
             tuple(parts.far),
             {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
-            self.railway.movers_at(time),
+            (*self.railway.movers_at(time), *self.stands.movers),
             None if self.data.weather is None else self.data.weather.at(time),
         )
         if self.flying is None:
@@ -287,6 +290,7 @@ class ShotBuilder:
         job, left_hand = self.world.job, self.world.left_hand
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
+        standing += place.stands.triangles
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
         fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)
@@ -296,7 +300,7 @@ class ShotBuilder:
         # Put together what does not change.
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
-        bodies = {**opened, **place.railway.prototypes}
+        bodies = {**opened, **place.railway.prototypes, **place.stands.prototypes}
         eyes, across = camera_path.positions, math.hypot(*job.output.size)
         windswept = in_wind(place.static, weather, camera_path, pixels=across, seed=job.seed)
         data = SceneData(
@@ -305,7 +309,10 @@ class ShotBuilder:
             prototypes=bodies,
             lamps=place.lamps,
             sky=self.world.sky,
-            slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
+            slots=replace(
+                crowd.slots,
+                near={**crowd.slots.near, **place.railway.slots, **place.stands.slots},
+            ),
             haze=Haze(),
             running=running_lights(
                 opened.values(), dark=dark, left_hand=left_hand, weather=weather
@@ -322,6 +329,7 @@ class ShotBuilder:
             camera=built,
             signals=place.signals,
             railway=place.railway,
+            stands=place.stands,
             footway=place.footway,
             aspect=self.aspect,
             limit=crowd.limit,

@@ -36,6 +36,7 @@ from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.objects.lines import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.lines import Rails, guard_rails
 from sumo3dviz_pt.world.objects.objects import BUDGET, Scenery, build_scenery
+from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.outlook import Outlook, RoadChoice, choose_roads
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.lanes import build_lane_index
@@ -208,6 +209,7 @@ class BuiltPlace:
         railway: The level crossings.
         lamps: Everything that stands and shines.
         left_out: What was left out, and why.
+        stands: Plants that share models.
     """
 
     static: tuple[StaticPart, ...]
@@ -220,6 +222,7 @@ class BuiltPlace:
     railway: Railway
     lamps: tuple[LampSet, ...]
     left_out: tuple[LeftOut, ...]
+    stands: Stands = Stands()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -340,6 +343,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         around=around,
         textured=job.textured,
         budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
+        sways=world.weather is not None and world.weather.strongest_wind > 0.0,
     )
     # All of it together.
     sources = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
@@ -361,6 +365,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
             *street.lamps,
         ),
         tuple(out for some in sources for out in some.left_out),
+        scenery.stands,
     )
 
 
