@@ -46,9 +46,9 @@ from sumo3dviz_pt.pipeline.films.overlays import (
 )
 from sumo3dviz_pt.pipeline.films.sound import sound_folder
 from sumo3dviz_pt.pipeline.films.traced import Shelf
-from sumo3dviz_pt.pipeline.production import Production, check_target, check_tone
+from sumo3dviz_pt.pipeline.production import Production, check_response, check_target, check_tone
 from sumo3dviz_pt.pipeline.provenance import file_hash, versions
-from sumo3dviz_pt.pipeline.still import check_free
+from sumo3dviz_pt.pipeline.still import check_free, response_of
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES
 from sumo3dviz_pt.video.spherical import ENDINGS, Spherical, spherical_of, write_boxes
 
@@ -149,7 +149,7 @@ def encode_frames(
     Args:
         files: EXR frames, in order.
         path: The film, or its numbered pictures.
-        production: What the frames show; says size, codec, tone, glare and overlays.
+        production: What the frames show; says size, codec, tone, glare, response and overlays.
         fps: Frames per second.
         turns: The same files, each when it can be developed.
         masters: Folder for the finished frames' radiance, or None.
@@ -165,6 +165,7 @@ def encode_frames(
         turns,
         tone=output.tone,
         glare=output.glare,
+        response=output.response,
         key=production.key,
         masters=masters,
     )
@@ -231,6 +232,7 @@ def developed(
     tone: str | None = None,
     exposure: float | None = None,
     glare: float | None = None,
+    response: str | None = None,
     key: str | None = None,
     masters: Path | None = None,
 ) -> Iterator[Image]:
@@ -241,6 +243,7 @@ def developed(
         tone: Tone curve's name.
         exposure: EV.
         glare: Share of light that the lens spreads.
+        response: What a camera adds, by its name.
         key: That all frames must have.
         masters: Folder for the finished frames' radiance, or None.
 
@@ -263,14 +266,16 @@ def developed(
             write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
         at = float(account.get("exposure", 0.0)) if exposure is None else exposure
         optics = Optics.from_dict(account.get("optics"))
+        seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
         if optics is not None:
-            seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
             radiance = optics.on(radiance, exposure=at, seed=seed)
         return develop_float(
             radiance,
             exposure=at,
             tone=tone or str(account.get("tone", "neutral")),
             glare=float(account.get("glare", 0.0)) if glare is None else glare,
+            response=response_of(account, response),
+            seed=seed,
         )
 
     for file in files:
@@ -296,6 +301,7 @@ class DevelopOrder:
         overwrite: Whether a picture or film that exists is replaced.
         final_exr: Whether finished frames are written as EXR files, too.
         overlays: Whether the overlays that frames were rendered with are drawn.
+        response: What a camera adds, by its name, instead of the stored one.
     """
 
     path: Path
@@ -306,6 +312,7 @@ class DevelopOrder:
     overwrite: bool = False
     final_exr: bool = False
     overlays: bool = True
+    response: str | None = None
 
 
 def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
@@ -326,6 +333,8 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     check_target(target, suffixes=(".png", *FILM_SUFFIXES), overwrite=order.overwrite)
     if order.tone is not None:
         check_tone(order.tone)
+    if order.response is not None:
+        check_response(order.response)
 
     # Read the frames, which are developed one by one as they are written.
     film = _develop_film(source)
@@ -335,6 +344,7 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         tone=order.tone or account.get("tone"),
         exposure=order.exposure,
         glare=account.get("glare"),
+        response=order.response or account.get("response"),
         masters=_masters(film, order) if order.final_exr else None,
     )
 
@@ -344,7 +354,11 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         pictures = overlaid(pictures, film.files, facts, whole=whole)
 
     # Write numbered pictures, one picture, or a film.
-    chosen = {"exposure": order.exposure, "tone": order.tone or account.get("tone")}
+    chosen = {
+        "exposure": order.exposure,
+        "tone": order.tone or account.get("tone"),
+        "response": order.response or account.get("response"),
+    }
     look = {key: value for key, value in chosen.items() if value is not None}
     if is_sequence(target):
         places = pictures_of(target, film.files)

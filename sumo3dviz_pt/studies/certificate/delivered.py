@@ -272,6 +272,7 @@ def _developed(
         exposure=float(account["exposure"]),
         tone=account["tone"],
         glare=account["glare"],
+        response=account.get("response", "none"),
         key=account["key"],
     )
     facts = read_facts(files[0].parent) if files and account.get("overlays") else None
