@@ -6,15 +6,15 @@ the order of a camera, what lens, sensor and recorder do:
 1. The lens scatters a little light over the whole picture, draws a point as a small disc and gives
    the corners less light.
 2. The sensor counts light, so noise has a part whose variance is in proportion to the signal and a
-   part that is always there. By night a camera cannot expose longer and amplifies, and noise with it.
+   part that is always there. By night a camera cannot expose longer: it amplifies, and noise too.
 3. After the tone curve a cheap camera sharpens brightness, which leaves halos along edges, and a
    recorder keeps colour at half the resolution.
 
 Noise is a function of a frame's own seed and the place in the picture alone: not of threads, of
 machines, or of what else is rendered. It never makes light negative, because it is cut where it is
 larger than the light itself, on both sides alike, so that the mean stays. Lengths are those of a
-picture 1280 wide and scale with it; a smaller picture is one whose pixels were put together, so that
-each has counted more light.
+picture 1280 wide and scale with it; a smaller picture is one whose pixels were put together, so
+that each has counted more light.
 
 References:
     EMVA 1288, release 4.0, 2021, section 2 (variance of a sensor: read noise, and shot noise in
@@ -69,6 +69,7 @@ class Response:
         sharpening: How much of what is finer than `halo` is added to luma.
         halo: Standard deviation of the picture that sharpening takes away [px of 1280].
         halves_colour: Whether colour has half the resolution.
+        seed: Of noise: the frame's own.
     """
 
     veil: float
@@ -79,20 +80,20 @@ class Response:
     sharpening: float = 0.0
     halo: float = 1.0
     halves_colour: bool = False
+    seed: int = 0
 
-    def on_light(self, exposed: Image, *, exposure: float, seed: int) -> Image:
+    def on_light(self, exposed: Image, *, exposure: float) -> Image:
         """Return light as a sensor has counted it behind a lens.
 
         Args:
             exposed: Linear light, 1 is white, (h, w, 3), finite and not negative.
             exposure: At which it is developed [EV]; says how much is amplified.
-            seed: The frame's own.
 
         Returns:
             The same, not negative.
         """
         light = self._softened(self._veiled(exposed)) * self._fall(*exposed.shape[:2])[..., None]
-        return self._noisy(light, exposure, seed)
+        return self._noisy(light, exposure)
 
     def on_picture(self, encoded: Image) -> Image:
         """Return a picture as a recorder keeps it.
@@ -145,9 +146,9 @@ class Response:
         square = (x[None] ** 2 * width**2 + y[:, None] ** 2 * height**2) / (width**2 + height**2)
         return np.asarray(1.0 / np.square(1.0 + corner * square), np.float32)
 
-    def _noisy(self, light: Image, exposure: float, seed: int) -> Image:
+    def _noisy(self, light: Image, exposure: float) -> Image:
         """Return light with noise, each channel with its own."""
-        noise = dice_of(seed, "response").standard_normal(light.shape, np.float32)
+        noise = dice_of(self.seed, "response").standard_normal(light.shape, np.float32)
         noise *= self.deviation(light, exposure=exposure, width=light.shape[1])
         return np.asarray(light + np.clip(noise, -light, light), np.float32)
 

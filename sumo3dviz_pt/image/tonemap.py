@@ -182,7 +182,6 @@ def develop_float(
     tone: str = "camera",
     glare: float = 0.0,
     response: Response | None = None,
-    seed: int = 0,
 ) -> Image:
     """Develop radiance without rounding.
 
@@ -192,7 +191,6 @@ def develop_float(
         tone: A name from `tone_names`.
         glare: Share of the light that the lens spreads, in [0, 1].
         response: What a camera adds; None adds nothing.
-        seed: Of its noise: the frame's own.
 
     Returns:
         sRGB-encoded picture, (h, w, 3) in [0, 1].
@@ -208,7 +206,7 @@ def develop_float(
     exposed = np.asarray(radiance, dtype=np.float32) * np.float32(2.0**exposure)
     light = bloom(np.clip(exposed, 0.0, _BRIGHTEST), glare)
     if response is not None:
-        light = response.on_light(light, exposure=exposure, seed=seed)
+        light = response.on_light(light, exposure=exposure)
     # Curves take a third of the time if each channel lies for itself in memory.
     light = np.moveaxis(np.ascontiguousarray(np.moveaxis(light, -1, 0)), 0, -1)
     picture = np.clip(srgb_encoded(curve(light)), 0.0, 1.0)
@@ -222,7 +220,6 @@ def develop(
     tone: str = "camera",
     glare: float = 0.0,
     response: Response | None = None,
-    seed: int = 0,
     dither: int | None = None,
 ) -> NDArray[np.uint8]:
     """Develop radiance into 8-bit sRGB pixels, (h, w, 3).
@@ -233,7 +230,6 @@ def develop(
         tone: As in `develop_float`.
         glare: As in `develop_float`.
         response: As in `develop_float`.
-        seed: As in `develop_float`.
         dither: Seed of triangular noise of +-1 code, which hides banding in skies;
             None rounds.
 
@@ -242,7 +238,7 @@ def develop(
         RenderError: If a value is not finite.
     """
     codes = 255.0 * develop_float(
-        radiance, exposure=exposure, tone=tone, glare=glare, response=response, seed=seed
+        radiance, exposure=exposure, tone=tone, glare=glare, response=response
     )
     if dither is not None:
         rng = np.random.default_rng(dither)

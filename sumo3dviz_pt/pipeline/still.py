@@ -65,17 +65,16 @@ class Still:
         """8-bit sRGB pixels, (h, w, 3)."""
         from sumo3dviz_pt.image.tonemap import develop
 
-        made, radiance = self.provenance, self.radiance
-        seed = frame_seed(int(made["seed"]), float(made.get("time", 0.0)))
+        radiance = self.radiance
         if self.optics is not None:
+            seed = frame_seed(int(self.provenance["seed"]), self.time)
             radiance = self.optics.on(radiance, exposure=self.exposure, seed=seed)
         return develop(
             radiance,
             exposure=self.exposure,
             tone=self.tone,
             glare=self.glare,
-            response=response_of(made),
-            seed=seed,
+            response=response_of(self.provenance),
         )
 
     def save(self, path: str | Path, *, overwrite: bool = True) -> None:
@@ -119,7 +118,7 @@ class Still:
 
 
 def response_of(account: Mapping[str, Any], name: str | None = None) -> Response | None:
-    """Return what a camera adds to a picture; None adds nothing.
+    """Return what a camera adds to a picture, with the picture's own seed; None adds nothing.
 
     Corners get darker only where a picture is what one eye sees through a perspective lens:
     others have no corners of their own, or several of them.
@@ -139,7 +138,9 @@ def response_of(account: Mapping[str, Any], name: str | None = None) -> Response
     cameras = (account.get("scene") or {}).get("cameras") or {}
     lens = (cameras.get(account.get("camera")) or {}).get("lens") or {}
     plain = lens.get("projection", "perspective") == "perspective"
-    return response if plain and lens.get("stereo", "none") == "none" else replace(response, fall=0)
+    single = plain and lens.get("stereo", "none") == "none"
+    seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
+    return replace(response, seed=seed, fall=response.fall if single else 0.0)
 
 
 def check_target(path: Path, *, suffixes: tuple[str, ...], overwrite: bool = False) -> None:

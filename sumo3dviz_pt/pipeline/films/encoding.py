@@ -163,9 +163,7 @@ def encode_frames(
     output = production.job.output
     pictures = developed(
         turns,
-        tone=output.tone,
-        glare=output.glare,
-        response=output.response,
+        Look(tone=output.tone, glare=output.glare, response=output.response),
         key=production.key,
         masters=masters,
     )
@@ -226,24 +224,39 @@ def _film(
     return delivered(path, prints, codec=output.codec, size=output.size)
 
 
-def developed(
-    files: Iterable[Path],
-    *,
-    tone: str | None = None,
-    exposure: float | None = None,
-    glare: float | None = None,
-    response: str | None = None,
-    key: str | None = None,
-    masters: Path | None = None,
-) -> Iterator[Image]:
-    """Develop stored frames to display-encoded pictures; None takes what is stored with them.
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How frames are developed; None takes what is stored with them.
 
-    Args:
-        files: EXR frames, in order.
+    Attributes:
         tone: Tone curve's name.
         exposure: EV.
         glare: Share of light that the lens spreads.
         response: What a camera adds, by its name.
+    """
+
+    tone: str | None = None
+    exposure: float | None = None
+    glare: float | None = None
+    response: str | None = None
+
+
+AS_STORED = Look()
+"""All as it is stored with the frames."""
+
+
+def developed(
+    files: Iterable[Path],
+    look: Look = AS_STORED,
+    *,
+    key: str | None = None,
+    masters: Path | None = None,
+) -> Iterator[Image]:
+    """Develop stored frames to display-encoded pictures.
+
+    Args:
+        files: EXR frames, in order.
+        look: How.
         key: That all frames must have.
         masters: Folder for the finished frames' radiance, or None.
 
@@ -264,18 +277,17 @@ def developed(
             text = {PROVENANCE: json.dumps(account, sort_keys=True)}
             half = bool(account.get("scene", {}).get("output", {}).get("half", True))
             write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
-        at = float(account.get("exposure", 0.0)) if exposure is None else exposure
+        at = float(account.get("exposure", 0.0)) if look.exposure is None else look.exposure
         optics = Optics.from_dict(account.get("optics"))
-        seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
         if optics is not None:
+            seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
             radiance = optics.on(radiance, exposure=at, seed=seed)
         return develop_float(
             radiance,
             exposure=at,
-            tone=tone or str(account.get("tone", "neutral")),
-            glare=float(account.get("glare", 0.0)) if glare is None else glare,
-            response=response_of(account, response),
-            seed=seed,
+            tone=look.tone or str(account.get("tone", "neutral")),
+            glare=float(account.get("glare", 0.0)) if look.glare is None else look.glare,
+            response=response_of(account, look.response),
         )
 
     for file in files:
@@ -339,12 +351,15 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     # Read the frames, which are developed one by one as they are written.
     film = _develop_film(source)
     account = film.account
+    look = Look(
+        order.tone or account.get("tone"),
+        order.exposure,
+        account.get("glare"),
+        order.response or account.get("response"),
+    )
     pictures = developed(
         film.files,
-        tone=order.tone or account.get("tone"),
-        exposure=order.exposure,
-        glare=account.get("glare"),
-        response=order.response or account.get("response"),
+        look,
         masters=_masters(film, order) if order.final_exr else None,
     )
 
@@ -354,20 +369,16 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         pictures = overlaid(pictures, film.files, facts, whole=whole)
 
     # Write numbered pictures, one picture, or a film.
-    chosen = {
-        "exposure": order.exposure,
-        "tone": order.tone or account.get("tone"),
-        "response": order.response or account.get("response"),
-    }
-    look = {key: value for key, value in chosen.items() if value is not None}
+    chosen = {"exposure": look.exposure, "tone": look.tone, "response": look.response}
+    said = {key: value for key, value in chosen.items() if value is not None}
     if is_sequence(target):
         places = pictures_of(target, film.files)
         if not order.overwrite:
             check_free(*places)
-        write_pictures(places, film.files, pictures, look=look)
+        write_pictures(places, film.files, pictures, look=said)
         return places
     if target.suffix.lower() == ".png":
-        write_pictures([target], film.files[:1], [next(pictures)], look=look)
+        write_pictures([target], film.files[:1], [next(pictures)], look=said)
         return [target]
     from sumo3dviz_pt.image.exr import read_exr
     from sumo3dviz_pt.video import check_film, encode
