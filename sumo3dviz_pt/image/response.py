@@ -49,7 +49,7 @@ _BRIGHTEST = 2000.0
 _STEADY = 5.0
 """Exposure up to which a camera opens its shutter for longer, and amplifies nothing [EV]."""
 
-_GAIN = 4.0
+_GAIN = 3.0
 """The most that it amplifies [EV]; beyond that a camera takes noise away again."""
 
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float32)
@@ -160,9 +160,9 @@ _RESPONSES: Mapping[ResponseName, Response | None] = MappingProxyType(
             veil=0.02,
             softness=0.55,
             fall=0.25,
-            electrons=4000.0,
-            read=6.0,
-            sharpening=0.6,
+            electrons=7000.0,
+            read=5.0,
+            sharpening=0.5,
             halo=1.2,
             halves_colour=True,
         ),
