@@ -17,7 +17,7 @@ from sumo3dviz_pt.library.street.road_styles import (
     GiveWayLine,
     RoadStyle,
 )
-from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.model.geometry import Floats, arc_length
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
 from sumo3dviz_pt.world.rails.ways import at_level_crossing, only_rails
