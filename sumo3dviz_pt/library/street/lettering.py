@@ -282,7 +282,8 @@ def _lines(character: str) -> tuple[Line, ...]:
     """Return the strokes of a character, with those of its marks."""
     if character in GLYPHS:
         return GLYPHS[character]
-    letter, *marks = unicodedata.normalize("NFD", character)
+    apart = unicodedata.normalize("NFD", character)
+    letter, marks = apart[0], apart[1:]
     lines = GLYPHS[letter]
     if not marks:
         raise KeyError(character)
