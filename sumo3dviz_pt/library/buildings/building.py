@@ -58,7 +58,7 @@ from sumo3dviz_pt.library.buildings.roofs import (
     upright,
 )
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles, stood_up
-from sumo3dviz_pt.library.buildings.shop_words import Writing
+from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
 from sumo3dviz_pt.library.buildings.sign_boards import Boards, blade_signs
 from sumo3dviz_pt.model.geometry import Floats, settled
 
@@ -133,7 +133,7 @@ class Walls:
 
     fronts: Collection[int] = (0,)
     blind: Collection[int] = ()
-    writing: Writing = Writing()
+    writing: Writing = UNTOLD
 
 
 @dataclass(frozen=True, slots=True, eq=False)

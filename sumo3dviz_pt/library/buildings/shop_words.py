@@ -69,6 +69,10 @@ class Writing:
         return np.random.default_rng([self.seed, *numbers])
 
 
+UNTOLD = Writing()
+"""Of buildings whose place and name do not matter."""
+
+
 def language_in(zone: str) -> str:
     """Return the language of a time zone by its name; English where none lists it."""
     spoken = (name for name, words in LANGUAGES.items() if zone in words.zones)

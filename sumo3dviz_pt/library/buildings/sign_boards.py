@@ -15,14 +15,14 @@ import numpy as np
 
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
-from sumo3dviz_pt.library.buildings.shop_words import Writing
+from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
 from sumo3dviz_pt.library.street.lettering import Hand, written
 from sumo3dviz_pt.model.geometry import Floats
 
 COLOURS = 3
 """How many boards of different colours a building may have."""
 
-_ROUND = {NEAR: 0.015, MIDDLE: 0.08, FAR: 0.08}  # tolerance of strokes by level
+_ROUND = {NEAR: 0.025, MIDDLE: 0.1, FAR: 0.1}  # tolerance of strokes by level
 _EDGE = 0.14  # between words and the ends of their board [m]
 _NARROWEST = 0.7  # of letters, as a share of how they were to be
 _BLANK = 0.3  # share of shops without a board
@@ -38,13 +38,24 @@ class Boards:
         whole: Whether one board runs along the whole wall; else each shop has one.
     """
 
-    writing: Writing = Writing()
+    writing: Writing = UNTOLD
     wall: tuple[int, int] = (0, 0)
     whole: bool = False
 
     def dice(self, use: int) -> np.random.Generator:
         """Return random numbers for a use."""
         return self.writing.dice(*self.wall, use)
+
+    def waiting(self) -> list[str]:
+        """Return the words of the wall, the next one first; other walls begin elsewhere."""
+        words = self.writing.words.large if self.whole else self.writing.words.shops
+        house, number = self.wall
+        order = self.writing.dice(house).permutation(np.array(words)).tolist()
+        begin = (number * _WALL_WORDS) % len(order)
+        return [*order[begin:], *order[:begin]]
+
+
+_WALL_WORDS = 7  # about as many as a wall has shops
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,8 +90,7 @@ def sign_boards(
     z0, z1 = height - 0.86, height - 0.26
     ends = edges.tolist()
     spans = [(ends[0], ends[-1])] if boards.whole else list(pairwise(ends))
-    dice, words = boards.dice(1), boards.writing.words
-    waiting = list(dice.permutation(words.large if boards.whole else words.shops).tolist())
+    dice, waiting = boards.dice(1), boards.waiting()
     parts: list[Shell] = []
     for number, (a, b) in enumerate(spans):
         shown = boards.whole or rng.random() >= _BLANK
@@ -141,6 +151,11 @@ def blade_signs(
     return joined(parts)
 
 
+_WEIGHTS, _STRETCHES = (0.09, 0.21), (0.8, 1.2)  # as of `Hand`
+_GAPS = (0.09, 0.18)  # between strokes of two letters, as a share of their height
+_SIZES = (0.27, 0.35)  # height of capitals [m]
+
+
 def _next_line(waiting: list[str], room: float, dice: np.random.Generator) -> _Line | None:
     """Take the first waiting word that fits into a room [m], written by chance; None if none does.
 
@@ -170,7 +185,8 @@ def _laid(line: _Line, ends: tuple[float, float], middle: float, level: int) -> 
     if level == FAR:
         flat = _bar(flat)
     at = ends[0] + wide / 2 if line.left else sum(ends) / 2
-    return flat + np.array([at, middle])
+    placed: Floats = flat + np.array([at, middle])
+    return placed
 
 
 def _bar(flat: Floats) -> Floats:
@@ -203,7 +219,8 @@ def _named(text: str, hand: Hand, size: tuple[float, float]) -> Floats:
     wide, tall = size
     flat = written(text, hand, height=1.0)
     scale = min(0.8 * wide / float(np.ptp(flat[..., 0])), 0.2 * tall)
-    return flat * scale + np.array([0.0, 0.12 * tall + scale / 2])
+    placed: Floats = flat * scale + np.array([0.0, 0.12 * tall + scale / 2])
+    return placed
 
 
 def _mark(sort: int, wide: float, tall: float) -> Floats:

@@ -24,7 +24,7 @@ from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
 from sumo3dviz_pt.library.buildings.building import BuildingDesign, Walls, raised, rectangle
 from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, Use, coats
 from sumo3dviz_pt.library.buildings.shell import Shell
-from sumo3dviz_pt.library.buildings.shop_words import Writing
+from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
 from sumo3dviz_pt.model.geometry import Bools, Floats, arc_length, settled
 
 Span = tuple[float, float]
@@ -64,7 +64,7 @@ class BuildingStyle:
         """Whether words may be written on it."""
         return any(design.foot in ("shops", "band") for design in self.designs)
 
-    def build(self, seed: int, level: int, writing: Writing = Writing()) -> Shell:
+    def build(self, seed: int, level: int, writing: Writing = UNTOLD) -> Shell:
         """Build the shell of a variant at a level of detail, its front at +x."""
         rng = np.random.default_rng(seed)
         width, depth, height = (

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
-from sumo3dviz_pt.library.buildings.palettes import SIGNS, _contrast, palette
+from sumo3dviz_pt.library.buildings.palettes import _contrast, palette
 from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, LANGUAGES, Writing, language_in
 from sumo3dviz_pt.library.buildings.sign_boards import (
     COLOURS,
@@ -80,7 +80,7 @@ def test_hands_vary():
 
 
 def test_narrow_boards_get_short_words_or_none():
-    assert all(len(line.text) <= 6 for line in lines_of(2, 0.9) if line is not None)
+    assert all(len(line.text) <= 7 for line in lines_of(2, 0.9) if line is not None)
     assert lines_of(2, 0.1) == [None] * 6
 
 
@@ -144,8 +144,6 @@ def test_no_zone_has_two_languages():
 
 
 def test_letters_stand_out_from_their_boards():
-    for sign in SIGNS:
-        assert max(_contrast(sign, (0.72, 0.72, 0.7)), _contrast(sign, (0.05,) * 3)) > 3.0
     for seed in range(30):
         style = next(iter(SHOPS.values()))
         roles = palette(style.colours, np.random.default_rng(seed))
