@@ -35,7 +35,7 @@ from sumo3dviz_pt.library.buildings.styles import (
 )
 from sumo3dviz_pt.model.layers import LUMINANCE
 
-MOST = {"homes": (1900, 360, 130), "shops": (900, 380, 90), "blocks": (8900, 2200, 560)}
+MOST = {"homes": (1900, 360, 130), "shops": (960, 390, 90), "blocks": (8900, 2200, 560)}
 EVERY = [
     pytest.param(style, seed, MOST[kind], id=f"{kind}-{name}-{seed}")
     for kind, styles in (("homes", HOMES), ("shops", SHOPS), ("blocks", BLOCKS))
