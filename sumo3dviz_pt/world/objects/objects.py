@@ -254,7 +254,7 @@ def _point_parts(
         return plant_parts(kind, list(spots), around)
     parts: list[Part] = []
     for name, level, place in zip(names, levels.tolist(), placed, strict=True):
-        chance = Chance(around.seed, name, around.dark)
+        chance = Chance(around.seed, name, around.dark, around.language)
         body = house_parts(kind, settings, chance, level=level)
         for part in body:
             mesh = belonging(place.mesh(part.mesh), thing_of(name))
