@@ -162,8 +162,7 @@ def _next_line(waiting: list[str], room: float, dice: np.random.Generator) -> _L
     As many random numbers are drawn whether or not a word fits.
     """
     weight, stretch, apart, size = (
-        float(dice.uniform(*span))
-        for span in ((0.09, 0.21), (0.8, 1.2), (0.09, 0.18), (0.27, 0.35))
+        float(dice.uniform(*span)) for span in (_WEIGHTS, _STRETCHES, _GAPS, _SIZES)
     )
     capitals, left = dice.random() < 0.55, dice.random() < 0.25
     for word in waiting:
