@@ -345,6 +345,7 @@ ACCOUNTS = {
         lambda account: account.update(exposure=account["exposure"] + 0.1)),
     "another tone curve": Violation("tone curve is agx .* and filmic", _set(tone="filmic")),
     "another glare": Violation("glare is", _set(glare=0.05)),
+    "another response": Violation("camera's response is", _set(response="dashcam")),
     "another seed": Violation("no level changes this: .*seed: 7 -> 8",
         lambda account: account["scene"].update(seed=8)),
     "more samples": Violation("no level changes this: quality preset: spp",

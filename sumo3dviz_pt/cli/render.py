@@ -349,6 +349,7 @@ def add_develop(commands: Any) -> None:
         "--exposure", type=float, help="EV, the sky's own included, instead of the stored one"
     )
     sub.add_setting("--tone", "output.tone", after=" [the stored one]")
+    sub.add_setting("--response", "output.response", after=" [the stored one]")
     sub.add_setting("--fps", "output.fps", after=" [the film's own]")
     codec = default("output.codec")
     sub.add_setting("--codec", "output.codec", default=codec, after=f" [{codec}]")
@@ -377,6 +378,7 @@ def run_develop(options: argparse.Namespace) -> int:
         options.overwrite,
         options.final_exr,
         not options.no_overlays,
+        options.response,
     )
     first, *others = develop_frames(options.frames, order)
     print(f"wrote {first}" + (f" to {others[-1].name}" if others else ""))

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.image.optics import bloom
+from sumo3dviz_pt.image.response import Response
 from sumo3dviz_pt.model.geometry import Image
 
 Curve = Callable[[Image], Image]
@@ -175,7 +176,12 @@ def srgb_encoded(linear: NDArray[Any]) -> Image:
 
 
 def develop_float(
-    radiance: Image, *, exposure: float = 0.0, tone: str = "camera", glare: float = 0.0
+    radiance: Image,
+    *,
+    exposure: float = 0.0,
+    tone: str = "camera",
+    glare: float = 0.0,
+    response: Response | None = None,
 ) -> Image:
     """Develop radiance without rounding.
 
@@ -184,6 +190,7 @@ def develop_float(
         exposure: Factor 2^exposure before the curve [EV].
         tone: A name from `tone_names`.
         glare: Share of the light that the lens spreads, in [0, 1].
+        response: What a camera adds; None adds nothing.
 
     Returns:
         sRGB-encoded picture, (h, w, 3) in [0, 1].
@@ -198,9 +205,12 @@ def develop_float(
         raise RenderError(f"{broken} of {radiance.size} radiance values are not finite")
     exposed = np.asarray(radiance, dtype=np.float32) * np.float32(2.0**exposure)
     light = bloom(np.clip(exposed, 0.0, _BRIGHTEST), glare)
+    if response is not None:
+        light = response.on_light(light, exposure=exposure)
     # Curves take a third of the time if each channel lies for itself in memory.
     light = np.moveaxis(np.ascontiguousarray(np.moveaxis(light, -1, 0)), 0, -1)
-    return np.clip(srgb_encoded(curve(light)), 0.0, 1.0)
+    picture = np.clip(srgb_encoded(curve(light)), 0.0, 1.0)
+    return picture if response is None else response.on_picture(picture)
 
 
 def develop(
@@ -209,6 +219,7 @@ def develop(
     exposure: float = 0.0,
     tone: str = "camera",
     glare: float = 0.0,
+    response: Response | None = None,
     dither: int | None = None,
 ) -> NDArray[np.uint8]:
     """Develop radiance into 8-bit sRGB pixels, (h, w, 3).
@@ -218,6 +229,7 @@ def develop(
         exposure: As in `develop_float` [EV].
         tone: As in `develop_float`.
         glare: As in `develop_float`.
+        response: As in `develop_float`.
         dither: Seed of triangular noise of +-1 code, which hides banding in skies;
             None rounds.
 
@@ -225,7 +237,9 @@ def develop(
         ConfigError: If the tone curve is unknown.
         RenderError: If a value is not finite.
     """
-    codes = 255.0 * develop_float(radiance, exposure=exposure, tone=tone, glare=glare)
+    codes = 255.0 * develop_float(
+        radiance, exposure=exposure, tone=tone, glare=glare, response=response
+    )
     if dither is not None:
         rng = np.random.default_rng(dither)
         codes += rng.random(codes.shape, np.float32) - rng.random(codes.shape, np.float32)

@@ -53,7 +53,7 @@ from sumo3dviz_pt.job.values import (
     models_in,
 )
 from sumo3dviz_pt.job.values import Settings as Settings
-from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName
+from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName, ResponseName
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -261,6 +261,9 @@ class OutputSettings(Settings):
     exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
     tone: str = Field("camera", description="tone curve: camera, neutral, srgb, agx or filmic")
     glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
+    response: ResponseName = Field(
+        "none", description="what a camera adds: veil, softness, dark corners, noise, sharpening"
+    )
     half: bool = Field(True, description="EXR frames in half precision")
     sound: SoundSettings | None = Field(
         None, description="tracks for tools that make sound of them, beside the film"

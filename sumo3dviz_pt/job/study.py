@@ -133,7 +133,7 @@ class ActSettings(Settings):
         (), description="names of what may have another colour, such as vehicle:car.7"
     )
     light: bool = Field(False, description="sky, sun and lamps, and with them exposure and tone")
-    picture: bool = Field(False, description="exposure, tone curve and glare")
+    picture: bool = Field(False, description="exposure, tone curve, glare and response")
     camera: bool = Field(False, description="where it is seen from, and the lens")
     motion: bool = Field(False, description="what traffic and signals do, and when")
     overlays: bool = Field(False, description="what is drawn over the film")

@@ -139,6 +139,9 @@ What they are is said in `model/projections.py`."""
 
 Stereo = Literal["none", "side_by_side", "top_bottom"]
 
+ResponseName = Literal["none", "dashcam", "cinema"]
+"""What a camera does to a picture; see `image/response.py`."""
+
 
 @dataclass(frozen=True, slots=True)
 class LayerKind:

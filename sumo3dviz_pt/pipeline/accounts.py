@@ -314,8 +314,8 @@ def key_of(production: Production) -> str:
 
     The shot's window counts: wheels turn and people step by the way since its beginning, and the
     room for road users depends on all of its frames. What acts on the developed picture alone
-    (tone curve, glare, codec) does not count, nor do layers, which lie beside the pictures, nor
-    names of files and presets.
+    (tone curve, glare, response, codec) does not count, nor do layers, which lie beside the
+    pictures, nor names of files and presets.
     """
     job, inputs, times = production.job, production.inputs, production.times
     settings = {name: value for name, value in job.model_dump().items() if name not in _APART}
@@ -386,6 +386,7 @@ def account_of(production: Production) -> dict[str, Any]:
         **({} if production.optics is None else {"optics": asdict(production.optics)}),
         "tone": job.output.tone,
         "glare": job.output.glare,
+        "response": job.output.response,
         "seed": job.seed,
         "spp": production.quality.spp,
         "quality": job.quality,

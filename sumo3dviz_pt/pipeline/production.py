@@ -470,6 +470,13 @@ def check_tone(name: str) -> None:
     tone_curve(name)
 
 
+def check_response(name: str) -> None:
+    """Refuse an unknown response of a camera before any work is done."""
+    from sumo3dviz_pt.image.response import response_named
+
+    response_named(name)
+
+
 def example(name: str) -> Path:
     """Return the scene file of a bundled example.
 

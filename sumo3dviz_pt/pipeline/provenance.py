@@ -246,7 +246,7 @@ _NOT_SEEN = ("output.layers",)
 """Keys of a scene that act on no picture."""
 
 _ACT_ON_NO_PIXEL = ("shots", "template", "quality", "output.codec", "output.fps", "output.tone")
-_NOT_STORED = (*_NOT_SEEN, *_ACT_ON_NO_PIXEL, "output.glare", "scenario")
+_NOT_STORED = (*_NOT_SEEN, *_ACT_ON_NO_PIXEL, "output.glare", "output.response", "scenario")
 """Keys of a scene that act on no stored frame, or whose effect another part of an account tells."""
 
 

@@ -42,6 +42,12 @@ def _tones() -> Sequence[str]:
     return tone_names()
 
 
+def _responses() -> Sequence[str]:
+    from sumo3dviz_pt.image.response import response_names
+
+    return response_names()
+
+
 def _smoothers() -> Sequence[str]:
     from sumo3dviz_pt.motion import smoother_names
 
@@ -78,6 +84,7 @@ NAMES: Mapping[str, Callable[[], Sequence[str]]] = MappingProxyType(
         "cameras.NAME.view": partial(catalog.template_names, "camera"),
         "output.codec": _codecs,
         "output.tone": _tones,
+        "output.response": _responses,
         "motion.smoother": _smoothers,
         "ground.texture": partial(catalog.names, "surfaces"),
         "vehicles.types.NAME": _vclasses,

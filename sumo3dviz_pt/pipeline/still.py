@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from sumo3dviz_pt.model.random import frame_seed
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.image.optics import Optics
+    from sumo3dviz_pt.image.response import Response
     from sumo3dviz_pt.render.session import Rendered
 
 
@@ -67,7 +69,13 @@ class Still:
         if self.optics is not None:
             seed = frame_seed(int(self.provenance["seed"]), self.time)
             radiance = self.optics.on(radiance, exposure=self.exposure, seed=seed)
-        return develop(radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
+        return develop(
+            radiance,
+            exposure=self.exposure,
+            tone=self.tone,
+            glare=self.glare,
+            response=response_of(self.provenance),
+        )
 
     def save(self, path: str | Path, *, overwrite: bool = True) -> None:
         """Write a .png (developed) or an .exr (radiance).
@@ -107,6 +115,32 @@ class Still:
         from sumo3dviz_pt.image.png import encoded
 
         return encoded(self.develop(), text={"provenance": self._account}, level=6)
+
+
+def response_of(account: Mapping[str, Any], name: str | None = None) -> Response | None:
+    """Return what a camera adds to a picture, with the picture's own seed; None adds nothing.
+
+    Corners get darker only where a picture is what one eye sees through a perspective lens:
+    others have no corners of their own, or several of them.
+
+    Args:
+        account: What the picture was made from.
+        name: The response, instead of the account's own.
+
+    Raises:
+        ConfigError: If there is none of that name.
+    """
+    from sumo3dviz_pt.image.response import response_named
+
+    response = response_named(str(account.get("response", "none")) if name is None else name)
+    if response is None:
+        return None
+    cameras = (account.get("scene") or {}).get("cameras") or {}
+    lens = (cameras.get(account.get("camera")) or {}).get("lens") or {}
+    plain = lens.get("projection", "perspective") == "perspective"
+    single = plain and lens.get("stereo", "none") == "none"
+    seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
+    return replace(response, seed=seed, fall=response.fall if single else 0.0)
 
 
 def check_target(path: Path, *, suffixes: tuple[str, ...], overwrite: bool = False) -> None:

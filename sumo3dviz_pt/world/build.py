@@ -14,13 +14,15 @@ from typing import Any
 import numpy as np
 import shapely
 
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, language_in
 from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.plants.species import far_tints, grass_gain, grass_tints, hedge_tints
 from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Sky, StaticPart, aimed_at
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario
 from sumo3dviz_pt.model.trajectory import DrivenWays
@@ -66,7 +68,7 @@ from sumo3dviz_pt.world.rows.courts import court_height
 from sumo3dviz_pt.world.rows.fronts import SOURCE, Given, Rows, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.houses import FAMILY, Fronts, build_fronts
 from sumo3dviz_pt.world.signals.signals import Signals, build_signals
-from sumo3dviz_pt.world.sky import build_sky, is_dark
+from sumo3dviz_pt.world.sky import build_sky, is_dark, zone_at
 from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
@@ -81,6 +83,17 @@ _OWN = frozenset({"trees", "shrubs"})  # have their species' colours
 def season_of(job: Job) -> str:
     """Return what leaves and grass look like in a scene file."""
     return "summer" if job.weather is None else job.weather.season
+
+
+def language_at(location: Location) -> str:
+    """Return the language of a network's place; English where it is not known."""
+    if location.place is None:
+        return ENGLISH
+    latitude, longitude = location.place
+    try:
+        return language_in(zone_at(latitude=latitude, longitude=longitude))
+    except ConfigError:  # the sea, or no package that knows zones
+        return ENGLISH
 
 
 def in_season(parts: Iterable[StaticPart], season: str) -> tuple[StaticPart, ...]:
@@ -405,7 +418,13 @@ def _land(
     )
     # What objects are placed by.
     around = lay(height_at=ground.height_at)
-    around = replace(around, dark=world.dark, memory=world.memory, season=season_of(world.job))
+    around = replace(
+        around,
+        dark=world.dark,
+        memory=world.memory,
+        season=season_of(world.job),
+        language=language_at(network.location),
+    )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
     rows = _rows(whole, job, roads, around)

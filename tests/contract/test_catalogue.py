@@ -19,7 +19,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job, make_job, quality_preset
 
 BRIGHTEST = 0.85  # principled conserves energy up to this base colour
 FAMILIES = sorted(path.name for path in catalog.data_root("assets").iterdir() if path.is_dir())
-FILELESS = ("people", "plants", "buildings", "palettes", "materials", "road_styles")
+FILELESS = ("people", "plants", "buildings", "palettes", "materials", "road_styles", "shop_words")
 VEHICLES = catalog.names("vehicles")
 COUPLED = [name for name in VEHICLES if "units" in catalog.find("vehicles", name).meta]
 SINGLE = [name for name in VEHICLES if name not in COUPLED]

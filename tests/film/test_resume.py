@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from builders import write_scenario
+from PIL import Image
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
@@ -117,6 +118,30 @@ def test_glare_and_tone_need_no_new_frames(tmp_path, render):
         assert main(["develop", str(tmp_path / f"{name}.frames"), "-o", target]) == 0
     again = [(tmp_path / f"{name}_again.mp4").read_bytes() for name in "ab"]
     assert again[0] == again[1]
+
+
+def test_a_response_is_one_in_parts_and_whole_and_needs_no_new_frames(tmp_path, render):
+    """Noise hangs on a frame's seed and time, not on which frames were rendered beside it."""
+    camera = ["--set", "output.response=dashcam"]
+    render(tmp_path / "whole_{frame}.png", *camera)
+    render(tmp_path / "parts_{frame}.png", "--frames", "2:4", *camera)
+    render(tmp_path / "parts_{frame}.png", "--frames", "0:2", *camera)
+    render(tmp_path / "parts_{frame}.png", "--resume", *camera)
+    render(tmp_path / "clean_{frame}.png")
+    before = stamps(tmp_path / "clean.frames")
+
+    def pixels(name, number=2):
+        return np.asarray(Image.open(tmp_path / f"{name}_{number:06d}.png"))
+
+    for number in range(4):
+        np.testing.assert_array_equal(pixels("whole", number), pixels("parts", number))
+    assert (pixels("whole") != pixels("clean")).any()
+    again = ["develop", str(tmp_path / "clean.frames"), "--response", "dashcam", "-o"]
+    assert main([*again, str(tmp_path / "again_{frame}.png")]) == 0
+    np.testing.assert_array_equal(pixels("whole"), pixels("again"))
+    render(tmp_path / "clean_{frame}.png", "--resume", *camera)
+    assert stamps(tmp_path / "clean.frames") == before
+    np.testing.assert_array_equal(pixels("whole"), pixels("clean"))
 
 
 @pytest.mark.parametrize("setting", ["output.half=false", "street.lamps=none"])

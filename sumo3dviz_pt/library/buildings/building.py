@@ -34,7 +34,6 @@ from sumo3dviz_pt.library.buildings.facade import (
 )
 from sumo3dviz_pt.library.buildings.fronts import (
     FOOT,
-    blade_signs,
     coolers,
     door,
     down_pipe,
@@ -59,6 +58,8 @@ from sumo3dviz_pt.library.buildings.roofs import (
     upright,
 )
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles, stood_up
+from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
+from sumo3dviz_pt.library.buildings.sign_boards import Boards, blade_signs
 from sumo3dviz_pt.model.geometry import Floats, settled
 
 
@@ -122,15 +123,17 @@ class BuildingDesign(RecipeValue):
 
 @dataclass(frozen=True, slots=True)
 class Walls:
-    """What the walls of a building look at; wall i begins at corner i of the plan.
+    """What the walls of a building look at and say; wall i begins at corner i of the plan.
 
     Attributes:
         fronts: Numbers of those at a street.
         blind: Numbers of those that a neighbour shares.
+        writing: What is written on its shops.
     """
 
     fronts: Collection[int] = (0,)
     blind: Collection[int] = ()
+    writing: Writing = UNTOLD
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -302,6 +305,13 @@ class _Wall:
         low = design.low or design.upper
         return low if self.front else design.sides or low
 
+    @property
+    def boards(self) -> Boards:
+        """What is written over its shops."""
+        seed = (self.building.seed, self.number)
+        writing = self.building.walls.writing
+        return Boards(writing, seed, whole=self.design.foot == "band")
+
     def chance(self, use: int) -> np.random.Generator:
         """Give a stream of its own to each use."""
         return np.random.default_rng([self.building.seed, self.number, use])
@@ -379,7 +389,7 @@ def _details(one: _Wall) -> list[Shell]:
         top, hopper = float(one.floors[-1]), 0.15 + design.cornice
         parts.append(down_pipe(top, level=level, rng=rng, hopper=hopper))
     if one.front and design.foot == "shops":
-        parts.append(blade_signs(one.length, one.first, level=level, rng=rng))
+        parts.append(blade_signs(one.length, one.first, one.boards, level=level, rng=rng))
     if one.upper.width > 0.0 and design.balconies in ("solid", "glass", "gallery", "none"):
         rows = [one.upper.openings(one.length, z) for z in one.floors[:-1].tolist()]
         parts.append(coolers(np.concatenate(rows), level=level, rng=rng))
@@ -391,8 +401,7 @@ def _ground(one: _Wall) -> Shell:
     design, length, level = one.design, one.length, one.level
     if one.front and length > 4.0:
         if design.foot in ("shops", "band"):
-            sign: Literal["each", "band"] = "band" if design.foot == "band" else "each"
-            return shops(length, one.first, level=level, rng=one.chance(1), sign=sign)
+            return shops(length, one.first, level=level, rng=one.chance(1), boards=one.boards)
         if design.foot == "gates":
             return gates(length, one.first, level=level)
     openings = one.low.openings(length, design.plinth)

@@ -1,4 +1,4 @@
-"""What a street sees on a wall: doors, shops, gates, signs, down-pipes, machines.
+"""What a street sees on a wall: doors, shops, gates, down-pipes, machines.
 
 In wall coordinates: (along, inward, up) [m]. Shop windows show what lies behind them as colours of
 the pane (`shop0` ... `shop5`), which shine at night.
@@ -6,13 +6,11 @@ the pane (`shop0` ... `shop5`), which shine at night.
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import Literal
-
 import numpy as np
 
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, share_of_panes, storey
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
+from sumo3dviz_pt.library.buildings.sign_boards import Boards, sign_boards
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 GOODS = 6
@@ -72,7 +70,7 @@ def shops(
     *,
     level: int,
     rng: np.random.Generator,
-    sign: Literal["each", "band"] = "each",
+    boards: Boards,
 ) -> Shell:
     """Build glazing between piers under sign boards, with a door now and then.
 
@@ -81,7 +79,7 @@ def shops(
         height: Of the ground floor [m].
         level: Of detail.
         rng: Chooses doors, awnings and what is shown.
-        sign: `each` for a board per shop, `band` for one along the wall.
+        boards: What is written over the shops.
     """
     count = max(int(length / _BAY), 1)
     edges = np.linspace(0.25, length - 0.25, count + 1)
@@ -90,7 +88,7 @@ def shops(
         [edges[:-1] + 0.16, edges[1:] - 0.16, low, np.full(count, height - 1.0)]
     )
     parts: list[Shell] = [_glazing(openings, level, rng)]
-    parts.append(_signs(edges, height, sign, level=level, rng=rng))
+    parts.append(sign_boards(edges, height, boards, level=level, rng=rng))
     if level == NEAR:
         parts.append({"front": storey(length, 0.0, height, openings)})
         parts.append(_awnings(openings, rng))
@@ -126,36 +124,6 @@ def gates(length: float, height: float, *, level: int) -> Shell:
         dock = rectangles([u0 - 0.25, u1], [u0, u1 + 0.25], 0.0, tall + 0.25, inward=-0.03)
         parts.append({"rail": dock})
     return joined(parts)
-
-
-def letters(u: float, z: float, size: float, rng: np.random.Generator) -> Floats:
-    """Draw pale bars that look like a name from the road.
-
-    Args:
-        u: Middle of the name along the wall [m].
-        z: Foot of the letters [m].
-        size: Height of the letters [m].
-        rng: Chooses letters.
-
-    Returns:
-        Bars, (n, 4, 3) [m].
-    """
-    count = int(rng.integers(5, 11))
-    pitch = 0.72 * size
-    starts = u + (np.arange(count) - count / 2) * pitch
-    stroke, gap = 0.15 * size, 0.06 * size
-    bars: list[tuple[float, float, float, float]] = []
-    for u0 in starts.tolist():
-        u1, z1 = u0 + pitch - gap - stroke, z + size
-        sort = rng.integers(0, 2, 4).astype(bool)
-        # Strokes of block letters: left, right, foot, middle and head.
-        bars.append((u0, u0 + stroke, z, z1))
-        if sort[0]:
-            bars.append((u1 - stroke, u1, z, z1))
-        for at, drawn in zip((z, z + 0.42 * size, z1 - stroke), sort[1:], strict=True):
-            if drawn:
-                bars.append((u0 + stroke, u1 - stroke * sort[0], at, at + stroke))
-    return rectangles(*np.array(bars).T)
 
 
 def recess(u0: float, u1: float, heights: tuple[float, float], depth: float) -> Floats:
@@ -246,27 +214,6 @@ def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
     return {role: np.concatenate(quads) for role, quads in goods.items()}
 
 
-def _signs(
-    edges: Floats, height: float, sign: str, *, level: int, rng: np.random.Generator
-) -> Shell:
-    """Build boards with letters over the shop windows; their faces shine at night."""
-    z0, z1 = height - 0.86, height - 0.26
-    ends = edges.tolist()
-    spans = [(ends[0], ends[-1])] if sign == "band" else list(pairwise(ends))
-    parts: list[Shell] = []
-    for number, (a, b) in enumerate(spans):
-        if sign == "each" and rng.random() < 0.3:
-            continue
-        u0, u1, face = a + 0.12, b - 0.12, f"sign{number % 3}"
-        written = letters((u0 + u1) / 2, z0 + 0.13, 0.34, rng)
-        written = written[(written[..., 0].min(1) > u0) & (written[..., 0].max(1) < u1)]
-        parts.append({face: rectangles(u0, u1, z0, z1, inward=-0.14)})
-        if level == NEAR:
-            parts.append({"joint": box((u0, -0.14, z0), (u1, 0.0, z1), skip="yY")})
-            parts.append({f"letter{number % 3}": written - np.array([0.0, 0.15, 0.0])})
-    return joined(parts)
-
-
 def _footing(length: float, openings: Floats) -> Shell:
     """Build dark stone at the foot of piers and under shop windows."""
     starts, ends = np.append(0.0, openings[:, 1]), np.append(openings[:, 0], length)
@@ -335,68 +282,3 @@ def coolers(openings: Floats, *, level: int, rng: np.random.Generator) -> Shell:
             feet = box((u + 0.1, -0.3, z - 0.1), (u + 0.7, 0.0, z), skip="Yt")
             parts.append({"rail": np.concatenate([fan, feet])})
     return joined(parts)
-
-
-def blade_signs(length: float, height: float, *, level: int, rng: np.random.Generator) -> Shell:
-    """Build signs of shops that stick out over the pavement; both sides shine at night.
-
-    Args:
-        length: Of the wall [m].
-        height: Of the ground floor [m].
-        level: Of detail.
-        rng: Chooses how many there are, where they hang and how large they are.
-    """
-    if length < 4.0:
-        return {}
-    parts: list[Shell] = []
-    for number in range(int(rng.integers(0, max(int(length / 7.0), 1) + 1))):
-        u, tall = float(rng.uniform(0.8, length - 0.8)), float(rng.uniform(0.55, 1.0))
-        wide, low = float(rng.uniform(0.5, 0.8)), height - 0.2
-        if level == FAR:
-            continue
-        faces = box((u - 0.06, -wide - 0.18, low), (u + 0.06, -0.18, low + tall), skip="ytYb")
-        rim = box((u - 0.06, -wide - 0.18, low), (u + 0.06, -0.18, low + tall), skip="xX")
-        parts.append({f"sign{number % 3}": faces, "joint": rim})
-        parts.append({f"letter{number % 3}": _emblem(u, wide, (low, low + tall), rng)})
-        if level == NEAR:
-            arms = [
-                box((u - 0.02, -0.2, z), (u + 0.02, 0.0, z + 0.04), skip="yY")
-                for z in (low + 0.1, low + tall - 0.14)
-            ]
-            parts.append({"rail": np.concatenate(arms)})
-    return joined(parts)
-
-
-def _emblem(
-    u: float, wide: float, heights: tuple[float, float], rng: np.random.Generator
-) -> Floats:
-    """Draw a mark over a name on both faces of a sign that sticks out, (n, 4, 3) [m].
-
-    Args:
-        u: Of the sign's middle, along the wall [m].
-        wide: Of the sign, away from the wall [m].
-        heights: Of its lower and upper edge [m].
-        rng: Chooses mark and letters.
-    """
-    low, high = heights
-    tall = high - low
-    # The name fills the width; the mark is a diamond, a board or a pair of bars.
-    name = letters(0.0, 0.0, 0.2, rng)
-    scale = 0.8 * wide / max(float(np.ptp(name[..., 0])), 1e-6)
-    name[..., 0] = (name[..., 0] - name[..., 0].min()) * scale - 0.4 * wide
-    name[..., 2] = low + 0.12 * tall + 0.9 * min(scale, 1.0) * name[..., 2]
-    size, z = 0.22 * min(wide, tall), low + 0.66 * tall
-    corners = np.array([(-size, z), (0.0, z - size), (size, z), (0.0, z + size)])
-    mark = np.insert(corners, 1, 0.0, axis=1)[None]
-    sort = int(rng.integers(3))
-    if sort == 1:
-        mark = rectangles(-1.4 * size, 1.4 * size, z - 0.8 * size, z + 0.8 * size)
-    if sort == 2:
-        mark = rectangles(np.array([-size, 0.15 * size]), [-0.15 * size, size], z - size, z + size)
-    flat = np.concatenate([name, mark])
-    # From either side, words run to the right.
-    sides = []
-    for side in (-1.0, 1.0):
-        out = -0.18 - wide / 2 + side * flat[..., 0]
-        sides.append(np.stack([np.full_like(out, u + 0.063 * side), out, flat[..., 2]], axis=-1))
-    return np.concatenate(sides)

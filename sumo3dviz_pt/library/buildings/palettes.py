@@ -166,6 +166,7 @@ class _Accents(RecipeValue):
     Attributes:
         doors: Of front doors.
         signs: Of sign boards.
+        letters: Of what is written on them, where it stands out.
         awnings: Of cloth over shop windows.
         frames: Of windows.
         panels: Of balconies.
@@ -175,6 +176,7 @@ class _Accents(RecipeValue):
 
     doors: tuple[Colour, ...]
     signs: tuple[Colour, ...]
+    letters: tuple[Colour, ...]
     awnings: tuple[Colour, ...]
     frames: tuple[Colour, ...]
     panels: tuple[Colour, ...]
@@ -267,7 +269,7 @@ def palette(
     roles["front"] = _finish(stone, textured) if front is None else ("joinery", front)
     roles |= _plain_walls(wall.colour, roof.colour)
     roles |= fittings
-    roles |= _lettered(signs, awning)
+    roles |= _lettered(signs, awning, rng.spawn(1)[0])
     roles |= _behind_glass(rng)
     if wall.surface == "glass":
         roles |= _coated(rng)
@@ -326,13 +328,25 @@ def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
     }
 
 
-def _lettered(signs: Sequence[Colour], awning: Colour) -> dict[str, Role]:
+_CONTRAST = 4.0  # of letters against their board, as WCAG 2.2 counts luminances
+
+
+def _lettered(signs: Sequence[Colour], awning: Colour, rng: np.random.Generator) -> dict[str, Role]:
     """Colour sign boards, letters that stand out from them, and awnings."""
     roles: dict[str, Role] = {"awning": ("cloth", awning)}
     for k, sign in enumerate(signs):
+        shares = [_contrast(letter, sign) for letter in _ACCENTS.letters]
+        limit = min(_CONTRAST, max(shares))
+        clear = tuple(c for c, s in zip(_ACCENTS.letters, shares, strict=True) if s >= limit)
         roles[f"sign{k}"] = ("sign", sign)
-        roles[f"letter{k}"] = ("sign", (0.72, 0.72, 0.7) if max(sign[1:]) < 0.34 else (0.05,) * 3)
+        roles[f"letter{k}"] = ("sign", _accent(clear, rng))
     return roles
+
+
+def _contrast(one: Colour, other: Colour) -> float:
+    """Return how well two colours are told apart, [1, 21] (WCAG 2.2, "contrast ratio")."""
+    low, high = sorted(float(np.dot(colour, LUMINANCE)) for colour in (one, other))
+    return (high + 0.05) / (low + 0.05)
 
 
 def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:

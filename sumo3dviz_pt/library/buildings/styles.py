@@ -10,8 +10,8 @@ each side.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal, get_args
 
@@ -24,6 +24,7 @@ from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
 from sumo3dviz_pt.library.buildings.building import BuildingDesign, Walls, raised, rectangle
 from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, Use, coats
 from sumo3dviz_pt.library.buildings.shell import Shell
+from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
 from sumo3dviz_pt.model.geometry import Bools, Floats, arc_length, settled
 
 Span = tuple[float, float]
@@ -58,14 +59,20 @@ class BuildingStyle:
     colours: Colours
     variants: int = 5
 
-    def build(self, seed: int, level: int) -> Shell:
+    @property
+    def has_shops(self) -> bool:
+        """Whether words may be written on it."""
+        return any(design.foot in ("shops", "band") for design in self.designs)
+
+    def build(self, seed: int, level: int, writing: Writing = UNTOLD) -> Shell:
         """Build the shell of a variant at a level of detail, its front at +x."""
         rng = np.random.default_rng(seed)
         width, depth, height = (
             float(rng.uniform(*s)) for s in (self.width, self.depth, self.height)
         )
         design = self.designs[int(rng.integers(len(self.designs)))]
-        return raised(rectangle(depth, width), design, height=height, level=level, seed=seed)
+        plan, walls = rectangle(depth, width), Walls(writing=writing)
+        return raised(plan, design, height=height, level=level, seed=seed, walls=walls)
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,6 +260,9 @@ def _low_footprint(area: float, height: float, slender: float) -> Footprint:
     return "long_house" if slender > 1.9 else "house"
 
 
+_UNKNOWN = Walls(fronts=())
+
+
 def extruded(
     plan: Floats,
     height: float,
@@ -260,7 +270,7 @@ def extruded(
     level: int,
     seed: int,
     style: BuildingStyle,
-    fronts: Collection[int] = (),
+    walls: Walls = _UNKNOWN,
 ) -> Shell:
     """Raise a building over a footprint.
 
@@ -270,13 +280,13 @@ def extruded(
         level: Level of detail.
         seed: Of all chance.
         style: Says which designs it may have.
-        fronts: Numbers of walls at a street; default the longest one.
+        walls: What they look at and say; without fronts, the longest one stands at a street.
     """
     design: BuildingDesign = style.designs[seed % len(style.designs)]
-    if not fronts:
+    if not walls.fronts:
         after = np.roll(plan, -1, axis=0)
-        fronts = (int(np.argmax(settled(np.linalg.norm(after - plan, axis=1)))),)
-    walls = Walls(fronts)
+        longest = int(np.argmax(settled(np.linalg.norm(after - plan, axis=1))))
+        walls = replace(walls, fronts=(longest,))
     return raised(plan, design, height=height, level=level, seed=seed, walls=walls)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.materials import coloured
 from sumo3dviz_pt.library.mesh.solids import box, by_material, moved, prism, superellipsoid, tube
-from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.library.street.traffic_light import foot, upward
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, still_parts
 from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, CycleWheel, Fineness, wheel

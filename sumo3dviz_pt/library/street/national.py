@@ -23,9 +23,10 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
 from sumo3dviz_pt.library.street import signs as shapes
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.library.street.road_styles import CrossDesign, SignStyle
 from sumo3dviz_pt.library.street.signs import BLACK, RED, WHITE, SignLayer, plate
-from sumo3dviz_pt.library.street.strokes import fan, lettering, ring
+from sumo3dviz_pt.library.street.strokes import fan, ring
 from sumo3dviz_pt.library.street.traffic_light import foot, housing, lens, pole, rounded
 from sumo3dviz_pt.library.street.traffic_light import plate as board
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes

@@ -16,7 +16,8 @@ from functools import cache
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, prism, tube
-from sumo3dviz_pt.library.street.strokes import arrow, disc, fan, lettering, regular, ring, upright
+from sumo3dviz_pt.library.street.lettering import lettering
+from sumo3dviz_pt.library.street.strokes import arrow, disc, fan, regular, ring, upright
 from sumo3dviz_pt.library.street.traffic_light import rounded
 from sumo3dviz_pt.model.geometry import Colour, Floats, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part

@@ -1,138 +1,15 @@
-"""Letters, digits and arrows as strokes of our own, and flat figures for signs.
+"""Strokes, arrows and flat figures for signs.
 
-A glyph is a list of polylines on a grid: x from 0 to its width, y from 0 (foot) to 1 (head).
 Everything here lies in a plane (u to the reader's right, v up) as triangles, (n, 3, 2).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, settled, unit
-
-Line = Sequence[tuple[float, float]]
-
-
-def _arc(
-    centre: tuple[float, float], radii: tuple[float, float], begin: float, end: float
-) -> list[tuple[float, float]]:
-    """Return points of an elliptic arc between two angles [deg]."""
-    turn = np.radians(np.linspace(begin, end, max(3, int(abs(end - begin) / 30) + 1)))
-    return [
-        (centre[0] + radii[0] * float(np.cos(t)), centre[1] + radii[1] * float(np.sin(t)))
-        for t in turn
-    ]
-
-
-_BOWL = _arc((0.27, 0.27), (0.27, 0.27), -180, 180)
-_O = [
-    *_arc((0.27, 0.73), (0.27, 0.27), 0, 180),
-    *_arc((0.27, 0.27), (0.27, 0.27), 180, 360),
-    (0.54, 0.73),
-]
-
-GLYPHS: Mapping[str, tuple[Line, ...]] = {
-    "0": (_O,),
-    "1": ([(0.08, 0.78), (0.3, 1.0), (0.3, 0.0)],),
-    "2": ([*_arc((0.27, 0.73), (0.26, 0.27), 165, -25), (0.02, 0.0), (0.54, 0.0)],),
-    "3": (
-        _arc((0.25, 0.76), (0.24, 0.24), 160, -80),
-        _arc((0.25, 0.26), (0.28, 0.26), 80, -160),
-    ),
-    "4": ([(0.42, 0.0), (0.42, 1.0), (0.0, 0.3), (0.56, 0.3)],),
-    "5": ([(0.48, 1.0), (0.08, 1.0), (0.05, 0.54), *_arc((0.25, 0.3), (0.28, 0.3), 120, -155)],),
-    "6": (_BOWL, [(0.0, 0.27), (0.03, 0.6), (0.2, 0.9), (0.4, 1.0)]),
-    "7": ([(0.0, 1.0), (0.54, 1.0), (0.2, 0.0)],),
-    "8": (
-        _arc((0.27, 0.26), (0.27, 0.26), -180, 180),
-        _arc((0.27, 0.76), (0.23, 0.24), -180, 180),
-    ),
-    "9": (
-        _arc((0.27, 0.73), (0.27, 0.27), -180, 180),
-        [(0.54, 0.73), (0.51, 0.4), (0.34, 0.1), (0.14, 0.0)],
-    ),
-    "A": ([(0.0, 0.0), (0.3, 1.0), (0.6, 0.0)], [(0.1, 0.32), (0.5, 0.32)]),
-    "B": (
-        [(0.0, 0.0), (0.0, 1.0), (0.25, 1.0), *_arc((0.25, 0.76), (0.22, 0.24), 90, -90)],
-        [(0.0, 0.52), (0.25, 0.52), *_arc((0.25, 0.26), (0.27, 0.26), 90, -90), (0.0, 0.0)],
-    ),
-    "C": (_arc((0.3, 0.5), (0.3, 0.5), 50, 310),),
-    "D": ([(0.0, 0.0), (0.0, 1.0), *_arc((0.2, 0.5), (0.36, 0.5), 90, -90), (0.0, 0.0)],),
-    "E": ([(0.48, 1.0), (0.0, 1.0), (0.0, 0.0), (0.48, 0.0)], [(0.0, 0.52), (0.4, 0.52)]),
-    "F": ([(0.48, 1.0), (0.0, 1.0), (0.0, 0.0)], [(0.0, 0.52), (0.4, 0.52)]),
-    "G": ([*_arc((0.3, 0.5), (0.3, 0.5), 50, 330), (0.58, 0.46), (0.32, 0.46)],),
-    "H": ([(0.0, 0.0), (0.0, 1.0)], [(0.52, 0.0), (0.52, 1.0)], [(0.0, 0.52), (0.52, 0.52)]),
-    "I": ([(0.04, 0.0), (0.04, 1.0)],),
-    "J": ([(0.4, 1.0), (0.4, 0.25), *_arc((0.2, 0.24), (0.2, 0.24), 0, -170)],),
-    "K": ([(0.0, 0.0), (0.0, 1.0)], [(0.52, 1.0), (0.02, 0.42)], [(0.18, 0.6), (0.54, 0.0)]),
-    "L": ([(0.0, 1.0), (0.0, 0.0), (0.46, 0.0)],),
-    "M": ([(0.0, 0.0), (0.0, 1.0), (0.34, 0.3), (0.68, 1.0), (0.68, 0.0)],),
-    "N": ([(0.0, 0.0), (0.0, 1.0), (0.54, 0.0), (0.54, 1.0)],),
-    "O": (_arc((0.31, 0.5), (0.31, 0.5), -180, 180),),
-    "P": (
-        [
-            (0.0, 0.0),
-            (0.0, 1.0),
-            (0.25, 1.0),
-            *_arc((0.25, 0.74), (0.25, 0.26), 90, -90),
-            (0.0, 0.48),
-        ],
-    ),
-    "R": (
-        [
-            (0.0, 0.0),
-            (0.0, 1.0),
-            (0.25, 1.0),
-            *_arc((0.25, 0.74), (0.25, 0.26), 90, -90),
-            (0.0, 0.48),
-        ],
-        [(0.26, 0.48), (0.54, 0.0)],
-    ),
-    "S": (
-        [*_arc((0.27, 0.74), (0.26, 0.26), 30, 250), *_arc((0.27, 0.26), (0.27, 0.26), 70, -150)],
-    ),
-    "T": ([(0.0, 1.0), (0.56, 1.0)], [(0.28, 1.0), (0.28, 0.0)]),
-    "U": ([(0.0, 1.0), (0.0, 0.27), *_arc((0.27, 0.27), (0.27, 0.27), 180, 360), (0.54, 1.0)],),
-    "V": ([(0.0, 1.0), (0.3, 0.0), (0.6, 1.0)],),
-    "W": ([(0.0, 1.0), (0.2, 0.0), (0.4, 0.8), (0.6, 0.0), (0.8, 1.0)],),
-    "X": ([(0.0, 0.0), (0.56, 1.0)], [(0.0, 1.0), (0.56, 0.0)]),
-    "Y": ([(0.0, 1.0), (0.28, 0.5), (0.56, 1.0)], [(0.28, 0.5), (0.28, 0.0)]),
-    "Z": ([(0.0, 1.0), (0.54, 1.0), (0.0, 0.0), (0.54, 0.0)],),
-    " ": (),
-}
-"""Strokes of every character that `lettering` can write."""
-
-
-def lettering(text: str, *, height: float, weight: float = 0.16, gap: float = 0.26) -> Floats:
-    """Write a line of text around the origin as triangles, (n, 3, 2) [m].
-
-    Args:
-        text: Of characters in `GLYPHS`.
-        height: Of a letter [m].
-        weight: Width of strokes, as a share of the height.
-        gap: Space between letters, as a share of the height.
-
-    Raises:
-        KeyError: If a character has no glyph.
-    """
-    pieces: list[Floats] = []
-    at = 0.0
-    for character in text:
-        lines = GLYPHS[character]
-        wide = max((x for line in lines for x, _ in line), default=0.3)
-        inner = 1.0 - weight  # strokes stay within the height
-        for line in lines:
-            points = np.array(line) * [1.0, inner] + [at, weight / 2]
-            pieces.append(ribbon(points, weight))
-        at += wide + gap
-    if not pieces:
-        return np.zeros((0, 3, 2))
-    drawn = settled(np.concatenate(pieces))
-    low, high = drawn.reshape(-1, 2).min(axis=0), drawn.reshape(-1, 2).max(axis=0)
-    centred: Floats = (drawn - [(low[0] + high[0]) / 2, 0.5]) * height
-    return centred
+from sumo3dviz_pt.model.geometry import Floats, Mesh, unit
 
 
 def ribbon(points: Floats, width: float) -> Floats:
@@ -141,6 +18,8 @@ def ribbon(points: Floats, width: float) -> Floats:
     step = unit(np.diff(points, axis=0))
     normals = np.column_stack([-step[:, 1], step[:, 0]])
     before, after = np.vstack([normals[:1], normals]), np.vstack([normals, normals[-1:]])
+    if len(points) > 3 and np.allclose(points[0], points[-1]):  # a closed line has no ends
+        before[0], after[-1] = normals[-1], normals[0]
     mitre = (before + after) / np.maximum(1.0 + (before * after).sum(axis=1), 0.4)[:, None]
     left, right = points + mitre * width / 2, points - mitre * width / 2
     quads = np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)

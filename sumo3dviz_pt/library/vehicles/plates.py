@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Part, Poses, Prototype
 

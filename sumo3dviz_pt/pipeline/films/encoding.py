@@ -46,9 +46,9 @@ from sumo3dviz_pt.pipeline.films.overlays import (
 )
 from sumo3dviz_pt.pipeline.films.sound import sound_folder
 from sumo3dviz_pt.pipeline.films.traced import Shelf
-from sumo3dviz_pt.pipeline.production import Production, check_target, check_tone
+from sumo3dviz_pt.pipeline.production import Production, check_response, check_target, check_tone
 from sumo3dviz_pt.pipeline.provenance import file_hash, versions
-from sumo3dviz_pt.pipeline.still import check_free
+from sumo3dviz_pt.pipeline.still import check_free, response_of
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES
 from sumo3dviz_pt.video.spherical import ENDINGS, Spherical, spherical_of, write_boxes
 
@@ -149,7 +149,7 @@ def encode_frames(
     Args:
         files: EXR frames, in order.
         path: The film, or its numbered pictures.
-        production: What the frames show; says size, codec, tone, glare and overlays.
+        production: What the frames show; says size, codec, tone, glare, response and overlays.
         fps: Frames per second.
         turns: The same files, each when it can be developed.
         masters: Folder for the finished frames' radiance, or None.
@@ -163,8 +163,7 @@ def encode_frames(
     output = production.job.output
     pictures = developed(
         turns,
-        tone=output.tone,
-        glare=output.glare,
+        Look(tone=output.tone, glare=output.glare, response=output.response),
         key=production.key,
         masters=masters,
     )
@@ -225,22 +224,39 @@ def _film(
     return delivered(path, prints, codec=output.codec, size=output.size)
 
 
-def developed(
-    files: Iterable[Path],
-    *,
-    tone: str | None = None,
-    exposure: float | None = None,
-    glare: float | None = None,
-    key: str | None = None,
-    masters: Path | None = None,
-) -> Iterator[Image]:
-    """Develop stored frames to display-encoded pictures; None takes what is stored with them.
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How frames are developed; None takes what is stored with them.
 
-    Args:
-        files: EXR frames, in order.
+    Attributes:
         tone: Tone curve's name.
         exposure: EV.
         glare: Share of light that the lens spreads.
+        response: What a camera adds, by its name.
+    """
+
+    tone: str | None = None
+    exposure: float | None = None
+    glare: float | None = None
+    response: str | None = None
+
+
+AS_STORED = Look()
+"""All as it is stored with the frames."""
+
+
+def developed(
+    files: Iterable[Path],
+    look: Look = AS_STORED,
+    *,
+    key: str | None = None,
+    masters: Path | None = None,
+) -> Iterator[Image]:
+    """Develop stored frames to display-encoded pictures.
+
+    Args:
+        files: EXR frames, in order.
+        look: How.
         key: That all frames must have.
         masters: Folder for the finished frames' radiance, or None.
 
@@ -261,7 +277,7 @@ def developed(
             text = {PROVENANCE: json.dumps(account, sort_keys=True)}
             half = bool(account.get("scene", {}).get("output", {}).get("half", True))
             write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
-        at = float(account.get("exposure", 0.0)) if exposure is None else exposure
+        at = float(account.get("exposure", 0.0)) if look.exposure is None else look.exposure
         optics = Optics.from_dict(account.get("optics"))
         if optics is not None:
             seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
@@ -269,8 +285,9 @@ def developed(
         return develop_float(
             radiance,
             exposure=at,
-            tone=tone or str(account.get("tone", "neutral")),
-            glare=float(account.get("glare", 0.0)) if glare is None else glare,
+            tone=look.tone or str(account.get("tone", "neutral")),
+            glare=float(account.get("glare", 0.0)) if look.glare is None else look.glare,
+            response=response_of(account, look.response),
         )
 
     for file in files:
@@ -296,6 +313,7 @@ class DevelopOrder:
         overwrite: Whether a picture or film that exists is replaced.
         final_exr: Whether finished frames are written as EXR files, too.
         overlays: Whether the overlays that frames were rendered with are drawn.
+        response: What a camera adds, by its name, instead of the stored one.
     """
 
     path: Path
@@ -306,6 +324,7 @@ class DevelopOrder:
     overwrite: bool = False
     final_exr: bool = False
     overlays: bool = True
+    response: str | None = None
 
 
 def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
@@ -326,15 +345,21 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     check_target(target, suffixes=(".png", *FILM_SUFFIXES), overwrite=order.overwrite)
     if order.tone is not None:
         check_tone(order.tone)
+    if order.response is not None:
+        check_response(order.response)
 
     # Read the frames, which are developed one by one as they are written.
     film = _develop_film(source)
     account = film.account
+    look = Look(
+        order.tone or account.get("tone"),
+        order.exposure,
+        account.get("glare"),
+        order.response or account.get("response"),
+    )
     pictures = developed(
         film.files,
-        tone=order.tone or account.get("tone"),
-        exposure=order.exposure,
-        glare=account.get("glare"),
+        look,
         masters=_masters(film, order) if order.final_exr else None,
     )
 
@@ -344,16 +369,16 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         pictures = overlaid(pictures, film.files, facts, whole=whole)
 
     # Write numbered pictures, one picture, or a film.
-    chosen = {"exposure": order.exposure, "tone": order.tone or account.get("tone")}
-    look = {key: value for key, value in chosen.items() if value is not None}
+    chosen = {"exposure": look.exposure, "tone": look.tone, "response": look.response}
+    said = {key: value for key, value in chosen.items() if value is not None}
     if is_sequence(target):
         places = pictures_of(target, film.files)
         if not order.overwrite:
             check_free(*places)
-        write_pictures(places, film.files, pictures, look=look)
+        write_pictures(places, film.files, pictures, look=said)
         return places
     if target.suffix.lower() == ".png":
-        write_pictures([target], film.files[:1], [next(pictures)], look=look)
+        write_pictures([target], film.files[:1], [next(pictures)], look=said)
         return [target]
     from sumo3dviz_pt.image.exr import read_exr
     from sumo3dviz_pt.video import check_film, encode

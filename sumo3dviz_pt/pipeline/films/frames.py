@@ -91,7 +91,7 @@ def write_pictures(
         places: Where they go.
         files: EXR frames.
         pictures: What they develop to, (h, w, 3) in [0, 1].
-        look: How they were developed: exposure, tone; default as the frames say.
+        look: How they were developed: exposure, tone, response; default as the frames say.
     """
     from sumo3dviz_pt.image.exr import PROVENANCE, read_attributes
     from sumo3dviz_pt.image.png import write_png
@@ -108,8 +108,9 @@ def write_pictures(
 def _looking(account: Account, look: Mapping[str, Any]) -> dict[str, Any]:
     """An account of a picture that was developed otherwise than its frame says."""
     changed = {**account, **look}
-    if "tone" in look and isinstance(scene := account.get("scene"), Mapping):
-        output = {**scene.get("output", {}), "tone": look["tone"]}
+    chosen = {key: look[key] for key in ("tone", "response") if key in look}
+    if chosen and isinstance(scene := account.get("scene"), Mapping):
+        output = {**scene.get("output", {}), **chosen}
         changed["scene"] = {**scene, "output": output}
     return changed
 
@@ -261,7 +262,7 @@ _SHAPE: Mapping[tuple[str, ...], tuple[Callable[[Any], bool], str]] = {
     ("versions",): _MAPPING,
     **dict.fromkeys([("exposure",), ("glare",), ("time",), ("shot", "from")], _NUMBER),
     **dict.fromkeys([("seed",), ("spp",), ("frame",)], _WHOLE),
-    **dict.fromkeys([("key",), ("tone",), ("camera",)], _WORD),
+    **dict.fromkeys([("key",), ("tone",), ("response",), ("camera",)], _WORD),
     ("shot", "frames"): (_is_count, "count of frames"),
 }
 """What values of an account have to be, where they are there, and that in words."""

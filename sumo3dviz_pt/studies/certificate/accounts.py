@@ -24,12 +24,14 @@ _DEVELOPED: Mapping[str, str] = MappingProxyType(
         "exposure": "exposure [EV]",
         "tone": "tone curve",
         "glare": "glare",
+        "response": "camera's response",
         "optics": "vignetting and grain",
         "metering": "metering",
     }
 )
 _TOLD_ELSEWHERE = (
-    *("exposure", "output.exposure", "output.tone", "output.glare", "frames that", "shot: frames"),
+    *("exposure", "output.exposure", "output.tone", "output.glare", "output.response"),
+    *("frames that", "shot: frames"),
     *("sky, sun or air", "roads, houses", "the shot shows"),
 )
 """Differences that other checks here say in better words, or that layers show."""

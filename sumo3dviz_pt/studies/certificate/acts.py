@@ -34,7 +34,7 @@ class Acts:
             stand elsewhere or be missing.
         looks: Patterns of what may have another colour, and keeps its shape.
         light: Whether sky, sun and lamps may be others.
-        picture: Whether exposure, tone curve and glare may be others.
+        picture: Whether exposure, tone curve, glare and response may be others.
         camera: Whether it may be seen from elsewhere.
         motion: Whether traffic, signals and times may be others.
         anything: Whether all may be.
@@ -77,7 +77,7 @@ class Acts:
 
     @property
     def develops(self) -> bool:
-        """Whether exposure, tone curve and glare may differ: with light, or by themselves."""
+        """Whether what develops may differ: with light, or by itself."""
         return self.picture or self.light or self.anything
 
     @property
@@ -104,7 +104,7 @@ class Acts:
     def __str__(self) -> str:
         words = {
             "sky, sun and lamps": self.light,
-            "exposure, tone curve and glare": self.picture,
+            "exposure, tone curve, glare and response": self.picture,
             "the camera": self.camera,
             "what traffic and signals do": self.motion,
             "what is drawn over the film": self.overlays,
@@ -157,7 +157,7 @@ _RULES: tuple[tuple[str, str, Acts], ...] = (
     # key of the scene file                  subject     acts on
     (r"sky\b.*|lights", _LIGHT, Acts(light=True)),
     (r"template", "", Acts()),  # what it holds stands under the keys themselves
-    (r"output\.(exposure|tone|glare)", _PICTURE, Acts(picture=True)),
+    (r"output\.(exposure|tone|glare|response)", _PICTURE, Acts(picture=True)),
     (r"output\.layers\b.*", "", Acts()),  # beside the film, and in no picture
     (r"output\.(codec|half|sound)\b.*", "output", Acts()),  # in no frame, but in what people get
     (r"overlays\b.*", _DRAWN, Acts(overlays=True)),

@@ -480,7 +480,7 @@ def untested(acts: Acts) -> tuple[str, ...]:
         (bool(acts.things), f"shape and place of {', '.join(acts.things)}"),
         (bool(acts.looks), f"colour of {', '.join(acts.looks)}"),
         (acts.light, "light, shadows and reflections, anywhere: the factor acts on all of them"),
-        (acts.develops, "exposure, tone curve and glare, which belong to the level"),
+        (acts.develops, "exposure, tone curve, glare and response, which belong to the level"),
         (acts.motion, "where road users are, and when"),
     )
     return tuple(words for true, words in cases if true)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.pipeline.films.encoding import developed
+from sumo3dviz_pt.pipeline.films.encoding import Look, developed
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.overlays import plain_twin, read_facts, shown_in
 from sumo3dviz_pt.pipeline.provenance import file_hash
@@ -269,9 +269,12 @@ def _developed(
     """Yield pictures of a film, and of its twin, with the frames' numbers."""
     pictures = developed(
         files,
-        exposure=float(account["exposure"]),
-        tone=account["tone"],
-        glare=account["glare"],
+        Look(
+            account["tone"],
+            float(account["exposure"]),
+            account["glare"],
+            account.get("response", "none"),
+        ),
         key=account["key"],
     )
     facts = read_facts(files[0].parent) if files and account.get("overlays") else None

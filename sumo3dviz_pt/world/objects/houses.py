@@ -15,10 +15,12 @@ import shapely
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import ObjectSettings
+from sumo3dviz_pt.library.buildings.building import Walls
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
 from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, WINDOWS, cladding, palette
 from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
 from sumo3dviz_pt.library.buildings.shell import Palette, Shell, paint
+from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, Writing
 from sumo3dviz_pt.library.buildings.styles import (
     BLOCKS,
     HOMES,
@@ -30,7 +32,7 @@ from sumo3dviz_pt.library.buildings.styles import (
 )
 from sumo3dviz_pt.library.materials import MATERIALS, TINT, surface_bsdf, surface_scale
 from sumo3dviz_pt.model.geometry import Bools, Floats, belonging, merge_meshes, settled
-from sumo3dviz_pt.model.random import dice_of, share_of
+from sumo3dviz_pt.model.random import dice_of, seed_of, share_of
 from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Bsdf, LampSet, Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import Kind, Staging, colour_in, drawn_model
@@ -121,11 +123,18 @@ class Chance:
         seed: Of all chance.
         name: Unique among all objects.
         dark: Whether its windows are lit.
+        language: Of what is written on its shops.
     """
 
     seed: int
     name: str
     dark: bool = False
+    language: str = ENGLISH
+
+    @property
+    def writing(self) -> Writing:
+        """What is written on its shops."""
+        return Writing(self.language, seed_of(self.seed, self.name, "words"))
 
     def share(self, word: str) -> float:
         """Return a number in [0, 1) for a use."""
@@ -148,7 +157,11 @@ def house_parts(
         level: Of detail.
     """
     style = STYLES[kind.name][drawn_model(kind, settings, chance.seed, chance.name)]
-    shell = _shell(style, int(chance.share("variant") * style.variants), level)
+    variant = int(chance.share("variant") * style.variants)
+    written = style.has_shops
+    shell = (
+        style.build(variant, level, chance.writing) if written else _shell(style, variant, level)
+    )
     return painted(shell, style, settings, chance, level=level)
 
 
@@ -181,7 +194,7 @@ def area_parts(
     around = staging.around
     parts: list[Part] = []
     for item in items:
-        chance = Chance(around.seed, f"{kind.name}:{item.id}", around.dark)
+        chance = Chance(around.seed, f"{kind.name}:{item.id}", around.dark, around.language)
         centre = item.shape[:, :2].mean(axis=0)
         plan = cleaned(item.shape[:, :2] - centre)
         if plan is None or _holds_camera(plan + centre, around):
@@ -195,7 +208,7 @@ def area_parts(
             level=level,
             seed=int(chance.share("shell") * 2**32),
             style=style,
-            fronts=street_walls(plan + centre, around),
+            walls=Walls(street_walls(plan + centre, around), writing=chance.writing),
         )
         # Slopes: stand on the lowest corner of the ground.
         z = float(np.min(around.height_at(plan + centre)))

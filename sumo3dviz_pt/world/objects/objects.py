@@ -254,7 +254,7 @@ def _point_parts(
     parts: list[Part] = []
     names, _, levels, placed = _placed(kind, settings, items, staging, [settings] * len(items))
     for name, level, place in zip(names, levels, placed, strict=True):
-        chance = Chance(around.seed, name, around.dark)
+        chance = Chance(around.seed, name, around.dark, around.language)
         body = house_parts(kind, settings, chance, level=level)
         for part in body:
             mesh = belonging(place.mesh(part.mesh), thing_of(name))

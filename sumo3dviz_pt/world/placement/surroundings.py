@@ -18,6 +18,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from sumo3dviz_pt.library.buildings.shop_words import ENGLISH
 from sumo3dviz_pt.model.camera import CameraPath, in_mirrors, in_picture, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, settled
 from sumo3dviz_pt.model.network import Edge, Network
@@ -68,6 +69,7 @@ class Surroundings:
         dark: Whether lamps are lit.
         memory: What was built of the world.
         season: What leaves look like.
+        language: Of what is written on shops.
     """
 
     index: LaneIndex
@@ -79,6 +81,7 @@ class Surroundings:
     dark: bool = False
     memory: Memory = field(default_factory=Memory)
     season: str = "summer"
+    language: str = ENGLISH
 
     @property
     def eyes(self) -> Floats | None:

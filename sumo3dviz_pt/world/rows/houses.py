@@ -111,7 +111,7 @@ def house_of_row(
         around: The seed, and whether it is dark.
         level: Of detail.
     """
-    chance = Chance(around.seed, f"{FAMILY}:{house.id}", around.dark)
+    chance = Chance(around.seed, f"{FAMILY}:{house.id}", around.dark, around.language)
     style, design = _look(house, chance)
     middle = house.plan.mean(axis=0)
     low = float(heights.min() + 0.25 * np.ptp(heights))
@@ -122,7 +122,7 @@ def house_of_row(
         height=_height(house, design, chance),
         level=level,
         seed=int(chance.share("shell") * 2**32),
-        walls=Walls(fronts, house.blind),
+        walls=Walls(fronts, house.blind, chance.writing),
     )
     if np.ptp(heights) > 0.4:  # on a slope the foot of a house shows
         shell = joined([shell, {"plinth": upright(house.plan - middle, -5.0, -0.9)}])

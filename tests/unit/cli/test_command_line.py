@@ -87,6 +87,7 @@ def test_help_of_films_lists_codecs_and_tones(capsys):
         ("still", "--spp", "quality.spp", "1 to 65536"),
         ("still", "--quality", "quality", ""),
         ("develop", "--tone", "output.tone", ""),
+        ("develop", "--response", "output.response", ""),
         ("init", "--template", "template", ""),
     ],
 )

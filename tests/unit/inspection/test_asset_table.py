@@ -9,7 +9,7 @@ from sumo3dviz_pt.inspection import catalogue
 
 def test_families():
     others = ["areas", "buildings", "materials", "palettes", "people", "plants", "road_styles"]
-    assert list(catalogue.families()) == [*others, "skies", "surfaces", "vehicles"]
+    assert list(catalogue.families()) == [*others, "shop_words", "skies", "surfaces", "vehicles"]
 
 
 def test_table_lists_every_asset_once():

@@ -70,6 +70,7 @@ ELSEWHERE = {
     "output.codec": "it acts on the film, not on its frames",
     "output.tone": "frames are developed with it, whenever that is",
     "output.glare": "likewise",
+    "output.response": "likewise",
     "output.layers": "they lie beside the film",
     "output.sound": "its tables lie beside the film",
     "overlays": "they are drawn over developed pictures",

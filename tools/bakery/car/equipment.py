@@ -9,7 +9,7 @@ import numpy as np
 from bakery.car.body import CarShape
 from bakery.car.conform import CarFineness, land
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid
-from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import VehicleLamp

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
-from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp

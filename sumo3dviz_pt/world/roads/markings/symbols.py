@@ -11,13 +11,13 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.bands import Band, band_along, on_lane, without_repeats
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.library.street.road_styles import (
     BusLanePaint,
     CrossingPaint,
     GiveWayLine,
     RoadStyle,
 )
-from sumo3dviz_pt.library.street.strokes import lettering
 from sumo3dviz_pt.model.geometry import Floats, arc_length
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
 from sumo3dviz_pt.world.rails.ways import at_level_crossing, only_rails

@@ -17,11 +17,11 @@ from sumo3dviz_pt.library.buildings.facade import (
     wall,
     windows,
 )
-from sumo3dviz_pt.library.buildings.fronts import blade_signs
 from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
 from sumo3dviz_pt.library.buildings.palettes import SIGNS, WINDOWS, lit_roles, palette
 from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
 from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
+from sumo3dviz_pt.library.buildings.sign_boards import Boards, blade_signs
 from sumo3dviz_pt.library.buildings.styles import (
     BLOCKS,
     HOMES,
@@ -35,7 +35,7 @@ from sumo3dviz_pt.library.buildings.styles import (
 )
 from sumo3dviz_pt.model.layers import LUMINANCE
 
-MOST = {"homes": (1900, 360, 130), "shops": (800, 260, 90), "blocks": (8900, 2200, 560)}
+MOST = {"homes": (1900, 360, 130), "shops": (960, 390, 90), "blocks": (8900, 2200, 560)}
 EVERY = [
     pytest.param(style, seed, MOST[kind], id=f"{kind}-{name}-{seed}")
     for kind, styles in (("homes", HOMES), ("shops", SHOPS), ("blocks", BLOCKS))
@@ -431,7 +431,7 @@ def test_shutters_vary_and_stay_on_their_side():
 
 def test_signs_that_stick_out_carry_a_mark_on_both_faces():
     rng = np.random.default_rng(2)
-    shells = [blade_signs(30.0, 4.0, level=NEAR, rng=rng) for _ in range(6)]
+    shells = [blade_signs(30.0, 4.0, Boards(), level=NEAR, rng=rng) for _ in range(6)]
     for shell in shells:
         for number in range(3):
             if f"sign{number}" not in shell:

@@ -10,6 +10,7 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.street.lettering import GLYPHS
 from sumo3dviz_pt.library.street.national import st_andrews_cross
 from sumo3dviz_pt.library.street.road_styles import (
     AUTO,
@@ -17,7 +18,6 @@ from sumo3dviz_pt.library.street.road_styles import (
     road_style,
     style_name,
 )
-from sumo3dviz_pt.library.street.strokes import GLYPHS
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.world.roads.strips import BICYCLES
 

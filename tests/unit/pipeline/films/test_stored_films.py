@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import InputError
@@ -126,6 +127,22 @@ def test_pictures_say_how_they_were_developed(tmp_path, capsys):
         assert [each["exposure"] for each in accounts][2] == 3.0
         assert main(["compare", str(tmp_path / f"a{suffix}"), str(tmp_path / f"b{suffix}")]) == 1
         assert "tone" in capsys.readouterr().out
+
+
+def test_a_response_is_drawn_told_and_compared(tmp_path, capsys):
+    scene = {"output": {"tone": "srgb", "response": "none"}}
+    folder = write_film(tmp_path / "f", range(2), account_of(frames=2, scene=scene))
+    for name in ("none", "dashcam", "cinema"):
+        assert develop(folder, tmp_path / f"{name}.png", "--response", name) == 0
+    assert develop(folder, tmp_path / "stored.png") == 0
+    drawn = {path.stem: np.asarray(Image.open(path)) for path in tmp_path.glob("*.png")}
+    np.testing.assert_array_equal(drawn["stored"], drawn["none"])
+    assert len({picture.tobytes() for picture in drawn.values()}) == 3
+    assert account_in(tmp_path / "dashcam.png")["response"] == "dashcam"
+    assert main(["compare", *(str(tmp_path / f"{name}.png") for name in ("none", "cinema"))]) == 1
+    assert "output.response: none -> cinema" in capsys.readouterr().out
+    assert develop(folder, tmp_path / "x.png", "--response", "dashcm") == 2
+    assert "did you mean 'dashcam'" in capsys.readouterr().err
 
 
 def test_folders_of_older_versions_are_taken_as_they_are(tmp_path):

@@ -234,6 +234,10 @@ def metered(other):
     other["metering"] = {"mode": "auto", "ev": 0.0, "metered": 0.5}
 
 
+def recorded(other):
+    other["response"] = "dashcam"
+
+
 def grainy(other):
     other["optics"] = {"vignetting": 0.0, "grain": 0.3, "slope": 0.5, "eyes": [1, 1]}
 
@@ -248,6 +252,7 @@ def grainy(other):
             Acts(camera=True),
         ),
         (metered, "metering is None in one film", Acts(picture=True)),
+        (recorded, "camera's response is None in one film and dashcam", Acts(picture=True)),
         (grainy, "vignetting and grain is None", Acts(picture=True)),
     ],
 )
@@ -285,6 +290,7 @@ output: {exposure: 1}
 
 SEEN_ELSEWHERE = {
     "output.exposure": "exposure", "output.tone": "tone", "output.glare": "glare",
+    "output.response": "response",
     "output.layers": "beside the film, and in no picture",
 }  # fmt: skip
 """Keys of a scene that other parts of an account tell."""
