@@ -45,9 +45,9 @@ from sumo3dviz_pt.shot.road_users import (
 from sumo3dviz_pt.shot.tracks import on_tracks, on_what_is_drawn, ruts, wheel_tracks
 from sumo3dviz_pt.world.build import World
 from sumo3dviz_pt.world.cache import place_around
+from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.rails.crossings import Railway
 from sumo3dviz_pt.world.roads.layout import RoadOwners
-from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.signals.signals import Signals
 from sumo3dviz_pt.world.sky import build_sky, is_dark
 from sumo3dviz_pt.world.weather import in_weather
@@ -290,7 +290,6 @@ class ShotBuilder:
         job, left_hand = self.world.job, self.world.left_hand
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
-        standing += place.stands.triangles
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
         fleet = on_what_is_drawn(fleet, place, self.world)
         built = camera(fleet=fleet)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -78,7 +78,7 @@ class Scenery:
     materials: Mapping[str, Bsdf]
     left_out: tuple[LeftOut, ...]
     lamps: tuple[LampSet, ...] = ()
-    stands: Stands = Stands()
+    stands: Stands = field(default_factory=Stands)
 
 
 def build_scenery(
@@ -89,7 +89,6 @@ def build_scenery(
     around: Surroundings,
     budget: int = BUDGET,
     textured: bool = True,
-    sways: bool = False,
 ) -> Scenery:
     """Build trees, shrubs, hedges, fences, homes, shops, blocks and buildings.
 
@@ -100,7 +99,6 @@ def build_scenery(
         around: Roads, ground, cameras and the seed.
         budget: Triangles, about; levels of detail come closer until they keep it.
         textured: False shows plain colours instead of brick, plaster and tiles.
-        sways: Whether wind moves plants; then each is built by itself.
 
     Raises:
         ConfigError: If a model or colour of the settings does not exist.
@@ -122,10 +120,22 @@ def build_scenery(
         stay, unseen = _sorted_out(kind, items, around=around, taken=taken)
         gone += unseen
         groups.append(ObjectGroup(kind, own, stay))
-    # Build the parts of each kind; what shines by night is kept apart.
+    # Build the parts of each kind.
     shrinks = shrunk_levels(groups, around, budget, each=settings.triangles)
     left_out = [each.weighed(around, shrinks) for each in gone]
-    staging = Staging(around, shrinks)
+    static, shining, stands = _built(groups, Staging(around, shrinks), textured=textured)
+    bodies = [part for body in stands.prototypes.values() for part in body.parts]
+    names = sorted({part.material for part in (*(each.part for each in static), *bodies)})
+    materials = {name: material_of(name, textured=textured) for name in names}
+    if not around.dark and any(group.kind.name in {*STYLES, "buildings"} for group in groups):
+        left_out.append(LeftOut("lit windows", "it is day"))
+    return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining), stands)
+
+
+def _built(
+    groups: Sequence[ObjectGroup], staging: Staging, *, textured: bool
+) -> tuple[list[StaticPart], list[Part], Stands]:
+    """Build what there is of each kind: what stands, what of it shines by night, like plants."""
     static: list[StaticPart] = []
     shining: list[Part] = []
     stands = Stands()
@@ -133,22 +143,17 @@ def build_scenery(
         kind = group.kind
         if kind.name in PLANTS:
             spots = _plant_spots(kind, group.settings, group.items, staging)
-            if textured and not sways:
-                some, spots = shared(kind, spots, around)
+            if textured:
+                some, spots = shared(kind, spots, staging.around)
                 stands = stands.joined(some)
-            static += merged(kind.name, plant_parts(kind, spots, around))
+            static += merged(kind.name, plant_parts(kind, spots, staging.around))
             continue
         build = _BUILDERS.get(kind.name) or _BUILDERS[kind.form]
         parts = build(kind, group.settings, group.items, staging)
         shining += [part for part in parts if part.material.startswith("lamp:")]
         plain = [part for part in parts if not part.material.startswith("lamp:")]
         static += merged(kind.name, plain)
-    bodies = [part for body in stands.prototypes.values() for part in body.parts]
-    names = sorted({part.material for part in (*(each.part for each in static), *bodies)})
-    materials = {name: material_of(name, textured=textured) for name in names}
-    if not around.dark and any(group.kind.name in {*STYLES, "buildings"} for group in groups):
-        left_out.append(LeftOut("lit windows", "it is day"))
-    return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining), stands)
+    return static, shining, stands
 
 
 def material_of(name: str, *, textured: bool) -> Bsdf:

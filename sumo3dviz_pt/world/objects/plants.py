@@ -90,7 +90,7 @@ def _placed(part: Part, spot: PlantSpot) -> Part:
 def middles_of(kind: Kind, spots: Sequence[PlantSpot]) -> Floats:
     """Return about where the middles of crowns are, (n, 3) [m]."""
     feet = np.array([spot.world_from_body.matrix[:3, 3] for spot in spots]).reshape(-1, 3)
-    return np.asarray(feet + [0.0, 0.0, _MIDDLE[kind.name]])
+    return np.asarray(feet + np.array([0.0, 0.0, _MIDDLE[kind.name]]))
 
 
 def _eyes(
