@@ -41,7 +41,7 @@ TRIANGLES = {"trees": 800_000, "shrubs": 80_000}
 
 _DIAGONAL = 1468.0  # of a picture of 1280 x 720 [px]
 _WIDEST = 0.60  # half the angle of a usual picture's diagonal [rad]; wider ones count as such
-_VARIANTS = (1, 2, 2, 3, 3)  # crowns of a species, by the size of their leaves
+_VARIANTS = (1, 1, 2, 2, 2)  # crowns of a species, by the size of their leaves
 _MOST_VIEWS = 60  # that tell how near plants are
 _HALF = {"trees": 2.5, "shrubs": 0.8}  # half width of a usual crown [m]
 _GREY: Colour = (0.5, 0.5, 0.5)
