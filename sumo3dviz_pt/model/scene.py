@@ -315,6 +315,7 @@ class Prototype:
         lamps: What can shine on it.
         poses: Shapes that `parts` take in turn; such bodies are never instanced.
         far_poses: Shapes that `far` takes in turn.
+        rooted: Whether its movers stand still, as plants do.
     """
 
     name: str
@@ -323,6 +324,7 @@ class Prototype:
     lamps: tuple[VehicleLamp, ...] = ()
     poses: Poses | None = None
     far_poses: Poses | None = None
+    rooted: bool = False
 
     @property
     def triangles(self) -> int:
@@ -531,7 +533,8 @@ class FrameState:
         far: Those that are drawn by their stand-ins.
         lamps: Radiance of each lamp that changes, (lamps, 3), by lamp set id.
         deforming: Those that are drawn in detail and take poses.
-        fixtures: What moves and is no road user, such as the arms of barriers.
+        fixtures: What is drawn as a body and is no road user: the arms of barriers, and plants
+            of which many are alike.
         weather: Of its time, or None.
         flying: Finds what falls and flies before the camera; None where nothing does.
         exposure: The moments at which a picture with a shutter sees the scene: every row at

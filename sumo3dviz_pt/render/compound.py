@@ -40,11 +40,13 @@ class MergedMesh:
         material: A name of the scene's materials, or empty for the compound.
         mesh: All of them.
         attributes: Values per face, (m, channels), by attribute name.
+        painted: Whether its colour is that of the mover that shows it.
     """
 
     material: str
     mesh: Mesh
     attributes: Mapping[str, Floats]
+    painted: bool = False
 
 
 def is_plain(bsdf: Bsdf) -> bool:
@@ -69,7 +71,7 @@ def merged_meshes(
     Returns:
         Lumps in order of first appearance; flat and smooth meshes stay apart.
     """
-    groups: dict[tuple[str, bool, bool, bool], list[Part]] = {}
+    groups: dict[tuple[str, bool, bool, bool, bool], list[Part]] = {}
     for part in parts:
         if not len(part.mesh.faces):
             continue
@@ -77,19 +79,22 @@ def merged_meshes(
         name = "" if is_plain(materials[part.material]) and not by_mover else part.material
         keep_uvs = bool(name) and part.mesh.uvs is not None
         keep_wear = bool(name) and part.mesh.wear is not None
-        key = (name, part.mesh.normals is not None, keep_uvs, keep_wear)
+        key = (name, part.mesh.normals is not None, keep_uvs, keep_wear, by_mover)
         groups.setdefault(key, []).append(part)
-    return [_merge(key[0], members, materials) for key, members in groups.items()]
+    return [_merge(key[0], members, materials, painted=key[-1]) for key, members in groups.items()]
 
 
-def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> MergedMesh:
+def _merge(
+    name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf], *, painted: bool
+) -> MergedMesh:
     """Join parts of one group."""
     meshes = [part.mesh for part in parts]
     if not name:
         meshes = [replace(mesh, uvs=None, wear=None) for mesh in meshes]
-    return MergedMesh(
-        name, merge_meshes(meshes), face_attributes(parts, materials, compound=not name)
-    )
+    attributes = face_attributes(parts, materials, compound=not name)
+    if painted:
+        attributes.pop(TINT_ATTRIBUTE, None)
+    return MergedMesh(name, merge_meshes(meshes), attributes, painted)
 
 
 def face_attributes(

@@ -138,14 +138,9 @@ def shape_group(
     group: dict[str, Any] = {"type": "shapegroup"}
     made = []
     for index, merged in enumerate(meshes):
-        attributes = {
-            name: values
-            for name, values in merged.attributes.items()
-            if name != convert.TINT_ATTRIBUTE or not merged.material
-        }
-        bsdf = materials.get(merged.material, tint)
+        bsdf = materials.get(merged.material, tint if merged.painted else convert.face_tint())
         name = f"{prototype.name}_{index}"
-        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=attributes))
+        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=merged.attributes))
         group[f"part{index}"] = made[-1]
     return load(group), made
 
@@ -159,23 +154,26 @@ class InstancePool:
         floor: Height where free slots wait [m].
 
     Attributes:
-        bodies: Names of the materials of each body's meshes, by the body's name in the scene.
+        bodies: Each body's meshes, by the body's name in the scene.
         parts: Mitsuba's shapes of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
         parked: Slots that show who never moves.
+        entries: Shapes to put into the scene, of bodies that move.
+        rooted: The same of bodies that stand.
     """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
         self._floor = floor
-        self.bodies: dict[str, tuple[str, ...]] = {}
+        self.bodies: dict[str, tuple[MergedMesh, ...]] = {}
         self.parts: dict[str, list[Any]] = {}
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
         self.shown: dict[str, str] = {}
         self.parked: frozenset[str] = frozenset()
-        self._entries: dict[str, Any] = {}
+        self.entries: dict[str, Any] = {}
+        self.rooted: dict[str, Any] = {}
         self._slots: dict[str, list[str]] = defaultdict(list)
         self._index: dict[str, int] = {}
         number = 0
@@ -183,24 +181,20 @@ class InstancePool:
             body, prototype = f"body_{len(self._slots)}", scene.prototypes[name]
             meshes = body_meshes(prototype, materials)
             group, shapes = shape_group(prototype, meshes, materials, convert.instance_tint())
-            self._entries[body] = group
+            entries = self.rooted if prototype.rooted else self.entries
+            entries[body] = group
             self.parts[body] = shapes
-            self.bodies[body] = tuple(mesh.material for mesh in meshes)
+            self.bodies[body] = tuple(meshes)
             for _ in range(count):
                 key = f"slot_{number:04d}"
-                self._entries[key] = load({"type": "instance", "body": group})
+                entries[key] = load({"type": "instance", "body": group})
                 self._slots[name].append(key)
                 self.body_of_slot[key] = body
-                self._index[key] = table_index(self._entries[key])
+                self._index[key] = table_index(entries[key])
                 number += 1
         self._keys = tuple(self._index)
         # Nothing equals these, so every slot is moved at first.
         self._held = np.full((number, 4, 4), np.nan, np.float32)
-
-    @property
-    def entries(self) -> Mapping[str, Any]:
-        """Shapes to put into the scene."""
-        return self._entries
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Move every slot to its road user of this frame, or out of sight."""

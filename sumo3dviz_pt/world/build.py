@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, language_in
 from sumo3dviz_pt.library.materials import MATERIALS
@@ -38,6 +37,7 @@ from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.objects.lines import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.lines import Rails, guard_rails
 from sumo3dviz_pt.world.objects.objects import BUDGET, Scenery, build_scenery
+from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.outlook import Outlook, RoadChoice, choose_roads
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.lanes import build_lane_index
@@ -67,7 +67,7 @@ from sumo3dviz_pt.world.rows.courts import court_height
 from sumo3dviz_pt.world.rows.fronts import SOURCE, Given, Rows, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.houses import FAMILY, Fronts, build_fronts
 from sumo3dviz_pt.world.signals.signals import Signals, build_signals
-from sumo3dviz_pt.world.sky import build_sky, is_dark, zone_at
+from sumo3dviz_pt.world.sky import build_sky, is_dark, known_zone
 from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
@@ -85,14 +85,16 @@ def season_of(job: Job) -> str:
 
 
 def language_at(location: Location) -> str:
-    """Return the language of a network's place; English where it is not known."""
+    """Return the language of a network's place; English where it is not known.
+
+    Raises:
+        ConfigError: If the package that knows time zones is missing.
+    """
     if location.place is None:
         return ENGLISH
     latitude, longitude = location.place
-    try:
-        return language_in(zone_at(latitude=latitude, longitude=longitude))
-    except ConfigError:  # the sea, or no package that knows zones
-        return ENGLISH
+    zone = known_zone(latitude=latitude, longitude=longitude)
+    return language_in(zone) if zone else ENGLISH
 
 
 def in_season(parts: Iterable[StaticPart], season: str) -> tuple[StaticPart, ...]:
@@ -221,6 +223,7 @@ class BuiltPlace:
         railway: The level crossings.
         lamps: Everything that stands and shines.
         left_out: What was left out, and why.
+        stands: Plants that share models.
     """
 
     static: tuple[StaticPart, ...]
@@ -233,6 +236,7 @@ class BuiltPlace:
     railway: Railway
     lamps: tuple[LampSet, ...]
     left_out: tuple[LeftOut, ...]
+    stands: Stands
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -374,6 +378,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
             *street.lamps,
         ),
         tuple(out for some in sources for out in some.left_out),
+        scenery.stands,
     )
 
 
@@ -419,6 +424,7 @@ def _land(
         memory=world.memory,
         season=season_of(world.job),
         language=language_at(network.location),
+        weathered=world.weather is not None,
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
