@@ -139,10 +139,10 @@ class LoadedScene:
             moving = name in self.running.names
             yield HeldMesh(name, self._materials.bsdf("signal_lens"), moving=moving)
         for body, meshes in self.pool.bodies.items() if self.pool is not None else ():
-            for number, mesh in enumerate(meshes):
-                bsdf = self._materials.bsdf(mesh.material)
+            for number, (material, painted) in enumerate(meshes):
+                bsdf = self._materials.bsdf(material)
                 name = f"{body}.part{number}"
-                yield HeldMesh(name, bsdf, body=body, painted=mesh.painted)
+                yield HeldMesh(name, bsdf, body=body, painted=painted)
 
     def shelters(self) -> list[Mesh]:
         """Return all that stands and keeps rain off, in the network's coordinates."""

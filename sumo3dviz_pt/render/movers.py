@@ -154,7 +154,8 @@ class InstancePool:
         floor: Height where free slots wait [m].
 
     Attributes:
-        bodies: Each body's meshes, by the body's name in the scene.
+        bodies: Material of each body's meshes, and whether its colour is its mover's, by the
+            body's name in the scene.
         parts: Mitsuba's shapes of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
@@ -166,7 +167,7 @@ class InstancePool:
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
         self._floor = floor
-        self.bodies: dict[str, tuple[MergedMesh, ...]] = {}
+        self.bodies: dict[str, tuple[tuple[str, bool], ...]] = {}
         self.parts: dict[str, list[Any]] = {}
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
@@ -184,7 +185,7 @@ class InstancePool:
             entries = self.rooted if prototype.rooted else self.entries
             entries[body] = group
             self.parts[body] = shapes
-            self.bodies[body] = tuple(meshes)
+            self.bodies[body] = tuple((mesh.material, mesh.painted) for mesh in meshes)
             for _ in range(count):
                 key = f"slot_{number:04d}"
                 entries[key] = load({"type": "instance", "body": group})

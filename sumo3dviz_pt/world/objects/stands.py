@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from sumo3dviz_pt.library.plants.tree import fine_leaves, fine_tree
 from sumo3dviz_pt.model.camera import CameraPath, in_picture
 from sumo3dviz_pt.model.geometry import Colour, Floats, settled
 from sumo3dviz_pt.model.random import share_of
-from sumo3dviz_pt.model.scene import Mover, Part, Prototype
+from sumo3dviz_pt.model.scene import Mover, Prototype
 from sumo3dviz_pt.world.objects.kinds import Kind, Plant, leaf_tint
 from sumo3dviz_pt.world.objects.plants import CROWN, PlantSpot, middles_of
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
@@ -172,12 +171,6 @@ def _triangles(model: _Model, finest: float) -> int:
 def _body(model: _Model, finest: float, plant: Plant) -> Prototype:
     """Build a model."""
     leaf = finest * 2.0**model.size
-    bark, leaves = _crown(model.species, model.variant, leaf, model.season)
+    bark, leaves = fine_tree(model.species, seed=model.variant, leaf=leaf, season=model.season)
     parts = (bark, replace(leaves, tint=leaf_tint(leaves, plant)))
     return Prototype(model.name, parts, parts, rooted=True)
-
-
-@lru_cache(maxsize=24)
-def _crown(species: str, variant: int, leaf: float, season: str) -> tuple[Part, ...]:
-    """Grow a crown."""
-    return fine_tree(species, seed=variant, leaf=leaf, season=season)
