@@ -13,7 +13,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -32,6 +32,7 @@ from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.model.falling import Cabin, Pane, Windscreen
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.projections import Distortion
 from sumo3dviz_pt.model.scene import Prototype, View
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.model.weather import WeatherCourse
@@ -250,6 +251,9 @@ _LAG_SAMPLES = 49
 _ON_BODY = frozenset({"eye", "bonnet"})
 """Anchors that lie in or on the body."""
 
+_SIDES = {"driver": 1.0, "middle": 0.0, "passenger": -1.0}
+"""Seats, and how far to the driver's side they are."""
+
 
 @dataclass(frozen=True, slots=True)
 class RidingView:
@@ -260,12 +264,14 @@ class RidingView:
             foot's height), `rear` or `middle` (at the roof's height).
         fov: Horizontal opening angle [deg].
         offset: From the anchor: ahead, left, up [m].
-        side: Of the eye: `driver` or `passenger`.
+        side: Of the eye: `driver`, `middle` or `passenger`.
         pitch_deg: Upwards [deg].
         heading_deg: To the kerb's side from straight ahead [deg].
         aim: A point to look at, from the anchor [m], instead of the pitch; or None.
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
-        cutaway: Whether the own cabin is not drawn.
+        cutaway: Whether the own cabin is opened and a driver's built in it.
+        distortion: Of a lens that the scene file does not describe, as OpenCV's k1 and k2.
+        mirrors: Whether the own mirrors may be in view.
     """
 
     anchor: str
@@ -277,6 +283,8 @@ class RidingView:
     lag: float = 0.0
     cutaway: bool = False
     heading_deg: float = 0.0
+    distortion: Distortion = (0.0, 0.0)
+    mirrors: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -450,16 +458,24 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         trajectory,
         eye,
         Aim(aim.yaw + turn, pitch),
-        lens_of(settings.lens or LensSettings(), degrees=preset.fov),
+        _lens(settings.lens or LensSettings(), preset),
         preset.lag,
         preset.cutaway,
         middle,
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
-        mirrors=inside and cabin is CutawayCabin.ROAD,
+        mirrors=inside and preset.mirrors and cabin is CutawayCabin.ROAD,
         pane=pane_of(body) if inside and settings.reflections else None,
     )
+
+
+def _lens(settings: LensSettings, preset: RidingView) -> Lens:
+    """Return the lens of the scene file, as wide as the preset's where it does not say how wide."""
+    lens = lens_of(settings, degrees=preset.fov)
+    if not settings.is_left_to_the_view:
+        return lens
+    return replace(lens, distortion=preset.distortion)
 
 
 @build_camera.register
@@ -504,13 +520,16 @@ def _anchor(preset: RidingView, body: Body, *, left_hand: bool) -> Floats:
     """The anchor in the body's frame, (3,) [m].
 
     Raises:
-        ConfigError: If the preset names an unknown one.
+        ConfigError: If the preset names an unknown one, or an unknown side.
     """
     length, _, height = body.size
     eye, cowl = body.seat.eye, body.seat.cowl
-    on_left = (preset.side == "driver") != left_hand
+    if preset.side not in _SIDES:
+        message = f"no side is called {preset.side!r}{did_you_mean(preset.side, _SIDES)}"
+        raise ConfigError(message, key="camera.side")
+    aside = _SIDES[preset.side] * (-1.0 if left_hand else 1.0)
     anchors: Mapping[str, Floats] = {
-        "eye": eye * (1.0, 1.0 if on_left else -1.0, 1.0),
+        "eye": eye * (1.0, aside, 1.0),
         "bonnet": cowl * (0.8, 1.0, 1.0),
         "rear": np.array([-length, 0.0, height]),
         "middle": np.array([-length / 2.0, 0.0, height]),

@@ -33,7 +33,7 @@ _BONNET_ABOVE_BELT = 0.06
 """What is ahead of the windscreen and higher is a mirror or a wiper [m]; `mirrors` makes mirrors
 anew, with panes that show the scene."""
 
-_TRIM_ABOVE_BELT = 0.012
+_TRIM_ABOVE_BELT = 0.0
 """Unpainted parts ahead of the windscreen are left out above this, since the cockpit brings its own
 wipers [m]."""
 
