@@ -211,7 +211,7 @@ def test_driver_sits_on_the_right_side(view, left_hand, y):
 @pytest.mark.parametrize("left_hand", [False, True])
 def test_a_dash_camera_hangs_in_the_middle_below_the_mirror(left_hand):
     seen = ride("dashcam", left_hand=left_hand)
-    np.testing.assert_allclose(seen.position, [48.54, 0.0, 1.155], atol=1e-9)
+    np.testing.assert_allclose(seen.position, [48.51, 0.0, 1.155], atol=1e-9)
     assert seen.cutaway and seen.mirrors is None
     assert seen.lens.opening == pytest.approx(np.radians(92))
     assert seen.lens.distortion[0] < 0.0, "a barrel"
