@@ -28,6 +28,7 @@ from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, LagrangianCamera, LensSettings
 from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin, has_dashboard
+from sumo3dviz_pt.library.vehicles.interior.mirrors import INNER_PLACE
 from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.model.falling import Cabin, Pane, Windscreen
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform
@@ -248,11 +249,8 @@ def _turns(rate: float) -> float:
 
 
 _LAG_SAMPLES = 49
-_ON_BODY = frozenset({"eye", "bonnet"})
+_ON_BODY = frozenset({"eye", "mirror", "bonnet"})
 """Anchors that lie in or on the body."""
-
-_SIDES = {"driver": 1.0, "middle": 0.0, "passenger": -1.0}
-"""Seats, and how far to the driver's side they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,11 +258,12 @@ class RidingView:
     """A preset of `scene_templates/camera`.
 
     Attributes:
-        anchor: Where on the body: `eye`, `bonnet` (towards the windscreen, at its
-            foot's height), `rear` or `middle` (at the roof's height).
+        anchor: Where on the body: `eye`, `mirror` (as far ahead and as high as the inner one, on
+            the axis), `bonnet` (towards the windscreen, at its foot's height), `rear` or `middle`
+            (at the roof's height).
         fov: Horizontal opening angle [deg].
         offset: From the anchor: ahead, left, up [m].
-        side: Of the eye: `driver`, `middle` or `passenger`.
+        side: Of the eye: `driver` or `passenger`.
         pitch_deg: Upwards [deg].
         heading_deg: To the kerb's side from straight ahead [deg].
         aim: A point to look at, from the anchor [m], instead of the pitch; or None.
@@ -520,16 +519,15 @@ def _anchor(preset: RidingView, body: Body, *, left_hand: bool) -> Floats:
     """The anchor in the body's frame, (3,) [m].
 
     Raises:
-        ConfigError: If the preset names an unknown one, or an unknown side.
+        ConfigError: If the preset names an unknown one.
     """
     length, _, height = body.size
     eye, cowl = body.seat.eye, body.seat.cowl
-    if preset.side not in _SIDES:
-        message = f"no side is called {preset.side!r}{did_you_mean(preset.side, _SIDES)}"
-        raise ConfigError(message, key="camera.side")
-    aside = _SIDES[preset.side] * (-1.0 if left_hand else 1.0)
+    on_left = (preset.side == "driver") != left_hand
+    ahead, _, up = body.scale * INNER_PLACE
     anchors: Mapping[str, Floats] = {
-        "eye": eye * (1.0, aside, 1.0),
+        "eye": eye * (1.0, 1.0 if on_left else -1.0, 1.0),
+        "mirror": np.array([eye[0] + ahead, 0.0, eye[2] + up]),
         "bonnet": cowl * (0.8, 1.0, 1.0),
         "rear": np.array([-length, 0.0, height]),
         "middle": np.array([-length / 2.0, 0.0, height]),

@@ -211,7 +211,7 @@ def test_driver_sits_on_the_right_side(view, left_hand, y):
 @pytest.mark.parametrize("left_hand", [False, True])
 def test_a_dash_camera_hangs_in_the_middle_below_the_mirror(left_hand):
     seen = ride("dashcam", left_hand=left_hand)
-    np.testing.assert_allclose(seen.position, [48.51, 0.0, 1.155], atol=1e-9)
+    np.testing.assert_allclose(seen.position, [48.55, 0.0, 1.14], atol=1e-9)
     assert seen.cutaway and seen.mirrors is None
     assert seen.lens.opening == pytest.approx(np.radians(92))
     assert seen.lens.distortion[0] < 0.0, "a barrel"
@@ -227,14 +227,14 @@ def test_a_lens_of_the_scene_file_wins_over_that_of_a_dash_camera():
     assert not any(ride("driver").lens.distortion)
 
 
-def test_unknown_views_and_sides_are_said_with_what_there_is(monkeypatch):
+def test_unknown_views_and_anchors_are_said_with_what_there_is(monkeypatch):
     with pytest.raises(ConfigError, match="did you mean 'dashcam'"):
         ride("dash_cam")
     with pytest.raises(ConfigError, match=r"known: .*chase, .*dashcam, .*driver"):
         ride("nothing_alike_at_all")
-    content = {"anchor": "eye", "fov": 50, "side": "centre"}
+    content = {"anchor": "engine", "fov": 50}
     monkeypatch.setattr("sumo3dviz_pt.shot.cameras.riding.template", lambda *_: content)
-    with pytest.raises(ConfigError, match="no side is called 'centre'; known: driver, middle"):
+    with pytest.raises(ConfigError, match=r"no anchor is called 'engine'; known: .*mirror"):
         ride("mine")
 
 
