@@ -20,7 +20,9 @@ from sumo3dviz_pt.library.people.skin import (
     Stack,
     carried,
     closed,
+    rope,
     swollen,
+    turns,
     weighed,
 )
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, unit
@@ -189,7 +191,9 @@ def head(
     neck = smoothstep(2.4, 0.2, level)
     weights = weighed(len(vertices), {"head": 1.0 - neck, "chest": neck})
     local = (vertices[faces].mean(axis=1) - skull.place) / skull.size
-    yield SkinPart(vertices, faces, weights, "complexion", _colours(skull.face, local))
+    yield SkinPart(
+        vertices, faces, weights, "complexion", _colours(skull.face, local), role="skin"
+    )
     if fine:
         if (
             cover is None
@@ -215,7 +219,10 @@ def _colours(face: Face, at: Floats) -> Floats:
     warm += 0.8 * np.exp(-((y / 0.014) ** 2) - ((z - 0.075) / 0.012) ** 2)
     tint = skin * (1.0 + front[:, None] * warm[:, None] * np.array([0.05, -0.10, -0.12]))
     socket = front * np.exp(-(((np.abs(y) - EYE[0]) / 0.017) ** 2) - ((z - EYE[1]) / 0.012) ** 2)
-    tint = tint * (1.0 - 0.30 * socket[:, None])
+    tint = tint * (1.0 - 0.42 * socket[:, None])
+    # The neck is in the shade of the chin; cheeks and chin of men are never quite bare.
+    below = smoothstep(0.004, -0.016, z) * smoothstep(-0.02, 0.03, x)
+    tint = tint * (1.0 - 0.22 * below[:, None])
     # A beard covers jaw, chin and upper lip and thins out towards the cheeks.
     jaw = smoothstep(0.074, 0.050, z - 0.35 * np.maximum(0.06 - x, 0.0)) * smoothstep(-0.03, 0.0, x)
     lip = np.exp(-((y / 0.022) ** 4) - ((z - 0.061) / 0.006) ** 2)
@@ -249,7 +256,7 @@ def _ears(skull: Skull) -> Iterator[SkinPart]:
     for s in (1.0, -1.0):
         placed = rings * [1.0, s, 1.0] + [-0.006, s * 0.0715, 0.098]
         placed = placed if s > 0 else placed[:, ::-1]
-        yield on_head(skull, placed, Cloth("complexion", skin))
+        yield on_head(skull, placed, Cloth("complexion", skin, "skin"))
 
 
 def _eyes(skull: Skull) -> Iterator[SkinPart]:
@@ -259,7 +266,7 @@ def _eyes(skull: Skull) -> Iterator[SkinPart]:
         yield _sheet(skull, s, _LIDS, Cloth("hair", (0.02, 0.015, 0.012)), lift=0.0016)
         yield _sheet(skull, s, _WHITE, Cloth("complexion", (0.46, 0.43, 0.40)), lift=0.0024)
         yield _sheet(skull, s, _IRIS, Cloth("leather", (0.025, 0.018, 0.014)), lift=0.0032)
-        yield _sheet(skull, s, _BROW, Cloth("hair", hair), lift=0.0022)
+        yield _sheet(skull, s, _BROW, Cloth("hair", hair, "hair"), lift=0.0022)
 
 
 _Outline = tuple[tuple[float, float, float], ...]
@@ -284,7 +291,7 @@ def _mouth(skull: Skull) -> Iterator[SkinPart]:
         1.0 + skull.face.lips * (np.array([0.84, 0.58, 0.60]) - 1.0)
     )
     for s in (1.0, -1.0):
-        red = Cloth("complexion", (float(lips[0]), float(lips[1]), float(lips[2])))
+        red = Cloth("complexion", (float(lips[0]), float(lips[1]), float(lips[2])), "skin")
         yield _sheet(skull, s, _LIPS, red, lift=0.0012, origin=(0.0, 0.0))
         line = tuple((away, 0.0462, 0.0476) for away, _, _ in _LIPS)
         yield _sheet(
@@ -346,6 +353,15 @@ _RING: Heights = {
     **{0: 0.205, 40: 0.205, 60: 0.170, 70: 0.128, 78: 0.098},
     **{86: 0.100, 98: 0.130, 110: 0.126, 126: 0.075, 150: 0.036, 180: 0.028},
 }
+_FRINGE: Heights = {**_SHORT, 0: 0.150, 24: 0.152, 44: 0.150, 58: 0.140}
+_LOOSE: Heights = {
+    **{0: 0.182, 24: 0.180, 44: 0.160, 58: 0.120, 68: 0.060, 76: 0.000},
+    **{86: -0.040, 98: -0.060, 126: -0.070, 150: -0.075, 180: -0.080},
+}
+_CHIN: Heights = {
+    **{0: 0.184, 24: 0.182, 44: 0.160, 58: 0.112, 66: 0.060, 76: 0.028},
+    **{86: 0.012, 98: 0.004, 126: -0.004, 150: -0.006, 180: -0.008},
+}
 _CAP: Heights = {0: 0.158, 50: 0.155, 90: 0.150, 130: 0.135, 180: 0.120}
 _BEANIE: Heights = {0: 0.160, 50: 0.145, 80: 0.105, 100: 0.090, 130: 0.075, 180: 0.060}
 _HOOD: Heights = {0: 0.190, 40: 0.180, 60: 0.120, 75: 0.030, 90: -0.030, 130: -0.070, 180: -0.080}
@@ -367,6 +383,8 @@ class HairStyle:
         sides: Distance from the skin at the sides [m].
         material: Its material.
         rough: Height of locks or folds [m].
+        frayed: How far locks end above or below the edge [m].
+        vents: Whether it has dark slots from front to back.
     """
 
     edge: Heights
@@ -374,21 +392,33 @@ class HairStyle:
     sides: float
     material: str = "hair"
     rough: float = 0.004
+    frayed: float = 0.006
+    vents: bool = False
 
 
 STYLES: Mapping[str, HairStyle] = {
-    "short": HairStyle(_SHORT, 0.016, 0.008),
-    "crop": HairStyle(_SHORT, 0.008, 0.005, rough=0.001),
-    "full": HairStyle(_SHORT, 0.026, 0.013, rough=0.007),
-    "receding": HairStyle(_RING, 0.002, 0.009, rough=0.002),
-    "long": HairStyle(_LONG, 0.020, 0.013, rough=0.007),
-    "bob": HairStyle(_BOB, 0.020, 0.013, rough=0.006),
-    "tied": HairStyle(_SHORT, 0.012, 0.009, rough=0.002),
-    "bun": HairStyle(_SHORT, 0.012, 0.009, rough=0.002),
+    "short": HairStyle(_SHORT, 0.015, 0.006),
+    "crop": HairStyle(_SHORT, 0.007, 0.003, rough=0.001, frayed=0.003),
+    "buzz": HairStyle(_SHORT, 0.004, 0.002, rough=0.0, frayed=0.002),
+    "full": HairStyle(_SHORT, 0.024, 0.010, rough=0.007),
+    "fringe": HairStyle(_FRINGE, 0.020, 0.009, rough=0.005, frayed=0.009),
+    "faded": HairStyle(_SHORT, 0.021, 0.002, rough=0.005, frayed=0.003),
+    "curly": HairStyle(_SHORT, 0.036, 0.022, rough=0.016, frayed=0.010),
+    "afro": HairStyle(_SHORT, 0.062, 0.052, rough=0.012, frayed=0.006),
+    "receding": HairStyle(_RING, 0.002, 0.007, rough=0.002),
+    "long": HairStyle(_LONG, 0.016, 0.010, rough=0.007, frayed=0.022),
+    "wavy": HairStyle(_LOOSE, 0.022, 0.022, rough=0.016, frayed=0.020),
+    "bob": HairStyle(_BOB, 0.015, 0.012, rough=0.006, frayed=0.010),
+    "chin": HairStyle(_CHIN, 0.018, 0.013, rough=0.008, frayed=0.012),
+    "tied": HairStyle(_SHORT, 0.010, 0.006, rough=0.002),
+    "bun": HairStyle(_SHORT, 0.011, 0.006, rough=0.002),
+    "knot": HairStyle(_SHORT, 0.012, 0.007, rough=0.003),
+    "plait": HairStyle(_SHORT, 0.011, 0.007, rough=0.003),
     "cap": HairStyle(_CAP, 0.018, 0.012, "cloth", rough=0.0),
+    "hat": HairStyle(_CAP, 0.030, 0.014, "cloth", rough=0.002),
     "beanie": HairStyle(_BEANIE, 0.026, 0.013, "cloth", rough=0.003),
     "hood": HairStyle(_HOOD, 0.034, 0.030, "cloth", rough=0.006),
-    "bicycle_helmet": HairStyle(_BICYCLE, 0.038, 0.026, "sign", rough=0.0),
+    "bicycle_helmet": HairStyle(_BICYCLE, 0.040, 0.024, "sign", rough=0.0, vents=True),
     "jet_helmet": HairStyle(_JET, 0.036, 0.038, "sign", rough=0.0),
     "full_helmet": HairStyle(_FULL, 0.040, 0.044, "sign", rough=0.0),
 }
@@ -432,10 +462,14 @@ def _shell(skull: Skull, style: HairStyle, cloth: Cloth, *, fine: bool, rows: in
     """Make a shell from its edge, which is drawn in under itself, to the crown."""
     angles = head_angles(fine=fine)
     low = covering(skull, style.edge, angles)
+    grown = fine and style.material == "hair"
+    dice = np.random.default_rng(round(1e4 * (style.crown + style.sides)))
+    frayed = dice.uniform(-1.0, 1.0, len(angles)) * style.frayed * grown
+    low = np.clip(low + frayed / 0.013, 0.0, 18.0)
     share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, rows))[:, None] ** 1.1
     levels = low + (19.0 - low) * share
     turn = np.broadcast_to(angles, levels.shape)
-    heights = _drop(skull, style, angles, share)
+    heights = _drop(skull, style, angles, share) + frayed * (1.0 - share)
     points = _base(skull, levels, turn, heights)
     away = points - np.array([-0.005, 0.0, 0.125])
     away[..., 2] = np.maximum(away[..., 2], 0.0)
@@ -444,12 +478,50 @@ def _shell(skull: Skull, style: HairStyle, cloth: Cloth, *, fine: bool, rows: in
     thick = style.sides + crown * (style.crown - style.sides)
     thick = thick * smoothstep(-0.10, 0.34, share)
     locks = style.rough * Folds.of(len(style.edge), slant=0.8)(points * 1.6)
+    if grown:
+        # Strands run from the crown to the edge and part into locks there.
+        strands = np.where(np.arange(len(angles)) % 2, 1.0, -1.0) + dice.normal(0.0, 0.5, len(angles))
+        locks = locks + (0.0012 + 0.12 * style.rough) * strands * smoothstep(1.05, 0.5, share)
+    if style.vents:
+        locks = locks - 0.007 * _slots(angles) * _open_rows(share)
+        # Helmets are drawn out behind.
+        thick = thick + 0.016 * smoothstep(0.0, -0.10, points[..., 0]) * smoothstep(0.0, 0.3, share)
     points = points + away * (thick + locks)[..., None]
     inner = _base(skull, levels[:1], turn[:1], heights[:1]) - 0.006 * away[:1]
     rings = np.concatenate([inner, points]) if fine else swollen(points)
     shape = closed(skull.world(rings), bottom=False, top=True)
     piece = carried(shape, "head", cloth)
+    if style.vents and fine and cloth.colour is not None:
+        return _slotted(piece, _slots(angles), _open_rows(share)[:, 0])
     return _streaked(piece, len(angles)) if cloth.material == "hair" and fine else piece
+
+
+def _slots(angles: Floats) -> Floats:
+    """Return 1 for columns of a head that lie in a helmet's slot, else 0, (m,)."""
+    turn = np.degrees(np.abs((angles + np.pi) % (2.0 * np.pi) - np.pi))
+    wanted = ((5.0, 14.0), (30.0, 45.0), (79.0, 105.0), (129.0, 131.0), (155.0, 157.0))
+    inside = np.zeros(len(angles), dtype=np.bool_)
+    for low, high in wanted:
+        inside |= (turn > low) & (turn < high)
+    return inside.astype(np.float64)
+
+
+def _open_rows(share: Floats) -> Floats:
+    """Return 1 for rows of a helmet that its slots run through, else 0."""
+    return ((share > 0.30) & (share < 0.93)).astype(np.float64)
+
+
+def _slotted(piece: SkinPart, columns: Floats, rows: Floats) -> SkinPart:
+    """Darken a helmet's slots, and the foam at its edge."""
+    assert piece.tint is not None
+    quad = np.arange(len(piece.faces)) // 2
+    row, column = np.minimum(quad // len(columns), len(rows) - 1), quad % len(columns)
+    after = (column + 1) % len(columns)
+    # The first row is the inside; row k lies between ring k - 1 and ring k of the shell.
+    below, above = rows[np.maximum(row - 1, 0)], rows[row]
+    inside = (columns[column] * columns[after] > 0) & (below * above > 0)
+    dark = inside | (row == 0)
+    return replace(piece, tint=np.where(dark[:, None], 0.012, piece.tint))
 
 
 def _drop(skull: Skull, style: HairStyle, angles: Floats, share: Floats) -> Floats:
@@ -474,7 +546,11 @@ def _streaked(piece: SkinPart, columns: int) -> SkinPart:
     """Colour locks lighter and darker."""
     assert piece.tint is not None
     quad = np.arange(len(piece.faces)) // 2
-    lock = np.random.default_rng(7).uniform(0.78, 1.28, columns)[quad % columns]
+    dice = np.random.default_rng(7)
+    lock = dice.uniform(0.66, 1.36, columns)[quad % columns]
+    lock = lock * dice.uniform(0.88, 1.12, len(piece.faces) // 2 + 1)[quad]
+    # The roots are darker than what the sun has bleached.
+    lock = lock * (0.72 + 0.36 * smoothstep(0.0, 6.0, quad // columns + 0.0))
     return replace(piece, tint=piece.tint * lock[:, None])
 
 
@@ -488,6 +564,36 @@ def _tail(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
         (-0.108, 0.0, 0.010, 0.010, 0.012, 0.168, 0.168, 2.0),
     )
     yield on_head(skull, Stack(np.array(rows)).grid(6, 7), cloth)
+
+
+def _plait(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
+    """Make a plait that hangs down the back."""
+    bead = np.array([0.006, 0.017, 0.012, 0.019, 0.013, 0.021, 0.014, 0.022])
+    z = np.array([-0.150, -0.120, -0.095, -0.065, -0.040, -0.005, 0.025, 0.060])
+    x = np.array([-0.130, -0.128, -0.125, -0.120, -0.116, -0.112, -0.108, -0.102])
+    rows = np.stack([x, 0 * x, bead, bead, 1.15 * bead, z, z, 0 * x + 2.0], axis=1)
+    yield on_head(skull, Stack(rows).grid(8, 6), cloth)
+
+
+def _knot(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
+    """Make a knot of hair low at the nape."""
+    lift = np.radians([-75.0, -35.0, 5.0, 45.0, 80.0])
+    rows = [
+        (-0.112, 0, *[0.030 * np.cos(a)] * 2, 0.040 * np.cos(a), *[0.072 + 0.028 * np.sin(a)] * 2, 2)
+        for a in lift
+    ]
+    yield on_head(skull, Stack(np.array(rows)).grid(5, 8), cloth)
+
+
+def _hat_brim(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
+    """Make the soft brim of a hat."""
+    turn = turns(14)
+    flat = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    inner, outer = flat * [0.104, 0.086, 0.0], flat * [0.150, 0.128, 0.0]
+    up, thick = np.array([-0.006, 0.0, 0.160]), np.array([0.0, 0.0, 0.004])
+    drop = np.array([0.0, 0.0, 0.022])
+    rings = [inner + up - thick, outer + up - drop - thick, outer + up - drop, inner + up + thick]
+    yield on_head(skull, np.stack([rings[0], rings[1], rings[2], rings[3]]), cloth)
 
 
 def _bun(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
@@ -543,16 +649,16 @@ def _band(skull: Skull, span: tuple[float, float], away: float, cloth: Cloth) ->
     return on_head(skull, rings, cloth)
 
 
-def _vents(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
-    """Make the dark slots along a bicycle helmet."""
-    for y in (-0.045, -0.015, 0.015, 0.045):
-        x = np.linspace(0.10, -0.09, 6)
-        z = 0.2655 - 5.2 * x**2 - 6.5 * y**2 + 0.002
-        rows = np.stack([x, np.full(6, y), z], axis=1)
-        wide = 0.008 * np.array([0.2, 1.0, 1.0, 1.0, 1.0, 0.2])[:, None] * [0.0, 1.0, 0.0]
-        deep = np.array([0.0, 0.0, -0.02])
-        rings = np.stack([rows + wide + deep, rows + wide, rows - wide, rows - wide + deep], axis=1)
-        yield on_head(skull, rings[::-1], Cloth("trim"))
+def _straps(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
+    """Make the straps of a bicycle helmet, which meet below the chin."""
+    for s in (1.0, -1.0):
+        for back in (0.030, -0.030):
+            path = np.array(
+                [[back, 0.081, 0.150], [0.012, 0.0775, 0.085], [0.022, 0.063, 0.030]]
+            )
+            path = np.concatenate([path, [[0.052, 0.026, -0.006]]]) * [1.0, s, 1.0]
+            away = np.array([0.0, s, 0.0])
+            yield on_head(skull, rope(path, np.full(4, 0.0075), 3, flat=away), Cloth("trim"))
 
 
 _EXTRAS: Mapping[str, Callable[[Skull, Cloth], Iterator[SkinPart]]] = {
@@ -561,5 +667,8 @@ _EXTRAS: Mapping[str, Callable[[Skull, Cloth], Iterator[SkinPart]]] = {
     "cap": _brim,
     "jet_helmet": _visor,
     "full_helmet": _full_face,
-    "bicycle_helmet": _vents,
+    "bicycle_helmet": _straps,
+    "plait": _plait,
+    "knot": _knot,
+    "hat": _hat_brim,
 }

@@ -48,7 +48,7 @@ from sumo3dviz_pt.library.people.posture import (
     joints,
     matrices,
 )
-from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated
+from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated, uneven
 from sumo3dviz_pt.library.people.wardrobe import (
     BOTTOMS,
     TOPS,
@@ -232,7 +232,7 @@ class FigureDetail:
 
 LEVELS: Mapping[str, FigureDetail] = {
     "middle": FigureDetail(
-        Counts(TRUNK_RINGS, 18), Counts(11, 8), Counts(13, 9), Counts(8, 10), fine=True
+        Counts(TRUNK_RINGS, 20), Counts(13, 8), Counts(15, 10), Counts(8, 10), fine=True
     ),
     "far": FigureDetail(Counts(4, 6), Counts(3, 4), Counts(3, 4), Counts(2, 4), fine=False),
 }
@@ -315,11 +315,19 @@ def clothed(recipe: Recipe, detail: FigureDetail) -> Iterator[SkinPart]:
     top = _named(TOPS, recipe["top"], "top")
     bottom = _named(BOTTOMS, recipe["bottom"], "bottom")
     yield from _headed(recipe, body, face, detail)
-    yield from _upper(recipe, body, replace(top, fit=replace(top.fit, seed=seed)), detail)
-    yield from _lower(recipe, body, bottom, detail)
+    top = replace(top, fit=replace(top.fit, seed=seed))
+    pieces = [*_upper(recipe, body, top, detail), *_lower(recipe, body, bottom, detail)]
     for item in recipe.get("carries", ()):
         make = {"backpack": backpack, "shoulder_bag": shoulder_bag}[item["what"]]
-        yield from make(body, _cloth(item, "leather"), top.fit.ease, fine=detail.fine)
+        pieces += make(body, _cloth(item, "leather", "bag"), top.fit.ease, fine=detail.fine)
+    for number, piece in enumerate(pieces):
+        worn = detail.fine and piece.material in _PATCHES
+        patches = _PATCHES.get(piece.material, 0.0)
+        yield uneven(piece, 97 * seed + number, patches=patches) if worn else piece
+
+
+_PATCHES = {"cloth": 0.08, "leather": 0.06, "complexion": 0.03}
+"""How much the reflectance of materials differs from place to place, as a share."""
 
 
 def _headed(
@@ -333,10 +341,11 @@ def _headed(
     for number, item in enumerate(worn if detail.fine else worn[:1]):
         if item["style"] not in STYLES:
             raise ConfigError(f"no style is called {item['style']!r}; known: {', '.join(STYLES)}")
-        own = face.hair if STYLES[item["style"]].material == "hair" else None
+        grown = STYLES[item["style"]].material == "hair"
+        own = face.hair if grown else None
         material = str(item.get("material", STYLES[item["style"]].material))
         colour = colour_of(item["colour"]) if item.get("colour") else own
-        cloth = Cloth(material, colour)
+        cloth = Cloth(material, colour, "hair" if grown else "")
         yield from headwear(skull, item["style"], cloth, fine=detail.fine, under=number > 0)
 
 
@@ -344,8 +353,9 @@ def _upper(
     recipe: Recipe, body: BodyMeasures, top: Top, detail: FigureDetail
 ) -> Iterator[SkinPart]:
     """Build the garment on the trunk, sleeves, bare arms and hands."""
-    cloth = _cloth(recipe["top"], top.material)
-    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
+    # A suit is of one cloth.
+    cloth = _cloth(recipe["top"], top.material, "lower")
+    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin, "skin")
     garment = Garment.of(body, top.fit)
     yield garment.piece(cloth, detail.trunk)
     gloves = _cloth(recipe["gloves"], "leather") if "gloves" in recipe else skin
@@ -367,8 +377,8 @@ def _lower(
     recipe: Recipe, body: BodyMeasures, bottom: Bottom, detail: FigureDetail
 ) -> Iterator[SkinPart]:
     """Build trousers or a skirt, bare legs and shoes."""
-    cloth = _cloth(recipe["bottom"], "cloth")
-    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
+    cloth = _cloth(recipe["bottom"], "cloth", "lower")
+    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin, "skin")
     hose = _cloth(recipe["hose"], "cloth") if "hose" in recipe else skin
     seed = int(recipe.get("seed", 0))
     if bottom.legs is not None:
@@ -390,7 +400,7 @@ def _lower(
             yield leg(body, side, replace(BARE, start=start), hose, counts)
         sole = Cloth("cloth", colour_of(shoes.get("sole", (0.02, 0.02, 0.02))))
         shaft = float(shoes.get("shaft", 0.0))
-        upper = _cloth(shoes, "leather")
+        upper = _cloth(shoes, "leather", "feet")
         yield from shoe(body, side, upper, sole, counts=detail.shoe, heel=shaft)
 
 
@@ -401,10 +411,11 @@ def _named(known: Mapping[str, Any], item: Mapping[str, Any], key: str) -> Any:
     return known[item["cut"]]
 
 
-def _cloth(item: Mapping[str, Any], material: str) -> Cloth:
+def _cloth(item: Mapping[str, Any], material: str, role: str = "") -> Cloth:
     """Read the cloth of a recipe's entry, whose material has a default."""
     colour = item.get("colour")
-    return Cloth(str(item.get("material", material)), None if colour is None else colour_of(colour))
+    known = None if colour is None else colour_of(colour)
+    return Cloth(str(item.get("material", material)), known, role)
 
 
 def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ Every limb, head, shoe and garment is a rounded body: a stack of rings.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.library.people.posture import BONES, BodyMeasures, joints
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, area_vectors, frozen, unit
-from sumo3dviz_pt.model.scene import Part, Poses
+from sumo3dviz_pt.model.scene import OWN, Part, Poses
 
 _COLUMNS = 8
 
@@ -171,6 +171,19 @@ def rope(path: Floats, radii: Floats, count: int, *, flat: Floats | None = None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Crease:
+    """How cloth folds where two bones bend against each other.
+
+    Attributes:
+        bones: Both, by their names.
+        offsets: What the vertices move by at rest when they are bent by a radian, (n, 3) [m].
+    """
+
+    bones: tuple[str, str]
+    offsets: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SkinPart:
     """A closed or covered surface that follows the bones.
 
@@ -182,6 +195,9 @@ class SkinPart:
         tint: Reflectance of each face, (m, 3); None takes the wearer's colour.
         sway: How much a vertex follows the leg that is further forward (1) or
             backward (-1), (n,), for skirts; None for all else.
+        role: Which of a person's colours its tint is a factor of; empty for none.
+        shade: Factor of the reflectance of each face, (m,), or None.
+        creases: Where it creases as joints bend.
     """
 
     vertices: Floats
@@ -190,6 +206,9 @@ class SkinPart:
     material: str
     tint: Floats | None = None
     sway: Floats | None = None
+    role: str = ""
+    shade: Floats | None = None
+    creases: tuple[Crease, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,10 +218,12 @@ class Cloth:
     Attributes:
         material: A name of the scene's materials.
         colour: Its reflectance, or None for the wearer's colour.
+        role: Which of a person's colours it varies with; empty for none.
     """
 
     material: str
     colour: Colour | None = None
+    role: str = ""
 
     def tint(self, faces: int) -> Floats | None:
         """Return the reflectance of a number of faces, (faces, 3); None for the wearer's colour."""
@@ -218,7 +239,10 @@ def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> SkinPart:
         cloth: What it is made of.
     """
     vertices, faces = shape
-    return SkinPart(vertices, faces, weights, cloth.material, cloth.tint(len(faces)))
+    role = OWN if cloth.colour is None else cloth.role
+    return SkinPart(
+        vertices, faces, weights, cloth.material, cloth.tint(len(faces)), role=role
+    )
 
 
 def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> SkinPart:
@@ -387,6 +411,48 @@ def pressed(waves: Floats) -> Floats:
     return np.asarray(np.maximum(waves, -0.35))
 
 
+def spaced(first: float, end: float, count: int, *, joint: float, near: float) -> Floats:
+    """Return places from one to another that are denser about a joint and towards the end.
+
+    Args:
+        first: Where they begin [m].
+        end: Where they end [m].
+        count: How many they are.
+        joint: Where the limb bends [m].
+        near: How far about it they are dense [m].
+    """
+    table = np.linspace(first, end, 200)
+    density = 1.0 + 1.6 * np.exp(-(((table - joint) / near) ** 2))
+    reached = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+    even = np.interp(np.linspace(0.0, reached[-1], count - 1), reached, table)
+    # The last band is a hem.
+    return np.append(even[:-1], [end - 0.016 * np.sign(end - first), end])
+
+
+def bulges(
+    rings: Floats, along: Floats, *, joint: float, wide: float, deep: float, seed: int
+) -> Floats:
+    """Return the folds that cloth throws about a joint that bends by a radian, (k, m, 3) [m].
+
+    Args:
+        rings: Of the cloth at rest, (k, m, 3) [m].
+        along: Where the rings are on the limb, (k,) [m].
+        joint: Where the limb bends [m].
+        wide: How far from it folds reach [m].
+        deep: How far they stand out [m].
+        seed: Of the folds.
+    """
+    away = rings - rings.mean(axis=1, keepdims=True)
+    away = away / (np.linalg.norm(away, axis=2, keepdims=True) + 1e-9)
+    apart = (along - joint)[:, None]
+    turn = turns(rings.shape[1])[None, :]
+    shift = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)
+    wave = np.cos(2.0 * np.pi * apart / 0.062 + 1.3 * np.cos(turn + shift[0]) + shift[1])
+    wave += 0.6 * np.cos(2.0 * np.pi * apart / 0.10 + 2.0 * np.cos(turn + shift[2]))
+    size = deep * np.exp(-((apart / wide) ** 2)) * np.maximum(wave, -0.5)
+    return np.asarray(size[..., None] * away)
+
+
 def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floats:
     """Add a ring inside the first (or last), so that an open end shows thickness.
 
@@ -401,6 +467,19 @@ def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floa
     inner = middle + (edge - middle) * np.maximum(1.0 - depth / out, 0.3)
     inner = inner + 0.3 * (beside - edge)
     return np.concatenate([rings, inner[None]] if at_top else [inner[None], rings])
+
+
+def banded(piece: SkinPart, columns: int) -> SkinPart:
+    """Darken the inside of an open end, and a little the hem above it.
+
+    Args:
+        piece: A tube that begins with the ring of `hemmed`.
+        columns: Points of a ring.
+    """
+    shade = np.ones(len(piece.faces))
+    shade[: 2 * columns] = 0.6
+    shade[2 * columns : 4 * columns] = 0.86
+    return replace(piece, shade=shade)
 
 
 def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") -> SkinPart:
@@ -432,11 +511,11 @@ def dressed(pieces: Sequence[SkinPart], bones: Floats) -> tuple[tuple[Part, ...]
     Returns:
         Parts in their first pose, and all poses.
     """
-    groups: dict[tuple[str, bool], list[SkinPart]] = {}
+    groups: dict[tuple[str, str], list[SkinPart]] = {}
     for piece in pieces:
-        groups.setdefault((piece.material, piece.tint is None), []).append(piece)
+        groups.setdefault((piece.material, piece.role), []).append(piece)
     parts, points, directions = [], [], []
-    for (material, own), members in groups.items():
+    for (material, role), members in groups.items():
         posed = [_posed(piece, bones) for piece in members]
         vertices = np.concatenate([p[0] for p in posed], axis=1)
         normals = np.concatenate([p[1] for p in posed], axis=1)
@@ -444,20 +523,68 @@ def dressed(pieces: Sequence[SkinPart], bones: Floats) -> tuple[tuple[Part, ...]
         faces = np.concatenate(
             [piece.faces + start for piece, start in zip(members, starts, strict=True)]
         )
-        tint = None if own else np.concatenate([p.tint for p in members if p.tint is not None])
-        parts.append(Part(Mesh(vertices[0], faces, normals[0]), material, tint))
+        plain = all(piece.tint is None and piece.shade is None for piece in members)
+        tint = None if plain else np.concatenate([_shaded(piece) for piece in members])
+        parts.append(Part(Mesh(vertices[0], faces, normals[0]), material, tint, role))
         points.append(vertices)
         directions.append(normals)
     return tuple(parts), Poses(np.concatenate(points, axis=1), np.concatenate(directions, axis=1))
 
 
+def _shaded(piece: SkinPart) -> Floats:
+    """Return the tints of a piece with its shades, (m, 3)."""
+    tint = np.ones((len(piece.faces), 3)) if piece.tint is None else piece.tint
+    # What reflects more than white cloth would gain light.
+    return tint if piece.shade is None else np.minimum(tint * piece.shade[:, None], 0.85)
+
+
+def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
+    """Let a piece be paler and darker in patches, and dark where it is hollow.
+
+    Args:
+        piece: At rest.
+        seed: The same seed gives the same patches.
+        patches: How much they differ, as a share of the reflectance.
+    """
+    rng = np.random.default_rng(seed)
+    waves = rng.normal(0.0, 1.0, (6, 3))
+    waves *= (2.0 * np.pi / rng.uniform(0.07, 0.40, 6) / np.linalg.norm(waves, axis=1))[:, None]
+    at = piece.vertices[piece.faces].mean(axis=1)
+    noise = np.cos(at @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6)).sum(axis=1) / 3.0
+    hollow = _hollows(piece)[piece.faces].mean(axis=1)
+    shade = 1.0 + patches * np.clip(noise, -1.0, 1.0) - np.clip(0.9 * hollow, -0.07, 0.16)
+    return replace(piece, shade=shade if piece.shade is None else shade * piece.shade)
+
+
+def _hollows(piece: SkinPart) -> Floats:
+    """Return how far the neighbours of vertices stand out, as a share of their distance, (n,)."""
+    faces, points = piece.faces, piece.vertices
+    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    away = points[ends[:, 1]] - points[ends[:, 0]]
+    normals = smooth_normals(points[None], faces)[0]
+    out = (away * normals[ends[:, 0]]).sum(axis=1)
+    count = np.bincount(ends[:, 0], minlength=len(points)) + 1e-9
+    size = np.bincount(ends[:, 0], np.linalg.norm(away, axis=1), len(points)) / count + 1e-6
+    return np.asarray(np.bincount(ends[:, 0], out, len(points)) / count / size)
+
+
 def _posed(piece: SkinPart, bones: Floats) -> tuple[Floats, Floats]:
     """Return the vertices and normals of a piece in each pose, (poses, n, 3) each."""
     mixed = np.einsum("nb,pbij->pnij", piece.weights, bones, optimize=True)
-    points = (mixed[..., :3] @ piece.vertices[None, :, :, None])[..., 0] + mixed[..., 3]
+    rest = np.broadcast_to(piece.vertices, (len(bones), *piece.vertices.shape))
+    for crease in piece.creases:
+        rest = rest + np.minimum(_bend(bones, crease.bones), 1.5)[:, None, None] * crease.offsets
+    points = (mixed[..., :3] @ rest[..., None])[..., 0] + mixed[..., 3]
     if piece.sway is not None:
         points[..., 0] += _swayed(piece, bones, points[..., 0])
     return points, smooth_normals(points, piece.faces)
+
+
+def _bend(bones: Floats, pair: tuple[str, str]) -> Floats:
+    """Return the angle between two bones in each pose, (poses,) [rad]."""
+    one, other = (bones[:, BONES.index(name), :, :3] for name in pair)
+    cosine = 0.5 * (np.einsum("pij,pij->p", one, other) - 1.0)
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def _swayed(piece: SkinPart, bones: Floats, x: Floats) -> Floats:

@@ -139,13 +139,19 @@ def backpack(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> It
         fine: Whether to model pocket and straps.
     """
     h = body.height
+    size = float(np.clip(h / 1.72, 0.74, 1.0))
     back = -0.066 * h * body.build**0.5 - ease
-    main = np.array([back - 0.075, 0.0, float(body.z(0.715))])
-    yield _pack(body, main, np.array([0.085, 0.148, 0.225]), cloth, power=3.4, fine=fine)
+    main = np.array([back - 0.062 * size, 0.0, float(body.z(0.712))])
+    yield _pack(body, main, size * np.array([0.074, 0.142, 0.215]), cloth, power=4.4, fine=fine)
     if not fine:
         return
-    pocket = main + np.array([-0.078, 0.0, -0.075])
-    yield _pack(body, pocket, np.array([0.040, 0.115, 0.110]), cloth, power=3.0)
+    pocket = main + size * np.array([-0.064, 0.0, -0.082])
+    yield _pack(body, pocket, size * np.array([0.038, 0.112, 0.100]), cloth, power=4.0)
+    # A dark zip runs around the lid.
+    dark = Cloth("cloth", (0.012, 0.012, 0.013))
+    seam = np.linspace(-1.0, 1.0, 7)
+    path = np.stack([-0.066 - 0.010 * (1 - seam**2), 0.128 * seam, 0.105 - 0.0 * seam], axis=1)
+    yield _bound(body, rope(main + size * path, np.full(7, 0.006), 3), dark)
     shape = Garment.of(body, Fit(0.60, NECK, ease + 0.004, 0.4))
     for s in (1.0, -1.0):
         share = np.array([0.825, 0.830, 0.815, 0.78, 0.74, 0.70, 0.67])
@@ -202,13 +208,13 @@ class Top:
 
 TOPS: Mapping[str, Top] = {
     # Fit: hem, top, ease, drape, flare, folds. Cut: end, ease, flare, loose.
-    "tee": Top(Fit(0.462, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
-    "shirt": Top(Fit(0.455, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
-    "sweater": Top(Fit(0.470, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
-    "jacket": Top(Fit(0.468, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip")),
-    "hoodie": Top(Fit(0.470, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
+    "tee": Top(Fit(0.492, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
+    "shirt": Top(Fit(0.488, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
+    "sweater": Top(Fit(0.506, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
+    "jacket": Top(Fit(0.498, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip")),
+    "hoodie": Top(Fit(0.502, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
     "padded": Top(
-        Fit(0.455, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
+        Fit(0.490, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
         GarmentCut(1.0, 0.026, folds=0.010),
         ("stand", "zip"),
     ),
@@ -222,9 +228,9 @@ TOPS: Mapping[str, Top] = {
         Fit(0.33, 0.848, 0.020, 0.25, 0.035), GarmentCut(1.0, 0.015), ("stand", "overlap", "belt")
     ),
     "dress": Top(Fit(0.29, 0.838, 0.006, 0.02, 0.075, 0.010), GarmentCut(0.40, 0.006, 0.004, 0.3)),
-    "blouse": Top(Fit(0.475, 0.840, 0.012, 0.35), GarmentCut(0.95, 0.010, 0.006)),
+    "blouse": Top(Fit(0.505, 0.840, 0.012, 0.35), GarmentCut(0.95, 0.010, 0.006)),
     "leather": Top(
-        Fit(0.475, 0.848, 0.016, 0.4, folds=0.006), GarmentCut(1.0, 0.010), ("stand", "zip")
+        Fit(0.525, 0.848, 0.016, 0.4, folds=0.006), GarmentCut(1.0, 0.010), ("stand", "zip")
     ),
 }
 """Garments for the trunk by name."""
@@ -260,7 +266,7 @@ BOTTOMS: Mapping[str, Bottom] = {
 Recipe = Mapping[str, Any]
 """A look's `recipe`."""
 
-TRUNK_RINGS = 14
+TRUNK_RINGS = 18
 """Rings of a garment on the trunk in the middle level."""
 
 _DARK = Cloth("cloth", (0.02, 0.02, 0.022))
@@ -303,7 +309,7 @@ def _strip(
 
 def _rows(garment: Garment) -> Floats:
     """Return the levels of the garment's own rings below the neck; a strip lies flat on them."""
-    shares = np.linspace(garment.fit.hem, garment.fit.top, TRUNK_RINGS)
+    shares = garment.shares(TRUNK_RINGS)
     return np.asarray(shares[shares < 0.838])
 
 
@@ -311,7 +317,7 @@ def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add a hood on the back and a pouch before the belly."""
     yield folded_hood(garment.body, cloth)
     wide = np.array([0.75, 0.75, 0.65, 0.48])
-    yield garment.patch(np.array([0.50, 0.52, 0.55, 0.58]), -wide, wide, cloth, lift=0.012)
+    yield garment.patch(np.array([0.53, 0.55, 0.58, 0.61]), -wide, wide, cloth, lift=0.012)
 
 
 def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:

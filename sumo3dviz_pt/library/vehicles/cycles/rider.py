@@ -17,7 +17,7 @@ from sumo3dviz_pt.library.people.wardrobe import Recipe
 from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness, Point
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
-from sumo3dviz_pt.model.scene import Part, VehicleLamp
+from sumo3dviz_pt.model.scene import OWN, Part, VehicleLamp
 
 CLOTHES: Mapping[str, Colour] = {
     "skin": (0.45, 0.28, 0.2),
@@ -97,7 +97,7 @@ def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[MaterialMesh]:
 
 def _untinted(part: Part) -> Iterator[MaterialMesh]:
     """Split a part by the clothes that come nearest to its faces' tints."""
-    if part.tint is None:
+    if part.tint is None or part.role == OWN:
         yield part.material, part.mesh
         return
     names, known = list(CLOTHES), np.array(list(CLOTHES.values()))
