@@ -287,6 +287,19 @@ def hand(
         yield carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
 
 
+def in_hand(body: BodyMeasures, side: str, rings: Floats, cloth: Cloth) -> SkinPart:
+    """Put a closed piece into a hand.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        rings: To the thumb, out of the palm, to the fingers, (k, m, 3) [m].
+        cloth: What it is made of.
+    """
+    placed = _at_wrist(body, side, rings)
+    return carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
+
+
 def _at_wrist(body: BodyMeasures, side: str, rings: Floats) -> Floats:
     """Carry rings from the hand's own frame: to the thumb, out of the palm, to the fingers."""
     rest, s = joints(body), SIDES[side]
@@ -409,7 +422,7 @@ class Fit:
     ease: float = 0.012
     drape: float = 0.5
     flare: float = 0.0
-    folds: float = 0.018
+    folds: float = 0.013
     quilted: float = 0.0
     seed: int = 0
 

@@ -464,7 +464,10 @@ def _shell(skull: Skull, style: HairStyle, cloth: Cloth, *, fine: bool, rows: in
     low = covering(skull, style.edge, angles)
     grown = fine and style.material == "hair"
     dice = np.random.default_rng(round(1e4 * (style.crown + style.sides)))
-    frayed = dice.uniform(-1.0, 1.0, len(angles)) * style.frayed * grown
+    # Before the face locks end alike.
+    beside = smoothstep(0.9, -0.3, np.cos(angles))
+    most = np.minimum(style.frayed, 0.004 + 0.05 * beside * style.frayed / 0.022)
+    frayed = dice.uniform(-1.0, 1.0, len(angles)) * most * grown
     low = np.clip(low + frayed / 0.013, 0.0, 18.0)
     share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, rows))[:, None] ** 1.1
     levels = low + (19.0 - low) * share
@@ -481,7 +484,8 @@ def _shell(skull: Skull, style: HairStyle, cloth: Cloth, *, fine: bool, rows: in
     if grown:
         # Strands run from the crown to the edge and part into locks there.
         strands = np.where(np.arange(len(angles)) % 2, 1.0, -1.0) + dice.normal(0.0, 0.5, len(angles))
-        locks = locks + (0.0012 + 0.12 * style.rough) * strands * smoothstep(1.05, 0.5, share)
+        size = np.minimum(0.0012 + 0.12 * style.rough, 0.3 * thick)
+        locks = np.maximum(locks, -0.5 * thick) + size * strands * smoothstep(1.05, 0.5, share)
     if style.vents:
         locks = locks - 0.007 * _slots(angles) * _open_rows(share)
         # Helmets are drawn out behind.

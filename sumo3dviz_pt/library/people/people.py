@@ -13,7 +13,7 @@ A recipe is the content of `recipe` in an asset's `asset.yaml`:
     shoes: {colour: [r, g, b], sole: [r, g, b], shaft: 0.0}
     hose, gloves, scarf: {colour: [r, g, b]}    # tights under a skirt; scarf with `top.with`
     shirt, tie: [r, g, b]                       # under a blazer
-    carries: [{what: backpack, colour: [r, g, b]}]
+    carries: [{what: backpack, colour: [r, g, b]}]    # shoulder_bag, tote, phone
     seed: 3
 
 References:
@@ -50,15 +50,14 @@ from sumo3dviz_pt.library.people.posture import (
 )
 from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated, uneven
 from sumo3dviz_pt.library.people.wardrobe import (
+    BAGS,
     BOTTOMS,
     TOPS,
     TRUNK_RINGS,
     Bottom,
     Recipe,
     Top,
-    backpack,
     colour_of,
-    shoulder_bag,
     trimming,
 )
 from sumo3dviz_pt.model.geometry import Floats
@@ -255,16 +254,37 @@ def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Pos
     """
     body = measures(recipe)
     pieces = list(clothed(recipe, LEVELS[level]))
-    parts, poses = dressed(pieces, _on_foot(body))
+    parts, poses = dressed(pieces, _on_foot(body, _in_hand(recipe)))
     return _grounded(parts, poses)
 
 
+def _in_hand(recipe: Recipe) -> tuple[str, ...]:
+    """Return what somebody holds."""
+    return tuple(item["what"] for item in recipe.get("carries", ()) if item["what"] in _HELD)
+
+
+_HELD: Mapping[str, tuple[str, float]] = {"phone": ("l", 0.62), "tote": ("r", 0.95)}
+"""What hands can hold: the hand's side, and how far its fingers are curled."""
+
+
 @lru_cache(maxsize=2)
-def _on_foot(body: BodyMeasures) -> Floats:
+def _on_foot(body: BodyMeasures, held: tuple[str, ...]) -> Floats:
     """Return the bones' matrices, standing and in each phase of a stride, (poses, bones, 3, 4)."""
     phases = np.arange(PHASES) / PHASES
     postures = [standing(body), *(walking(body, phase) for phase in phases)]
-    return np.stack([matrices(body, posture) for posture in postures])
+    return np.stack([matrices(body, _holding(posture, held)) for posture in postures])
+
+
+def _holding(posture: Posture, held: tuple[str, ...]) -> Posture:
+    """Return a posture on foot whose hands hold something."""
+    arms, head = dict(posture.arms), posture.head
+    swing = arms["r"]
+    if "tote" in held and isinstance(swing, Swing):
+        arms["r"] = Swing(0.3 * swing.forward, -0.03, 0.06)
+    if "phone" in held:
+        arms["l"] = Swing(0.40, -0.03, 1.65)
+        head = head @ about_y(0.30)
+    return replace(posture, arms=arms, head=head)
 
 
 def stride_length(recipe: Recipe) -> float:
@@ -318,8 +338,8 @@ def clothed(recipe: Recipe, detail: FigureDetail) -> Iterator[SkinPart]:
     top = replace(top, fit=replace(top.fit, seed=seed))
     pieces = [*_upper(recipe, body, top, detail), *_lower(recipe, body, bottom, detail)]
     for item in recipe.get("carries", ()):
-        make = {"backpack": backpack, "shoulder_bag": shoulder_bag}[item["what"]]
-        pieces += make(body, _cloth(item, "leather", "bag"), top.fit.ease, fine=detail.fine)
+        cloth = _cloth(item, "leather", "bag")
+        pieces += BAGS[item["what"]](body, cloth, top.fit.ease, fine=detail.fine)
     for number, piece in enumerate(pieces):
         worn = detail.fine and piece.material in _PATCHES
         patches = _PATCHES.get(piece.material, 0.0)
@@ -366,7 +386,8 @@ def _upper(
         if cut.end < 0.9:
             bare = replace(BARE, start=max(cut.end - 0.16, 0.0))
             yield arm(body, side, bare, skin, detail.arm.with_rings(detail.arm.rings - 3))
-        curl = float(recipe.get("curl", 0.28))
+        held = (_HELD[what] for what in _in_hand(recipe))
+        curl = dict(held).get(side, float(recipe.get("curl", 0.28)))
         yield from hand(body, side, gloves, curl=curl, fine=detail.fine)
     if detail.fine:
         for name in (*top.trimmings, *recipe["top"].get("with", ())):

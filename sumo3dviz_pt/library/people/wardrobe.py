@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.library.people.body import NECK, Fit, Garment, GarmentCut
-from sumo3dviz_pt.library.people.posture import BodyMeasures
+from sumo3dviz_pt.library.people.body import NECK, Fit, Garment, GarmentCut, in_hand
+from sumo3dviz_pt.library.people.posture import BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
     SkinPart,
     Stack,
+    carried,
+    closed,
     hemmed,
     rope,
     swollen,
@@ -189,6 +191,58 @@ def shoulder_bag(
         yield _bound(body, rope(path, np.full(7, 0.020), 4, flat=away), cloth)
 
 
+def tote(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[SkinPart]:
+    """Build a bag that hangs from the right hand.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        ease: How far the garment below stands off the skin [m].
+        fine: Whether to model its handles.
+    """
+    rest = joints(body)
+    grip = rest["hand_r"] + 0.56 * (rest["finger_r"] - rest["hand_r"])
+    middle = grip + [0.0, -0.018 - 0.5 * ease, -0.34]
+    lift = np.array([-0.98, -0.6, 0.5, 1.0]) if fine else np.array([-0.95, 0.95])
+    wide = np.array([0.80, 0.95, 1.0, 0.97]) if fine else np.array([0.9, 0.95])
+    rows = [
+        (*middle[:2], 0.165 * w, 0.165 * w, 0.050 * t, *(middle[2] + 0.165 * z,) * 2, 3.2)
+        for z, w, t in zip(lift, wide, np.linspace(1.3, 0.45, len(lift)), strict=True)
+    ]
+    rings = Stack(np.array(rows)).grid(4, 10) if fine else _corners(rows)
+    yield carried(closed(rings, bottom=True, top=True), "hand_r", cloth)
+    for y in (0.012, -0.012) if fine else ():
+        near = 0.018 + 0.5 * ease
+        path = np.array([[-0.085, y, 0.15], [-0.045, y, 0.27], [-0.014, near + 0.3 * y, 0.335]])
+        loop = middle + np.concatenate([path, path[::-1] * [-1.0, 1.0, 1.0]])
+        yield carried(closed(rope(loop, np.full(6, 0.009), 3), bottom=True, top=True), "hand_r", cloth)
+
+
+def phone(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[SkinPart]:
+    """Build a telephone in the left hand.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        ease: How far the garment below stands off the skin [m].
+        fine: Whether it is there: from far away nobody sees it.
+    """
+    if fine:
+        corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * [0.036, 0.0045]
+        corners = corners + [0.004, 0.026]
+        rings = [np.column_stack([corners, np.full(4, z)]) for z in (0.012, 0.160)]
+        yield in_hand(body, "l", np.stack(rings), cloth)
+
+
+BAGS: Mapping[str, Callable[..., Iterator[SkinPart]]] = {
+    "backpack": backpack,
+    "shoulder_bag": shoulder_bag,
+    "tote": tote,
+    "phone": phone,
+}
+"""What people carry, by name."""
+
+
 @dataclass(frozen=True, slots=True)
 class Top:
     """How a garment for the trunk is cut.
@@ -211,7 +265,7 @@ TOPS: Mapping[str, Top] = {
     "tee": Top(Fit(0.492, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
     "shirt": Top(Fit(0.488, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
     "sweater": Top(Fit(0.506, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
-    "jacket": Top(Fit(0.498, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip")),
+    "jacket": Top(Fit(0.498, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip", "pockets")),
     "hoodie": Top(Fit(0.502, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
     "padded": Top(
         Fit(0.490, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
@@ -228,6 +282,26 @@ TOPS: Mapping[str, Top] = {
         Fit(0.33, 0.848, 0.020, 0.25, 0.035), GarmentCut(1.0, 0.015), ("stand", "overlap", "belt")
     ),
     "dress": Top(Fit(0.29, 0.838, 0.006, 0.02, 0.075, 0.010), GarmentCut(0.40, 0.006, 0.004, 0.3)),
+    "polo": Top(
+        Fit(0.500, 0.844, 0.011, 0.45), GarmentCut(0.36, 0.010, 0.006, 0.6), ("collar", "buttons")
+    ),
+    "vest": Top(Fit(0.500, 0.836, 0.010, 0.45), GarmentCut(0.16, 0.008, 0.004, 0.5)),
+    "gilet": Top(
+        Fit(0.500, 0.848, 0.036, 0.55, folds=0.003, quilted=0.009),
+        GarmentCut(0.14, 0.020, folds=0.004),
+        ("stand", "zip"),
+    ),
+    "parka": Top(
+        Fit(0.405, 0.848, 0.030, 0.65, 0.010),
+        GarmentCut(1.0, 0.019),
+        ("hood_only", "zip", "pockets"),
+    ),
+    "bomber": Top(
+        Fit(0.535, 0.848, 0.030, 0.75, -0.012),
+        GarmentCut(1.0, 0.018),
+        ("stand", "zip", "pockets"),
+    ),
+    "cardigan": Top(Fit(0.470, 0.846, 0.020, 0.45), GarmentCut(1.0, 0.011), ("opened",)),
     "blouse": Top(Fit(0.505, 0.840, 0.012, 0.35), GarmentCut(0.95, 0.010, 0.006)),
     "leather": Top(
         Fit(0.525, 0.848, 0.016, 0.4, folds=0.006), GarmentCut(1.0, 0.010), ("stand", "zip")
@@ -270,6 +344,7 @@ TRUNK_RINGS = 18
 """Rings of a garment on the trunk in the middle level."""
 
 _DARK = Cloth("cloth", (0.02, 0.02, 0.022))
+_SEAM = Cloth("cloth", (0.028, 0.028, 0.030))
 
 
 def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
@@ -327,6 +402,31 @@ def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPar
     yield garment.patch(shares, -0.10 * edge, 0.16 * edge, cloth, lift=0.006)
 
 
+def _hood_alone(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
+    """Add a hood on the back."""
+    yield folded_hood(garment.body, cloth)
+
+
+def _pockets(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
+    """Add two slanted pocket openings before the hips."""
+    low = max(garment.fit.hem + 0.025, 0.525)
+    shares = np.array([low, low + 0.022, low + 0.045])
+    near = np.array([0.86, 0.74, 0.64])
+    for s in (1.0, -1.0):
+        edges = (s * near, s * (near + 0.07))
+        yield garment.patch(shares, min(edges, key=np.sum), max(edges, key=np.sum), _SEAM, lift=0.006)
+
+
+def _opened(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
+    """Show the shirt below a garment that is open in front."""
+    shares = _rows(garment)
+    wide = np.linspace(0.15, 0.20, len(shares))
+    shirt = Cloth("cloth", colour_of(recipe.get("shirt", (0.62, 0.63, 0.64))))
+    yield garment.patch(shares, -wide, wide, shirt, lift=0.010)
+    yield garment.patch(shares, wide, wide + 0.07, cloth, lift=0.016)
+    yield garment.patch(shares, -wide - 0.07, -wide, cloth, lift=0.016)
+
+
 def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add a belt of the same cloth."""
     for k in range(6):
@@ -370,6 +470,10 @@ TRIMMINGS: Mapping[str, Callable[[Recipe, Garment, Cloth], Iterator[SkinPart]]] 
     "zip": _strip(0.03, _DARK),
     "placket": _strip(0.10, None),
     "hood": _hood,
+    "hood_only": _hood_alone,
+    "pockets": _pockets,
+    "opened": _opened,
+    "buttons": _strip(0.045, None),
     "overlap": _overlap,
     "belt": _belt,
     "scarf": _scarf,

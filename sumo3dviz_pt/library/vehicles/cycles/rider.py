@@ -24,7 +24,7 @@ CLOTHES: Mapping[str, Colour] = {
     "skin_dark": (0.15, 0.085, 0.055),
     "lips": (0.32, 0.12, 0.1),
     "hair_dark": (0.025, 0.018, 0.013),
-    "hair_fair": (0.26, 0.17, 0.09),
+    "hair_fair": (0.26, 0.2, 0.135),
     "denim": (0.035, 0.055, 0.1),
     "fabric_black": (0.018, 0.018, 0.02),
     "fabric_grey": (0.11, 0.11, 0.115),
