@@ -29,6 +29,9 @@ COMPOUND: Bsdf = {
     "specular": 0.5,
 }
 
+_WHITEST = 0.85
+"""Reflectance up to which materials give back no more light than falls on them."""
+
 _PLAIN_KEYS = {"type", "base_color", "roughness", "metallic", "specular"}
 
 
@@ -171,4 +174,4 @@ class Shades:
         """
         white = (1.0, 1.0, 1.0)
         palette = [own if role == OWN else outfit.get(role, white) for role in self.roles]
-        return np.asarray(self.base * np.array(palette).reshape(-1, 3)[self.role])
+        return np.minimum(self.base * np.array(palette).reshape(-1, 3)[self.role], _WHITEST)

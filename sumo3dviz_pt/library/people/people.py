@@ -48,7 +48,7 @@ from sumo3dviz_pt.library.people.posture import (
     joints,
     matrices,
 )
-from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated, uneven
+from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated, uneven, wrinkled
 from sumo3dviz_pt.library.people.wardrobe import (
     BAGS,
     BOTTOMS,
@@ -334,16 +334,21 @@ def clothed(recipe: Recipe, detail: FigureDetail) -> Iterator[SkinPart]:
     seed = int(recipe.get("seed", 0))
     top = _named(TOPS, recipe["top"], "top")
     bottom = _named(BOTTOMS, recipe["bottom"], "bottom")
-    yield from _headed(recipe, body, face, detail)
     top = replace(top, fit=replace(top.fit, seed=seed))
-    pieces = [*_upper(recipe, body, top, detail), *_lower(recipe, body, bottom, detail)]
+    pieces = [
+        *_headed(recipe, body, face, detail),
+        *_upper(recipe, body, top, detail),
+        *_lower(recipe, body, bottom, detail),
+    ]
     for item in recipe.get("carries", ()):
         cloth = _cloth(item, "leather", "bag")
         pieces += BAGS[item["what"]](body, cloth, top.fit.ease, fine=detail.fine)
     for number, piece in enumerate(pieces):
-        worn = detail.fine and piece.material in _PATCHES
-        patches = _PATCHES.get(piece.material, 0.0)
-        yield uneven(piece, 97 * seed + number, patches=patches) if worn else piece
+        if detail.fine and piece.material in _PATCHES:
+            chance = 97 * seed + number
+            piece = uneven(piece, chance, patches=_PATCHES[piece.material])
+            piece = wrinkled(piece, chance) if piece.material == "cloth" else piece
+        yield piece
 
 
 _PATCHES = {"cloth": 0.08, "leather": 0.06, "complexion": 0.03}

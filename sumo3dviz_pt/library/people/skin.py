@@ -198,6 +198,8 @@ class SkinPart:
         role: Which of a person's colours its tint is a factor of; empty for none.
         shade: Factor of the reflectance of each face, (m,), or None.
         creases: Where it creases as joints bend.
+        slopes: Of wrinkles that are only seen by how they catch light: what tilts the normals at
+            rest, (n, 3), or None.
     """
 
     vertices: Floats
@@ -209,6 +211,7 @@ class SkinPart:
     role: str = ""
     shade: Floats | None = None
     creases: tuple[Crease, ...] = ()
+    slopes: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -534,8 +537,7 @@ def dressed(pieces: Sequence[SkinPart], bones: Floats) -> tuple[tuple[Part, ...]
 def _shaded(piece: SkinPart) -> Floats:
     """Return the tints of a piece with its shades, (m, 3)."""
     tint = np.ones((len(piece.faces), 3)) if piece.tint is None else piece.tint
-    # What reflects more than white cloth would gain light.
-    return tint if piece.shade is None else np.minimum(tint * piece.shade[:, None], 0.85)
+    return tint if piece.shade is None else tint * piece.shade[:, None]
 
 
 def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
@@ -554,6 +556,32 @@ def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
     hollow = _hollows(piece)[piece.faces].mean(axis=1)
     shade = 1.0 + patches * np.clip(noise, -1.0, 1.0) - np.clip(0.9 * hollow, -0.07, 0.16)
     return replace(piece, shade=shade if piece.shade is None else shade * piece.shade)
+
+
+_WRINKLES = 7
+_STEEP = 0.24
+"""How steep the sides of a wrinkle are."""
+
+
+def wrinkled(piece: SkinPart, seed: int) -> SkinPart:
+    """Let a piece of cloth catch light as if it were wrinkled.
+
+    Args:
+        piece: At rest.
+        seed: The same seed gives the same wrinkles.
+    """
+    rng = np.random.default_rng(seed)
+    # Most wrinkles lie across limbs and trunk, and slant.
+    rise, turn = rng.normal(0.0, 0.6, _WRINKLES), rng.uniform(0.0, 2.0 * np.pi, _WRINKLES)
+    ways = np.stack([np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=1)
+    lengths = rng.uniform(0.085, 0.17, _WRINKLES)
+    theta = piece.vertices @ (2.0 * np.pi * ways / lengths[:, None]).T
+    theta = theta + rng.uniform(0.0, 2.0 * np.pi, _WRINKLES)
+    # Each is there in some places only, and steeper on one side.
+    where = rng.normal(0.0, 1.0, (_WRINKLES, 3)) * 9.0
+    there = np.clip(0.25 + np.cos(piece.vertices @ where.T + 2.0 * theta[:1]), 0.0, 1.0)
+    steep = _STEEP * there * (np.sin(theta) + 0.45 * np.sin(2.0 * theta))
+    return replace(piece, slopes=steep @ ways)
 
 
 def _hollows(piece: SkinPart) -> Floats:
@@ -577,7 +605,12 @@ def _posed(piece: SkinPart, bones: Floats) -> tuple[Floats, Floats]:
     points = (mixed[..., :3] @ rest[..., None])[..., 0] + mixed[..., 3]
     if piece.sway is not None:
         points[..., 0] += _swayed(piece, bones, points[..., 0])
-    return points, smooth_normals(points, piece.faces)
+    normals = smooth_normals(points, piece.faces)
+    if piece.slopes is None:
+        return points, normals
+    tilt = (mixed[..., :3] @ piece.slopes[None, :, :, None])[..., 0]
+    tilt = tilt - (tilt * normals).sum(axis=2, keepdims=True) * normals
+    return points, unit(normals - tilt)
 
 
 def _bend(bones: Floats, pair: tuple[str, str]) -> Floats:

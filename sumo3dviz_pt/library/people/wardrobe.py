@@ -448,14 +448,14 @@ def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     wide[-1] += 0.20
     shirt = Cloth("cloth", colour_of(recipe.get("shirt", (0.62, 0.63, 0.64))))
     yield collar(garment.body, shirt, rise=0.026, away=0.008, count=12)
-    yield garment.patch(shares, -wide, wide, shirt, lift=0.004)
+    yield garment.patch(shares, -wide, wide, shirt, lift=0.008)
     flap = np.array([0.05, 0.17, 0.27, 0.34, 0.38, 0.36, 0.20])
-    yield garment.patch(shares, wide, wide + flap, cloth, lift=0.010)
-    yield garment.patch(shares, -wide - flap, -wide, cloth, lift=0.010)
+    yield garment.patch(shares, wide, wide + flap, cloth, lift=0.014)
+    yield garment.patch(shares, -wide - flap, -wide, cloth, lift=0.014)
     if "tie" in recipe:
         narrow = np.array([0.05, 0.075, 0.075, 0.07, 0.065, 0.06, 0.09])
         tie = Cloth("cloth", colour_of(recipe["tie"]))
-        yield garment.patch(shares, -narrow, narrow, tie, lift=0.009)
+        yield garment.patch(shares, -narrow, narrow, tie, lift=0.013)
 
 
 def colour_of(values: Any) -> Colour:
