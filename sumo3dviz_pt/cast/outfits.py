@@ -71,6 +71,7 @@ BAGS: tuple[Row, ...] = (
 _DARK_SKIN = 0.20
 """Reflectance of the skin below which hair is black or of the darkest brown."""
 
+
 def outfit_for(choice: Choice, *, seed: int, key: str) -> Mapping[str, Colour]:
     """Return the outfit of whoever shows a body; empty where nobody is seen.
 

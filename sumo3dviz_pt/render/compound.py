@@ -174,4 +174,6 @@ class Shades:
         """
         white = (1.0, 1.0, 1.0)
         palette = [own if role == OWN else outfit.get(role, white) for role in self.roles]
-        return np.minimum(self.base * np.array(palette).reshape(-1, 3)[self.role], _WHITEST)
+        return np.asarray(
+            np.minimum(self.base * np.array(palette).reshape(-1, 3)[self.role], _WHITEST)
+        )

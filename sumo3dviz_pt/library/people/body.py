@@ -13,24 +13,20 @@ from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import grid_faces
+from sumo3dviz_pt.library.people.cloth import Folds, banded, bulges, creased, pressed
 from sumo3dviz_pt.library.people.posture import SIDES, BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
     Counts,
     Crease,
-    Folds,
     SkinPart,
     Stack,
     arm_weights,
-    banded,
-    bulges,
     carried,
     closed,
-    creased,
     hemmed,
     interpolated,
     leg_weights,
-    pressed,
     rope,
     sewn,
     skirt_weights,
@@ -124,7 +120,9 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     )
     rings = _around(middle, radius * 1.06, radius * 0.96, counts.points)
     depth = cut.folds * (
-        0.40 + 0.35 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2)) + 0.3 * (along > 0.88 * full)
+        0.40
+        + 0.35 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2))
+        + 0.3 * (along > 0.88 * full)
     )
     depth = depth * smoothstep(0.0, 0.06 * h, along)
     rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
@@ -173,9 +171,8 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     """
     h, rest = body.height, joints(body)
     lowest = 0.535 + cut.end * (0.028 - 0.535)
-    share = np.linspace(0.0, 1.0, counts.rings)
     highest = 0.555 + cut.start * (0.028 - 0.555)
-    level = lowest + (highest - lowest) * share
+    level = np.linspace(lowest, highest, counts.rings)
     fine = counts.points > 4
     if fine:
         level = spaced(highest, lowest, counts.rings, joint=0.285, near=0.05)[::-1]
@@ -204,11 +201,15 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     made = tube_piece(rings, weights, cloth, lids="top")
     if not fine or cut.folds == 0.0:
         return made
-    up = h * np.append(level[:1], level)
-    deep = 0.5 * (cut.folds + 0.010)
+    return _bending(banded(made, counts.points), rings, h * np.append(level[:1], level), side, cut)
+
+
+def _bending(made: SkinPart, rings: Floats, up: Floats, side: str, cut: GarmentCut) -> SkinPart:
+    """Let a trouser leg, whose rings are at heights [m], crease as knee and hip bend."""
+    h, deep = float(up[-1]) / 0.555, 0.5 * (cut.folds + 0.010)
     knee = bulges(rings, up, joint=0.285 * h, wide=0.055 * h, deep=deep, seed=cut.seed)
     groin = bulges(rings, up, joint=0.50 * h, wide=0.05 * h, deep=0.5 * deep, seed=cut.seed + 1)
-    made = _creased_at(banded(made, counts.points), knee, (f"thigh_{side}", f"shank_{side}"))
+    made = _creased_at(made, knee, (f"thigh_{side}", f"shank_{side}"))
     return _creased_at(made, groin, ("pelvis", f"thigh_{side}"))
 
 

@@ -35,7 +35,9 @@ from scipy.interpolate import CubicSpline
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.people.body import BARE, Garment, arm, hand, leg, seat, shoe
-from sumo3dviz_pt.library.people.head import STYLES, Face, Skull, cover_levels, head, headwear
+from sumo3dviz_pt.library.people.cloth import uneven, wrinkled
+from sumo3dviz_pt.library.people.hair import STYLES, cover_levels, headwear
+from sumo3dviz_pt.library.people.head import Face, Skull, head
 from sumo3dviz_pt.library.people.posture import (
     SIDES,
     BodyMeasures,
@@ -48,7 +50,7 @@ from sumo3dviz_pt.library.people.posture import (
     joints,
     matrices,
 )
-from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated, uneven, wrinkled
+from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated
 from sumo3dviz_pt.library.people.wardrobe import (
     BAGS,
     BOTTOMS,

@@ -6,7 +6,7 @@ Every limb, head, shoe and garment is a rounded body: a stack of rings.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -243,9 +243,7 @@ def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> SkinPart:
     """
     vertices, faces = shape
     role = OWN if cloth.colour is None else cloth.role
-    return SkinPart(
-        vertices, faces, weights, cloth.material, cloth.tint(len(faces)), role=role
-    )
+    return SkinPart(vertices, faces, weights, cloth.material, cloth.tint(len(faces)), role=role)
 
 
 def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> SkinPart:
@@ -360,60 +358,6 @@ def leg_weights(body: BodyMeasures, points: Floats, side: str, *, foot: float = 
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Folds:
-    """Creases of a cloth as waves in space.
-
-    Attributes:
-        waves: Wave vectors, (w, 3) [rad/m].
-        shifts: Their phases, (w,) [rad].
-    """
-
-    waves: Floats
-    shifts: Floats
-
-    @classmethod
-    def of(cls, seed: int, *, slant: float = 0.5) -> Folds:
-        """Draw creases.
-
-        Args:
-            seed: The same seed gives the same folds.
-            slant: 0 lays them level around the body, 1 lets them hang down.
-        """
-        rng = np.random.default_rng(seed)
-        length = rng.uniform(0.10, 0.30, 5)
-        turn = rng.uniform(0.0, 2.0 * np.pi, 5)
-        rise = np.radians(90.0) * (1.0 - slant) + rng.normal(0.0, 0.45, 5)
-        level = np.cos(rise)
-        waves = np.stack([level * np.cos(turn), level * np.sin(turn), np.sin(rise)], axis=1)
-        return cls(waves * (2.0 * np.pi / length)[:, None], rng.uniform(0.0, 2.0 * np.pi, 5))
-
-    def __call__(self, points: Floats) -> Floats:
-        """Return the displacement at points, (..., 3): about [-1, 1], (...)."""
-        waves = np.cos(points @ self.waves.T + self.shifts)
-        # Sharp valleys between broad swells, as cloth has them.
-        return np.asarray(2.0 - 3.3 * np.abs(waves).mean(axis=-1) + 0.5 * waves.mean(axis=-1))
-
-
-def creased(rings: Floats, folds: Folds, depth: Floats | float) -> Floats:
-    """Push rings, (k, m, 3), out and in by folds.
-
-    Args:
-        rings: (k, m, 3) [m].
-        folds: Creases of the cloth.
-        depth: Of the folds, for each ring, (k,), or for all [m].
-    """
-    away = rings - rings.mean(axis=1, keepdims=True)
-    away /= np.linalg.norm(away, axis=2, keepdims=True) + 1e-9
-    deep = np.broadcast_to(np.asarray(depth, dtype=np.float64), len(rings))
-    return np.asarray(rings + away * (pressed(folds(rings)) * deep[:, None])[..., None])
-
-
-def pressed(waves: Floats) -> Floats:
-    """Limit folds to what a body leaves room for: they rise freely and hardly press in."""
-    return np.asarray(np.maximum(waves, -0.35))
-
-
 def spaced(first: float, end: float, count: int, *, joint: float, near: float) -> Floats:
     """Return places from one to another that are denser about a joint and towards the end.
 
@@ -432,30 +376,6 @@ def spaced(first: float, end: float, count: int, *, joint: float, near: float) -
     return np.append(even[:-1], [end - 0.016 * np.sign(end - first), end])
 
 
-def bulges(
-    rings: Floats, along: Floats, *, joint: float, wide: float, deep: float, seed: int
-) -> Floats:
-    """Return the folds that cloth throws about a joint that bends by a radian, (k, m, 3) [m].
-
-    Args:
-        rings: Of the cloth at rest, (k, m, 3) [m].
-        along: Where the rings are on the limb, (k,) [m].
-        joint: Where the limb bends [m].
-        wide: How far from it folds reach [m].
-        deep: How far they stand out [m].
-        seed: Of the folds.
-    """
-    away = rings - rings.mean(axis=1, keepdims=True)
-    away = away / (np.linalg.norm(away, axis=2, keepdims=True) + 1e-9)
-    apart = (along - joint)[:, None]
-    turn = turns(rings.shape[1])[None, :]
-    shift = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)
-    wave = np.cos(2.0 * np.pi * apart / 0.062 + 1.3 * np.cos(turn + shift[0]) + shift[1])
-    wave += 0.6 * np.cos(2.0 * np.pi * apart / 0.10 + 2.0 * np.cos(turn + shift[2]))
-    size = deep * np.exp(-((apart / wide) ** 2)) * np.maximum(wave, -0.5)
-    return np.asarray(size[..., None] * away)
-
-
 def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floats:
     """Add a ring inside the first (or last), so that an open end shows thickness.
 
@@ -470,19 +390,6 @@ def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floa
     inner = middle + (edge - middle) * np.maximum(1.0 - depth / out, 0.3)
     inner = inner + 0.3 * (beside - edge)
     return np.concatenate([rings, inner[None]] if at_top else [inner[None], rings])
-
-
-def banded(piece: SkinPart, columns: int) -> SkinPart:
-    """Darken the inside of an open end, and a little the hem above it.
-
-    Args:
-        piece: A tube that begins with the ring of `hemmed`.
-        columns: Points of a ring.
-    """
-    shade = np.ones(len(piece.faces))
-    shade[: 2 * columns] = 0.6
-    shade[2 * columns : 4 * columns] = 0.86
-    return replace(piece, shade=shade)
 
 
 def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") -> SkinPart:
@@ -538,62 +445,6 @@ def _shaded(piece: SkinPart) -> Floats:
     """Return the tints of a piece with its shades, (m, 3)."""
     tint = np.ones((len(piece.faces), 3)) if piece.tint is None else piece.tint
     return tint if piece.shade is None else tint * piece.shade[:, None]
-
-
-def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
-    """Let a piece be paler and darker in patches, and dark where it is hollow.
-
-    Args:
-        piece: At rest.
-        seed: The same seed gives the same patches.
-        patches: How much they differ, as a share of the reflectance.
-    """
-    rng = np.random.default_rng(seed)
-    waves = rng.normal(0.0, 1.0, (6, 3))
-    waves *= (2.0 * np.pi / rng.uniform(0.07, 0.40, 6) / np.linalg.norm(waves, axis=1))[:, None]
-    at = piece.vertices[piece.faces].mean(axis=1)
-    noise = np.cos(at @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6)).sum(axis=1) / 3.0
-    hollow = _hollows(piece)[piece.faces].mean(axis=1)
-    shade = 1.0 + patches * np.clip(noise, -1.0, 1.0) - np.clip(0.9 * hollow, -0.07, 0.16)
-    return replace(piece, shade=shade if piece.shade is None else shade * piece.shade)
-
-
-_WRINKLES = 7
-_STEEP = 0.24
-"""How steep the sides of a wrinkle are."""
-
-
-def wrinkled(piece: SkinPart, seed: int) -> SkinPart:
-    """Let a piece of cloth catch light as if it were wrinkled.
-
-    Args:
-        piece: At rest.
-        seed: The same seed gives the same wrinkles.
-    """
-    rng = np.random.default_rng(seed)
-    # Most wrinkles lie across limbs and trunk, and slant.
-    rise, turn = rng.normal(0.0, 0.6, _WRINKLES), rng.uniform(0.0, 2.0 * np.pi, _WRINKLES)
-    ways = np.stack([np.sin(rise) * np.cos(turn), np.sin(rise) * np.sin(turn), np.cos(rise)], axis=1)
-    lengths = rng.uniform(0.085, 0.17, _WRINKLES)
-    theta = piece.vertices @ (2.0 * np.pi * ways / lengths[:, None]).T
-    theta = theta + rng.uniform(0.0, 2.0 * np.pi, _WRINKLES)
-    # Each is there in some places only, and steeper on one side.
-    where = rng.normal(0.0, 1.0, (_WRINKLES, 3)) * 9.0
-    there = np.clip(0.25 + np.cos(piece.vertices @ where.T + 2.0 * theta[:1]), 0.0, 1.0)
-    steep = _STEEP * there * (np.sin(theta) + 0.45 * np.sin(2.0 * theta))
-    return replace(piece, slopes=steep @ ways)
-
-
-def _hollows(piece: SkinPart) -> Floats:
-    """Return how far the neighbours of vertices stand out, as a share of their distance, (n,)."""
-    faces, points = piece.faces, piece.vertices
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    away = points[ends[:, 1]] - points[ends[:, 0]]
-    normals = smooth_normals(points[None], faces)[0]
-    out = (away * normals[ends[:, 0]]).sum(axis=1)
-    count = np.bincount(ends[:, 0], minlength=len(points)) + 1e-9
-    size = np.bincount(ends[:, 0], np.linalg.norm(away, axis=1), len(points)) / count + 1e-6
-    return np.asarray(np.bincount(ends[:, 0], out, len(points)) / count / size)
 
 
 def _posed(piece: SkinPart, bones: Floats) -> tuple[Floats, Floats]:

@@ -202,7 +202,7 @@ def tote(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterat
     """
     rest = joints(body)
     grip = rest["hand_r"] + 0.56 * (rest["finger_r"] - rest["hand_r"])
-    middle = grip + [0.0, -0.018 - 0.5 * ease, -0.34]
+    middle = grip + np.array([0.0, -0.018 - 0.5 * ease, -0.34])
     lift = np.array([-0.98, -0.6, 0.5, 1.0]) if fine else np.array([-0.95, 0.95])
     wide = np.array([0.80, 0.95, 1.0, 0.97]) if fine else np.array([0.9, 0.95])
     rows = [
@@ -215,7 +215,9 @@ def tote(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterat
         near = 0.018 + 0.5 * ease
         path = np.array([[-0.085, y, 0.15], [-0.045, y, 0.27], [-0.014, near + 0.3 * y, 0.335]])
         loop = middle + np.concatenate([path, path[::-1] * [-1.0, 1.0, 1.0]])
-        yield carried(closed(rope(loop, np.full(6, 0.009), 3), bottom=True, top=True), "hand_r", cloth)
+        yield carried(
+            closed(rope(loop, np.full(6, 0.009), 3), bottom=True, top=True), "hand_r", cloth
+        )
 
 
 def phone(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[SkinPart]:
@@ -229,7 +231,7 @@ def phone(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Itera
     """
     if fine:
         corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * [0.036, 0.0045]
-        corners = corners + [0.004, 0.026]
+        corners = corners + np.array([0.004, 0.026])
         rings = [np.column_stack([corners, np.full(4, z)]) for z in (0.012, 0.160)]
         yield in_hand(body, "l", np.stack(rings), cloth)
 
@@ -265,7 +267,9 @@ TOPS: Mapping[str, Top] = {
     "tee": Top(Fit(0.492, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
     "shirt": Top(Fit(0.488, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
     "sweater": Top(Fit(0.506, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
-    "jacket": Top(Fit(0.498, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip", "pockets")),
+    "jacket": Top(
+        Fit(0.498, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip", "pockets")
+    ),
     "hoodie": Top(Fit(0.502, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
     "padded": Top(
         Fit(0.490, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
@@ -414,7 +418,9 @@ def _pockets(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPar
     near = np.array([0.86, 0.74, 0.64])
     for s in (1.0, -1.0):
         edges = (s * near, s * (near + 0.07))
-        yield garment.patch(shares, min(edges, key=np.sum), max(edges, key=np.sum), _SEAM, lift=0.006)
+        yield garment.patch(
+            shares, min(edges, key=np.sum), max(edges, key=np.sum), _SEAM, lift=0.006
+        )
 
 
 def _opened(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:

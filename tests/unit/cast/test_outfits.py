@@ -5,8 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice, PlainChoice, choose, looks_for
-from sumo3dviz_pt.cast.choice import models_for
+from sumo3dviz_pt.cast.choice import (
+    FigureChoice,
+    ModelChoice,
+    PlainChoice,
+    choose,
+    looks_for,
+    models_for,
+)
 from sumo3dviz_pt.cast.colours import CLOTHES
 from sumo3dviz_pt.cast.outfits import BAGS, FEET, GREYS, HAIR, LOWER, outfit_for, outfit_of
 from sumo3dviz_pt.catalog import find, names

@@ -10,8 +10,8 @@ import pytest
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.people.body import GarmentCut, arm
-from sumo3dviz_pt.library.people.head import STYLES
-from sumo3dviz_pt.library.people.people import clothed, figure, LEVELS
+from sumo3dviz_pt.library.people.hair import STYLES
+from sumo3dviz_pt.library.people.people import LEVELS, clothed, figure
 from sumo3dviz_pt.library.people.posture import BONES, BodyMeasures
 from sumo3dviz_pt.library.people.skin import Cloth, Counts, dressed
 
@@ -60,7 +60,7 @@ def test_no_cloth_is_of_one_colour(name):
         if piece.material == "cloth" and len(piece.faces) > 200:
             assert piece.shade is not None
             assert 0.015 < piece.shade.std() < 0.15
-            assert 0.4 < piece.shade.min() and piece.shade.max() < 1.2
+            assert piece.shade.min() > 0.4 and piece.shade.max() < 1.2
             found += 1
     assert found >= 1
 
