@@ -136,7 +136,7 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     if not fine or cut.folds == 0.0:
         return made
     down = np.append(along[-1:], along[::-1])
-    folds = bulges(rings, down, joint=bones[0], wide=0.06 * h, deep=0.014, seed=cut.seed)
+    folds = bulges(rings, down, joint=bones[0], wide=0.06 * h, deep=0.008, seed=cut.seed)
     made = banded(made, counts.points)
     return _creased_at(made, folds, (f"upper_arm_{side}", f"forearm_{side}"))
 
@@ -206,7 +206,7 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
 
 def _bending(made: SkinPart, rings: Floats, up: Floats, side: str, cut: GarmentCut) -> SkinPart:
     """Let a trouser leg, whose rings are at heights [m], crease as knee and hip bend."""
-    h, deep = float(up[-1]) / 0.555, 0.5 * (cut.folds + 0.010)
+    h, deep = float(up[-1]) / 0.555, 0.4 * (cut.folds + 0.008)
     knee = bulges(rings, up, joint=0.285 * h, wide=0.055 * h, deep=deep, seed=cut.seed)
     groin = bulges(rings, up, joint=0.50 * h, wide=0.05 * h, deep=0.5 * deep, seed=cut.seed + 1)
     made = _creased_at(made, knee, (f"thigh_{side}", f"shank_{side}"))
@@ -535,7 +535,7 @@ class Garment:
             h = self.body.height
             up = h * np.append(shares[:1], shares)
             folds = bulges(
-                rings, up, joint=WAIST * h, wide=0.07 * h, deep=0.030, seed=self.fit.seed
+                rings, up, joint=WAIST * h, wide=0.07 * h, deep=0.018, seed=self.fit.seed
             )
             made = _creased_at(banded(made, counts.points), folds, ("pelvis", "chest"))
         if sway is None:

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.skin import SkinPart, smooth_normals, turns
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, area_vectors, unit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +124,7 @@ def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
 
 
 _WRINKLES = 7
-_STEEP = 0.24
+_STEEP = 0.22
 """How steep the sides of a wrinkle are."""
 
 
@@ -147,7 +148,20 @@ def wrinkled(piece: SkinPart, seed: int) -> SkinPart:
     where = rng.normal(0.0, 1.0, (_WRINKLES, 3)) * 9.0
     there = np.clip(0.25 + np.cos(piece.vertices @ where.T + 2.0 * theta[:1]), 0.0, 1.0)
     steep = _STEEP * there * (np.sin(theta) + 0.45 * np.sin(2.0 * theta))
-    return replace(piece, slopes=steep @ ways)
+    slopes = steep @ ways
+    size = np.linalg.norm(slopes, axis=1, keepdims=True)
+    slopes = slopes * np.minimum(1.0, 0.36 / (size + 1e-9))
+    return replace(piece, slopes=slopes * _smooth(piece)[:, None])
+
+
+def _smooth(piece: SkinPart) -> Floats:
+    """Return 1 where a surface is smooth, and 0 at its sharp edges, (n,)."""
+    normals = smooth_normals(piece.vertices[None], piece.faces)[0]
+    flat = unit(area_vectors(piece.vertices[None], piece.faces)[0])
+    agree = np.einsum("mki,mi->mk", normals[piece.faces], flat)
+    least = np.ones(len(piece.vertices))
+    np.minimum.at(least, piece.faces.reshape(-1), agree.reshape(-1))
+    return smoothstep(0.45, 0.85, least)
 
 
 def _hollows(piece: SkinPart) -> Floats:

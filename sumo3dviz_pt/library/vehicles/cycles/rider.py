@@ -35,6 +35,14 @@ CLOTHES: Mapping[str, Colour] = {
 """Materials of riders, which travel without face tints, and their reflectance."""
 
 
+_NEAR: Mapping[str, tuple[str, ...]] = {
+    "complexion": ("skin", "skin_dark", "lips", "fabric_pale", "hair_dark"),
+    "hair": ("hair_dark", "hair_fair", "fabric_grey"),
+}
+_WORN = tuple(name for name in CLOTHES if not name.startswith(("skin", "lips", "hair")))
+"""What the tints of a material may become; shaded skin is never cloth or hair."""
+
+
 @dataclass(frozen=True, slots=True)
 class Grasp(RecipeValue):
     """Where a rider touches the machine; y is that of the left, mirrored on the right.
@@ -100,9 +108,13 @@ def _untinted(part: Part) -> Iterator[MaterialMesh]:
     if part.tint is None or part.role == OWN:
         yield part.material, part.mesh
         return
-    names, known = list(CLOTHES), np.array(list(CLOTHES.values()))
+    names = _NEAR.get(part.material, _WORN)
+    known = np.array([CLOTHES[name] for name in names])
     apart = np.log(part.tint[:, None] + 0.01) - np.log(known + 0.01)
-    nearest = np.linalg.norm(apart, axis=2).argmin(axis=1)
+    # Hue tells more than brightness, as shades are in the tints.
+    bright = apart.mean(axis=2, keepdims=True)
+    far = 3.0 * np.linalg.norm(apart - bright, axis=2) + np.abs(bright[..., 0])
+    nearest = far.argmin(axis=1)
     for k in np.unique(nearest):
         yield names[k], _faces_of(part.mesh, nearest == k)
 
