@@ -12,7 +12,7 @@ A recipe is the content of `recipe` in an asset's `asset.yaml`:
     bottom: {cut: trousers, colour: [r, g, b]}
     shoes: {colour: [r, g, b], sole: [r, g, b], shaft: 0.0}
     hose, gloves, scarf: {colour: [r, g, b]}    # tights under a skirt; scarf with `top.with`
-    shirt, tie: [r, g, b]                       # under a blazer
+    shirt, tie: [r, g, b]                       # under a blazer or a cardigan
     carries: [{what: backpack, colour: [r, g, b]}]    # shoulder_bag, tote, phone
     seed: 3
 
