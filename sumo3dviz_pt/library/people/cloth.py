@@ -124,7 +124,7 @@ def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
 
 
 _WRINKLES = 7
-_STEEP = 0.22
+_STEEP = 0.30
 """How steep the sides of a wrinkle are."""
 
 
@@ -150,7 +150,7 @@ def wrinkled(piece: SkinPart, seed: int) -> SkinPart:
     steep = _STEEP * there * (np.sin(theta) + 0.45 * np.sin(2.0 * theta))
     slopes = steep @ ways
     size = np.linalg.norm(slopes, axis=1, keepdims=True)
-    slopes = slopes * np.minimum(1.0, 0.36 / (size + 1e-9))
+    slopes = slopes * np.minimum(1.0, 0.42 / (size + 1e-9))
     return replace(piece, slopes=slopes * _smooth(piece)[:, None])
 
 

@@ -152,7 +152,7 @@ def backpack(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> It
     # A dark zip runs around the lid.
     dark = Cloth("cloth", (0.012, 0.012, 0.013))
     seam = np.linspace(-1.0, 1.0, 7)
-    path = np.stack([-0.066 - 0.010 * (1 - seam**2), 0.128 * seam, 0.105 - 0.0 * seam], axis=1)
+    path = np.stack([-0.066 - 0.010 * (1 - seam**2), 0.116 * seam, 0.105 - 0.0 * seam], axis=1)
     yield _bound(body, rope(main + size * path, np.full(7, 0.006), 3), dark)
     shape = Garment.of(body, Fit(0.60, NECK, ease + 0.004, 0.4))
     for s in (1.0, -1.0):
