@@ -115,11 +115,11 @@ def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
     """
     rng = np.random.default_rng(seed)
     waves = rng.normal(0.0, 1.0, (6, 3))
-    waves *= (2.0 * np.pi / rng.uniform(0.07, 0.40, 6) / np.linalg.norm(waves, axis=1))[:, None]
+    waves *= (2.0 * np.pi / rng.uniform(0.35, 0.90, 6) / np.linalg.norm(waves, axis=1))[:, None]
     at = piece.vertices[piece.faces].mean(axis=1)
     noise = np.cos(at @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6)).sum(axis=1) / 3.0
     hollow = _hollows(piece)[piece.faces].mean(axis=1)
-    shade = 1.0 + patches * np.clip(noise, -1.0, 1.0) - np.clip(0.9 * hollow, -0.07, 0.16)
+    shade = 1.0 + patches * np.clip(noise, -1.0, 1.0) - np.clip(0.6 * hollow, -0.03, 0.10)
     return replace(piece, shade=shade if piece.shade is None else shade * piece.shade)
 
 

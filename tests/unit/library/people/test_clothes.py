@@ -55,14 +55,17 @@ def test_there_are_many_cuts():
 @pytest.mark.parametrize("name", LOOKS)
 def test_no_cloth_is_of_one_colour(name):
     """Patches differ by a few percent, hems and hollows by more, and no face is far off."""
-    found = 0
-    for piece in clothed(recipe(name), LEVELS["middle"]):
-        if piece.material == "cloth" and len(piece.faces) > 200:
-            assert piece.shade is not None
-            assert 0.015 < piece.shade.std() < 0.15
-            assert piece.shade.min() > 0.4 and piece.shade.max() < 1.2
-            found += 1
-    assert found >= 1
+    cloth = [
+        piece for piece in clothed(recipe(name), LEVELS["middle"]) if piece.material == "cloth"
+    ]
+    assert all(piece.shade is not None and piece.slopes is not None for piece in cloth)
+    shade = np.concatenate([piece.shade for piece in cloth if piece.shade is not None])
+    assert 0.03 < shade.std() < 0.15
+    assert shade.min() > 0.4 and shade.max() < 1.2
+    steep = [
+        np.linalg.norm(piece.slopes, axis=1).max() for piece in cloth if len(piece.faces) > 200
+    ]
+    assert 0.2 < max(steep) < 0.45
 
 
 def test_far_away_all_is_as_simple_as_it_was():
