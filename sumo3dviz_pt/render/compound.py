@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
-from sumo3dviz_pt.model.scene import Bsdf, Part, is_tinted
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import OWN, Bsdf, Part, is_tinted
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, face_tint
 
 ROUGHNESS_ATTRIBUTE = "face_roughness"
@@ -28,6 +28,9 @@ COMPOUND: Bsdf = {
     "metallic": {"type": "mesh_attribute", "name": METALLIC_ATTRIBUTE},
     "specular": 0.5,
 }
+
+_WHITEST = 0.85
+"""Reflectance up to which materials give back no more light than falls on them."""
 
 _PLAIN_KEYS = {"type", "base_color", "roughness", "metallic", "specular"}
 
@@ -139,9 +142,43 @@ def _by_mover(part: Part, materials: Mapping[str, Bsdf]) -> bool:
     return part.tint is None and is_tinted(materials[part.material])
 
 
-def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
-    """Return 1 for faces that take their mover's colour, else 0, (m,)."""
-    return np.concatenate(
-        [np.full(len(part.mesh.faces), float(_by_mover(part, materials))) for part in parts]
-        or [np.zeros(0)]
-    )
+@dataclass(frozen=True, slots=True, eq=False)
+class Shades:
+    """What the colours of a mover are multiplied with, face by face.
+
+    Attributes:
+        base: (m, 3).
+        roles: Names of the colours, such as `OWN`; empty for white.
+        role: Index of each face among them, (m,).
+    """
+
+    base: Floats
+    roles: tuple[str, ...]
+    role: Ints
+
+    @classmethod
+    def of(cls, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Shades:
+        """Find them on bodies of the compound; parts without a tint take their mover's colour."""
+        own = [_by_mover(part, materials) for part in parts]
+        named = [OWN if plain else part.role for part, plain in zip(parts, own, strict=True)]
+        roles = tuple(sorted(set(named)))
+        counts = [len(part.mesh.faces) for part in parts]
+        base = [
+            np.ones((count, 3)) if plain else _face_colours(part, materials[part.material])
+            for part, plain, count in zip(parts, own, counts, strict=True)
+        ]
+        index = np.repeat(np.array([roles.index(name) for name in named], dtype=np.int64), counts)
+        return cls(np.concatenate([np.zeros((0, 3)), *base]), roles, index)
+
+    def coloured(self, own: Colour, outfit: Mapping[str, Colour]) -> Floats:
+        """Return the reflectance of each face of a mover, (m, 3).
+
+        Args:
+            own: Its own colour.
+            outfit: Its other colours, by role; white for those missing.
+        """
+        white = (1.0, 1.0, 1.0)
+        palette = [own if role == OWN else outfit.get(role, white) for role in self.roles]
+        return np.asarray(
+            np.minimum(self.base * np.array(palette).reshape(-1, 3)[self.role], _WHITEST)
+        )

@@ -44,9 +44,9 @@ from sumo3dviz_pt.render.compound import (
     METALLIC_ATTRIBUTE,
     ROUGHNESS_ATTRIBUTE,
     MergedMesh,
+    Shades,
     face_attributes,
     merged_meshes,
-    tint_mask,
 )
 from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.paint import colour_table, table_index
@@ -301,7 +301,7 @@ class _MergedBody:
         mesh: The body at rest.
         poses: The shapes that it takes, or None of a rigid one.
         attributes: Values per face, (m, channels), by attribute name.
-        mask: 1 for faces that take their mover's colour, else 0, (m,).
+        shades: What its mover's colours are multiplied with.
         first_vertex: Of its first slot in the merged mesh.
         first_face: Of its first slot in the merged mesh.
         capacity: How many slots it has.
@@ -310,7 +310,7 @@ class _MergedBody:
     mesh: Mesh
     poses: Poses | None
     attributes: Mapping[str, Floats]
-    mask: Floats
+    shades: Shades
     first_vertex: int
     first_face: int
     capacity: int
@@ -376,8 +376,8 @@ class Crowd:
             mesh = _merged(parts, smooth=self._smooth)
             poses = prototype.far_poses if far else prototype.poses
             attributes = face_attributes(parts, scene.materials, compound=True)
-            mask = tint_mask(parts, scene.materials)
-            self._bodies[key] = _MergedBody(mesh, poses, attributes, mask, vertex, face, count)
+            shades = Shades.of(parts, scene.materials)
+            self._bodies[key] = _MergedBody(mesh, poses, attributes, shades, vertex, face, count)
             vertex += count * len(mesh.vertices)
             face += count * len(mesh.faces)
         self._vertices, self._faces = vertex, face
@@ -433,11 +433,10 @@ class Crowd:
             vertices[first : first + len(points)] = points @ matrix[:3, :3].T + matrix[:3, 3]
             if normals is not None and directions is not None:
                 normals[first : first + len(points)] = _turned(directions, matrix[:3, :3])
-            first = body.first_face + slot * len(body.mask)
-            self.shown[mover.name] = slice(first, first + len(body.mask))
-            mask = body.mask[:, None]
-            own = body.attributes[convert.TINT_ATTRIBUTE] * (1.0 - mask)
-            tints[first : first + len(mask)] = own + np.asarray(mover.colour) * mask
+            first = body.first_face + slot * len(body.mesh.faces)
+            faces = slice(first, first + len(body.mesh.faces))
+            self.shown[mover.name] = faces
+            tints[faces] = body.shades.coloured(mover.colour, mover.outfit)
         return CrowdArrays(vertices, normals, tints)
 
     def is_rigid(self, prototype: str) -> bool:
