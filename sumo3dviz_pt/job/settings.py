@@ -222,6 +222,11 @@ class StreetSettings(Settings):
     fronts: Literal["auto", "none"] = Field(
         "auto", description="closed rows of houses along city streets without building polygons"
     )
+    town: Literal["auto", "none"] = Field(
+        "none",
+        description="auto: houses, gardens, pavements, trees, parks invented beside roads, by what"
+        " the network tells of them; `init` asks for it where there are no polygons",
+    )
     lamps: Literal["auto", "none"] = Field("auto", description="street lamps along urban roads")
     signs: Literal["auto", "none"] = Field(
         "auto", description="speed limits, stop, give way, priority, exits, gantries"

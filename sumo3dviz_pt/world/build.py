@@ -34,7 +34,7 @@ from sumo3dviz_pt.world.land.cuts import laid_beside
 from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.horizon import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
-from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.objects.kinds import INVENTED, kind_of
 from sumo3dviz_pt.world.objects.lines import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.lines import Rails, guard_rails
 from sumo3dviz_pt.world.objects.objects import BUDGET, Scenery, build_scenery
@@ -72,6 +72,7 @@ from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
 from sumo3dviz_pt.world.structures.tunnels import DAY_SET
+from sumo3dviz_pt.world.town.layout import Town, invented, near_cameras
 from sumo3dviz_pt.world.weather import in_weather, weather_over
 
 _LEAF = "leaf"
@@ -240,7 +241,8 @@ class World:
     """What exists, whatever looks at it.
 
     Attributes:
-        scenario: Roads, objects and signals; its road users belong to the cast.
+        scenario: Roads, objects and signals, with what is invented; its road users belong to the
+            cast.
         job: The scene file; its shots, output and quality have no effect here.
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
@@ -249,6 +251,7 @@ class World:
         weather: Over time; None for a dry and clear summer.
         driven: Where all vehicles of the log were, if snow lies.
         outlook: Of a report, which counts and does not render; None builds all.
+        town: What of the scenario is invented; None where nothing is.
     """
 
     scenario: Scenario
@@ -260,6 +263,7 @@ class World:
     weather: WeatherCourse | None = None
     driven: DrivenWays | None = None
     outlook: Outlook | None = None
+    town: Town | None = None
 
     @classmethod
     def of(
@@ -289,7 +293,11 @@ class World:
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
         weather = weather_over(job.weather, scenario.network, memory)
         sky = in_weather(sky, weather)
-        return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
+        world = cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
+        if job.street.town == "none" or not job.textured:
+            return world
+        town = memory.of(("town",), partial(_town, world))
+        return replace(world, scenario=town.within(scenario), town=town)
 
     @property
     def dark(self) -> bool:
@@ -300,6 +308,13 @@ class World:
     def left_hand(self) -> bool:
         """Whether traffic keeps left."""
         return self.scenario.network.left_hand
+
+
+def _town(world: World) -> Town:
+    """What is invented beside the roads of a world that has none of it yet."""
+    lanes = world.memory.of(("lane index",), partial(build_lane_index, world.scenario.network))
+    around = surroundings(lanes, seed=world.job.seed, clearance=world.clearance)
+    return invented(world.scenario, replace(around, memory=world.memory))
 
 
 def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
@@ -320,6 +335,8 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     region = region_of(world, camera_path)
     land, areas = _land(world, scenario, camera_path, region)
     roads, around = land.roads, land.around
+    if world.town is not None:
+        scenario = near_cameras(scenario, around)
     islands, areas = _islands(world, land, areas)
     grown = _grown(scenario, job, land, areas)
     # What stands along the roads.
@@ -422,7 +439,7 @@ def _land(
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
-    rows = _rows(whole, job, roads, around)
+    rows = _rows(world, whole, roads, around)
     if not roads.layout.cells.is_flat:
         ground = laid_beside(ground, _pavings(slabs, rows, roads), solid=_solid(rows, roads))
         around = replace(around, height_at=ground.height_at)
@@ -458,7 +475,7 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     roads, around = land.roads, land.around
     rows, fronts = _fronts(scenario, land)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
-    drawn = [poi for poi in scenario.pois if _is_drawn(poi, job)]
+    drawn = [k for k in scenario.pois if k.source != INVENTED and _is_drawn(k, job)]
     lost = before_cameras(drawn, scenario.network, around)
     planting = _planting(scenario, job, roads, around)
     planting = replace(planting, left_out=(*planting.left_out, *lost))
@@ -490,8 +507,9 @@ def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str
     }
 
 
-def _rows(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Rows:
+def _rows(world: World, scenario: Scenario, roads: RoadParts, around: Surroundings) -> Rows:
     """Rows of houses along city streets where the scenario has no buildings."""
+    job = world.job
     why = why_none(scenario.polygons)
     if not job.textured:
         why = "everything is shown in plain colours"
@@ -501,7 +519,8 @@ def _rows(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) 
         return Rows(why=why)
     paved, network = roads.layout.paved, scenario.network
     shapes = (*scenario.polygons, *stop_areas(network, scenario.stops))
-    return grow_rows(network, paved, Given(scenario.pois, shapes), around=around)
+    characters = None if world.town is None else world.town.characters
+    return grow_rows(network, paved, Given(scenario.pois, shapes, characters), around=around)
 
 
 def _fronts(scenario: Scenario, land: _PreparedLand) -> tuple[Rows, Fronts]:
@@ -529,8 +548,8 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     plot = plot_of(roads.layout.paved, scenario.pois, scenario.polygons)
     belts, far = wayside(scenario.network, plot, scenario.pois, around=around)
     far = (*far, *verges(scenario.network, plot, around=around))
-    own = [item for item in scenario.polygons if item.source != SOURCE]
-    why = why_bare(scenario.pois, own, around)
+    own = [item for item in scenario.polygons if item.source not in (SOURCE, INVENTED)]
+    why = why_bare([poi for poi in scenario.pois if poi.source != INVENTED], own, around)
     if why is not None:
         return Planting(belts, (LeftOut("planting away from fast roads", why),), far)
     plot = replace(plot, objects=np.array([*plot.objects, *(poi.position for poi in belts)]))
