@@ -431,6 +431,8 @@ class SceneData:
         tracks: Where wheels have passed, if snow lies on roads; else None.
         ruts: Where lanes are worn down by wheels, if puddles stand there; else None.
         swaying: How wind moves parts of `static`, by their ids; all others stand still.
+        origin: What of the world the scenario's files tell, what follows from them, and what is
+            invented, in words; empty where no town is invented.
     """
 
     materials: Mapping[str, Bsdf]
@@ -446,6 +448,7 @@ class SceneData:
     tracks: TyreTracks | None = None
     ruts: TyreTracks | None = None
     swaying: Mapping[str, Swaying] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -191,6 +191,7 @@ _RULES: tuple[tuple[str, str, Acts], ...] = (
         "houses",
         Acts(things=("label:building",)),
     ),
+    (r"street\.town", "the town", Acts(things=("label:building", *_GROUND, *_PLANTS))),
     (r"street\.fronts", "houses", Acts(things=("label:building", *_GROUND))),
     (
         r"street\b.*",

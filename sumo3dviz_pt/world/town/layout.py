@@ -26,7 +26,7 @@ from sumo3dviz_pt.model.random import dice_of, pick, share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario
 from sumo3dviz_pt.world.objects.houses import plan_of, rectangles
 from sumo3dviz_pt.world.objects.kinds import INVENTED as SOURCE
-from sumo3dviz_pt.world.objects.kinds import KINDS
+from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
 from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, hides, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.places import Border, border_of, drives, offset
@@ -57,6 +57,22 @@ class Town:
             polygons=(*scenario.polygons, *self.polygons),
         )
 
+    def origin(self) -> Mapping[str, str]:
+        """Return what is from files, what follows from them and what is invented, in words."""
+        along = Counter(self.characters.values())
+        derived = [f"{some} edges of {name}" for name in _ORDER if (some := along[name])]
+        counts = {name: some for name, some in self.counts().items() if some}
+        made = [f"{some:,} {name}" for name, some in counts.items()]
+        if along["centre"]:
+            made.append("rows of houses in centres")
+        if any(along[name] for name in URBAN):
+            made.append("pavements of urban streets without any")
+        return {
+            "from files": "roads, traffic, signals, stops",
+            "derived": ", ".join(derived) or "nothing",
+            "invented": ", ".join(made) or "nothing",
+        }
+
     def counts(self) -> Mapping[str, int]:
         """Return how much there is of each kind."""
         types = Counter([*(k.type for k in self.pois), *(k.type for k in self.polygons)])
@@ -67,6 +83,9 @@ class Town:
             "hedges and fences": types["hedge"] + types["wooden"],
             "parks": types["park"],
         }
+
+
+_ORDER: tuple[Character, ...] = ("centre", "suburb", "village", "country", "motorway")
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +130,16 @@ _ALLEYS: Mapping[Character, tuple[float, float]] = {
 
 _PARKS = {"centre": 0.10, "suburb": 0.05}  # share of blocks that are a park
 _PARK = (1500.0, 12_000.0)  # area of these [m2]
+
+
+_HARDLY_ANY = 3  # objects and areas that make no town
+
+
+def lacks_town(scenario: Scenario) -> bool:
+    """Return whether a scenario has no houses, trees or areas of its own, or hardly any."""
+    drawn = [poi for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
+    areas = [item for item in scenario.polygons if len(item.shape) > 2]
+    return len(drawn) + len(areas) <= _HARDLY_ANY
 
 
 def invented(scenario: Scenario, around: Surroundings) -> Town:
@@ -501,7 +530,7 @@ def _line(name: str, kind: str, points: Sequence[Floats]) -> Polygon:
     return Polygon(f"{SOURCE}:{name}", kind, settled(points), False, None, SOURCE)
 
 
-TREES, SHRUBS, HEDGES = 480.0, 110.0, 160.0
+TREES, SHRUBS, BOUNDS = 480.0, 110.0, 130.0
 """Farther from every camera than this they are left out [m]."""
 
 MOST_TREES, MOST_SHRUBS = 420, 160
@@ -509,7 +538,7 @@ MOST_TREES, MOST_SHRUBS = 420, 160
 
 
 def near_cameras(scenario: Scenario, around: Surroundings) -> Scenario:
-    """Return a scenario without invented plants that a shot shows too small, or not at all.
+    """Return a scenario without invented plants and fences that a shot shows too small, or not at all.
 
     Args:
         scenario: With a town.
@@ -525,10 +554,10 @@ def near_cameras(scenario: Scenario, around: Surroundings) -> Scenario:
         near = near[np.argsort(away[near], kind="stable")][:most]
         kept = {own[k].id for k in near.tolist()}
         gone.update(poi.id for poi in own if poi.id not in kept)
-    lines = [k for k in scenario.polygons if k.source == SOURCE and k.type == "hedge"]
+    lines = [k for k in scenario.polygons if k.source == SOURCE and not k.fill]
     if lines:
         away = around.distances(settled([k.shape.mean(axis=0) for k in lines]))
-        gone.update(k.id for k, far in zip(lines, away > HEDGES, strict=True) if far)
+        gone.update(k.id for k, far in zip(lines, away > BOUNDS, strict=True) if far)
     return replace(
         scenario,
         pois=tuple(poi for poi in scenario.pois if poi.id not in gone),
