@@ -313,7 +313,7 @@ def _town_lines(scenario: Scenario) -> list[str]:
     if not lacks_town(scenario):
         return []
     return [
-        "# The scenario has no houses: they are invented, with gardens, pavements, trees, parked cars.",
+        "# The scenario has no houses: a town is invented, by what the roads tell of it.",
         "street: {town: auto}            # or none",
     ]
 

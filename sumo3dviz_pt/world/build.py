@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Sky, StaticPart, ai
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario
 from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
-from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
+from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, covers_ground, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
 from sumo3dviz_pt.world.land.cuts import laid_beside
@@ -73,6 +73,7 @@ from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
 from sumo3dviz_pt.world.structures.tunnels import DAY_SET
 from sumo3dviz_pt.world.town.layout import Town, invented, near_cameras
+from sumo3dviz_pt.world.town.parked import parked_cars
 from sumo3dviz_pt.world.weather import in_weather, weather_over
 
 _LEAF = "leaf"
@@ -314,7 +315,9 @@ def _town(world: World) -> Town:
     """What is invented beside the roads of a world that has none of it yet."""
     lanes = world.memory.of(("lane index",), partial(build_lane_index, world.scenario.network))
     around = surroundings(lanes, seed=world.job.seed, clearance=world.clearance)
-    return invented(world.scenario, replace(around, memory=world.memory))
+    around = replace(around, memory=world.memory)
+    parked = world.job.street.parked == "auto" and covers_ground(world.job)
+    return invented(world.scenario, around, parked=parked)
 
 
 def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
@@ -361,7 +364,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     beside = (signals, railway, street, islands)
     made = (roads, land.ground, grown.meadow, grown.planting, grown.fronts, *beside)
     fixed = [part for some in made for part in some.static]
-    fixed += [*grown.pits, *areas.static, *areas.grown.static]
+    fixed += [*grown.pits, *areas.static, *areas.grown.static, *_parked(world, land)]
     taken = sum(len(part.part.mesh.faces) for part in fixed)
     scenery = build_scenery(
         grown.scenario.pois,
@@ -392,6 +395,13 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         ),
         tuple(out for some in sources for out in some.left_out),
     )
+
+
+def _parked(world: World, land: _PreparedLand) -> list[StaticPart]:
+    """Parked cars of an invented town: in bays as high as the road, on drives as the ground."""
+    if world.town is None:
+        return []
+    return parked_cars(world.town.cars, land.around.height_at, land.around)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

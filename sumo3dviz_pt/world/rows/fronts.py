@@ -26,6 +26,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.lanes import Nearest
@@ -415,8 +416,11 @@ def _in_tile(
     courts = _forecourts(lots, setback, ground=inner, houses=houses)
     if known is not None:
         edges = edges_in(network, tile.box(10.0), around.memory)
-        strips = shapely.intersection(pavements(network, edges, known, ground), tile.box())
-        courts = tuple(polygon_parts(union([*courts, *polygon_parts(union(list(strips)))])))
+        bays = [shapely.Polygon(k.shape[:, :2]) for k in fixed.polygons if k.source == SLABS]
+        beside = [bay for bay in bays if bay.intersects(box)]
+        strips = pavements(network, edges, known, ground, beside)
+        strips = list(shapely.intersection(strips, tile.box()))
+        courts = tuple(polygon_parts(union([*courts, *polygon_parts(union(strips))])))
     courts = _beside(courts, around.memory.of((SOURCE, "laid"), partial(_laid, fixed)))
     return Rows(tuple(houses), courts, tuple(growth.yards))
 

@@ -21,18 +21,28 @@ from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract, union
 from sumo3dviz_pt.library.plants.species import urn
 from sumo3dviz_pt.model.geometry import Floats, settled
-from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import dice_of, pick, share_of
-from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario
+from sumo3dviz_pt.model.traffic import ParkingArea, Poi, Polygon, Scenario
 from sumo3dviz_pt.world.objects.houses import plan_of, rectangles
 from sumo3dviz_pt.world.objects.kinds import INVENTED as SOURCE
 from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
 from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, hides, in_the_way
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.street.places import Border, border_of, drives, offset
 from sumo3dviz_pt.world.town.character import URBAN, Character, characters_of
-from sumo3dviz_pt.world.town.pavements import WIDTH as PAVEMENT
-from sumo3dviz_pt.world.town.pavements import lacks_walk
+from sumo3dviz_pt.world.town.parked import CAR, ParkedCar, in_bays
+from sumo3dviz_pt.world.town.streets import (
+    VERGE,
+    Side,
+    alley_trees,
+    area,
+    line,
+    parking_of,
+    plant,
+    rims,
+    sides_of,
+    taken_by,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,11 +53,15 @@ class Town:
         characters: What each edge runs through.
         pois: Houses and trees.
         polygons: Gardens, drives, hedges, fences, parks.
+        parking: Bays.
+        cars: That are parked.
     """
 
     characters: Mapping[str, Character] = field(default_factory=dict)
     pois: tuple[Poi, ...] = ()
     polygons: tuple[Polygon, ...] = ()
+    parking: tuple[ParkingArea, ...] = ()
+    cars: tuple[ParkedCar, ...] = ()
 
     def within(self, scenario: Scenario) -> Scenario:
         """Return a scenario with all of it."""
@@ -55,17 +69,18 @@ class Town:
             scenario,
             pois=(*scenario.pois, *self.pois),
             polygons=(*scenario.polygons, *self.polygons),
+            parking=(*scenario.parking, *self.parking),
         )
 
     def origin(self) -> Mapping[str, str]:
         """Return what is from files, what follows from them and what is invented, in words."""
-        along = Counter(self.characters.values())
+        along = Counter[Character](self.characters.values())
         derived = [f"{some} edges of {name}" for name in _ORDER if (some := along[name])]
         counts = {name: some for name, some in self.counts().items() if some}
         made = [f"{some:,} {name}" for name, some in counts.items()]
         if along["centre"]:
             made.append("rows of houses in centres")
-        if any(along[name] for name in URBAN):
+        if URBAN & set(along):
             made.append("pavements of urban streets without any")
         return {
             "from files": "roads, traffic, signals, stops",
@@ -82,6 +97,7 @@ class Town:
             "gardens": types["residential"],
             "hedges and fences": types["hedge"] + types["wooden"],
             "parks": types["park"],
+            "parked cars": len(self.cars),
         }
 
 
@@ -116,18 +132,10 @@ _HABITS: Mapping[Character, _Habit] = {
 _FLATS = _Habit((27.0, 34.0), (4.0, 8.0), (38.0, 30.0, 23.0), 0.9, (0.5, 0.0))
 """Blocks of flats, beside the wide streets of suburbs."""
 
-_VERGE = 0.3  # between pavement or kerb and lots [m]
-_BARE = 1.2  # the same where a road has no pavement [m]
 _END = 3.0  # lots begin so far from the ends of edges [m]
 _DRIVE = 3.0  # width of drives [m]
 _GAP = 1.5  # between houses and the sides of their lots [m]
-_ALLEYS: Mapping[Character, tuple[float, float]] = {
-    "centre": (0.6, 9.0),
-    "suburb": (0.4, 11.0),
-    "village": (0.15, 13.0),
-}
-"""Share of streets with trees, and the distance of these [m]."""
-
+_AT_HOME = 0.5  # share of drives on which a car stands
 _PARKS = {"centre": 0.10, "suburb": 0.05}  # share of blocks that are a park
 _PARK = (1500.0, 12_000.0)  # area of these [m2]
 
@@ -142,119 +150,43 @@ def lacks_town(scenario: Scenario) -> bool:
     return len(drawn) + len(areas) <= _HARDLY_ANY
 
 
-def invented(scenario: Scenario, around: Surroundings) -> Town:
+def invented(scenario: Scenario, around: Surroundings, *, parked: bool = True) -> Town:
     """Invent a town beside the roads of a scenario.
 
     Args:
         scenario: Roads, stops, and what it has put somewhere, which keeps its place.
         around: Lanes, the seed, and the cameras that nothing stands before.
+        parked: Whether cars stand in bays and on drives.
     """
     network = scenario.network
     characters = characters_of(network, scenario.stops)
-    sides = list(_sides(network, characters))
+    seed = around.seed
+    # Where a scenario says where cars park, there are no other bays.
+    bays = parked and not scenario.parking
+    sides = list(sides_of(network, characters, seed=seed, bays=bays))
     if not sides:
         return Town(characters)
-    solid = _solid(scenario, characters)
-    parks = _parks(network, characters, solid, around.seed)
-    lots = _free(_lots(sides, around.seed), _with(solid, parks))
+    taken = taken_by(scenario, characters, sides)
+    parks = _parks(network, characters, taken.wide, seed)
+    lots = _free(_lots(sides, seed), _with(taken.wide, parks))
     pois: list[Poi] = []
-    polygons = [_area(f"park:{k}", "park", park) for k, park in enumerate(parks)]
+    polygons = [area(f"park:{k}", "park", park) for k, park in enumerate(parks)]
+    cars: list[ParkedCar] = []
+    ways: list[shapely.Polygon] = []
     for lot in lots:
-        houses, areas = _furnished(lot, around.seed)
-        pois += houses
-        polygons += areas
-    pois += _alley_trees(sides, solid, lots, around.seed)
-    return _out_of_sight(Town(characters, tuple(pois), tuple(polygons)), around)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Side:
-    """One side of a street.
-
-    Attributes:
-        name: Unique.
-        street: The same for both directions of a street.
-        border: Where it begins.
-        character: Of the street.
-        begin: Where lots begin, from the border [m].
-        wide: Whether two lanes or more lead each way.
-    """
-
-    name: str
-    street: str
-    border: Border
-    character: Character
-    begin: float
-    wide: bool
-
-
-def _sides(network: Network, characters: Mapping[str, Character]) -> Iterator[_Side]:
-    """Both sides of all streets but motorways and those that cross others without a junction."""
-    ends = {
-        (edge.from_junction, edge.to_junction): name
-        for name, edge in sorted(network.edges.items(), reverse=True)
-    }
-    over = _crossing(network, characters)
-    for name, character in characters.items():
-        border = border_of(network, network.edges[name])
-        if character == "motorway" or name in over or border is None or border.length < 8.0:
-            continue
-        edge = border.edge
-        back = ends.get((edge.to_junction, edge.from_junction))
-        street = name if back is None else min(name, back)
-        bare = PAVEMENT + _VERGE if character in URBAN else _BARE
-        wide = sum(drives(lane) for lane in edge.lanes) > 1
-        begin = border.walk + _VERGE if border.walk else bare
-        yield _Side(name, street, border, character, begin, wide)
-        if back is None:
-            last = edge.lanes[-1]
-            line = offset(last.shape, -border.outward * last.width / 2.0)
-            inner = Border(edge, line, -border.outward, 0.0, border.road)
-            yield _Side(f"{name}:inner", street, inner, character, bare, wide)
-
-
-def _crossing(network: Network, characters: Mapping[str, Character]) -> frozenset[str]:
-    """Edges that cross others without a junction: bridges, and what they lead over."""
-    edges = [network.edges[name] for name in characters]
-    lines = [shapely.LineString(edge.lanes[0].shape[:, :2]) for edge in edges]
-    one, other = shapely.STRtree(lines).query(lines, predicate="crosses")
-    over = set()
-    for a, b in zip(one.tolist(), other.tolist(), strict=True):
-        met = {edges[a].from_junction, edges[a].to_junction}
-        if not met & {edges[b].from_junction, edges[b].to_junction}:
-            over.add(edges[a].id)
-    return frozenset(over)
-
-
-def _solid(scenario: Scenario, characters: Mapping[str, Character]) -> shapely.STRtree:
-    """Everything that lots keep off: roads with pavements, rails, paths, and what is given."""
-    network = scenario.network
-    lines, widths = [], []
-    for edge in network.edges.values():
-        room = _pavement(edge, characters)
-        for lane in edge.lanes:
-            if edge.function != "walkingarea" and len(lane.shape) > 1:
-                lines.append(shapely.LineString(lane.shape[:, :2]))
-                widths.append(lane.width / 2.0 + room)
-    shapes: list[shapely.Geometry] = list(shapely.buffer(lines, widths, cap_style="flat"))
-    outlines = [k.outline for k in network.junctions.values() if k.type != "internal"]
-    outlines += [lane.shape for e in network.edges.values() if e.function == "walkingarea"
-                 for lane in e.lanes]  # fmt: skip
-    outlines += [item.shape for item in scenario.polygons if item.fill]
-    shapes += [
-        shapely.make_valid(shapely.Polygon(shape[:, :2])).buffer(PAVEMENT)
-        for shape in outlines
-        if len(shape) > 2
-    ]
-    shapes += [shapely.Point(poi.position).buffer(8.0) for poi in scenario.pois]
-    return shapely.STRtree(shapes)
-
-
-def _pavement(edge: Edge, characters: Mapping[str, Character]) -> float:
-    """Width of the pavement that an edge gets [m]."""
-    if characters.get(edge.id) not in URBAN:
-        return 0.5
-    return PAVEMENT if lacks_walk(edge) else 0.1
+        made = _furnished(lot, seed)
+        pois += made.pois
+        polygons += made.polygons
+        if made.drive is not None:
+            ways.append(lot.box(*made.drive, -lot.side.begin, 6.0))
+            cars += _on_drive(lot, made.drive, seed) if parked else ()
+    parking = parking_of(sides, taken, ways)
+    cars += [car for area_ in parking for car in in_bays(area_, seed)]
+    bounds, trees = rims(sides, taken, [*parks, *(shapely.Polygon(k.plan) for k in lots)], seed)
+    pois += [*alley_trees(sides, taken, ways, seed), *trees]
+    polygons += bounds
+    town = Town(characters, tuple(pois), tuple(polygons), tuple(parking), tuple(cars))
+    return _out_of_sight(town, around)
 
 
 def _with(solid: shapely.STRtree, more: Sequence[shapely.Geometry]) -> shapely.STRtree:
@@ -276,7 +208,7 @@ class _Lot:
     """
 
     name: str
-    side: _Side
+    side: Side
     habit: _Habit
     span: tuple[float, float]
     depth: float
@@ -309,7 +241,7 @@ class _Lot:
         return shapely.Polygon([self.at(*spot) for spot in spots])
 
 
-def _lots(sides: Sequence[_Side], seed: int) -> list[list[_Lot]]:
+def _lots(sides: Sequence[Side], seed: int) -> list[list[_Lot]]:
     """Lots along all sides, each as deep as it may be, then shallower."""
     lots = []
     for side in sides:
@@ -329,7 +261,7 @@ def _lots(sides: Sequence[_Side], seed: int) -> list[list[_Lot]]:
     return lots
 
 
-def _lot(name: str, side: _Side, habit: _Habit, span: tuple[float, float], depth: float) -> _Lot:
+def _lot(name: str, side: Side, habit: _Habit, span: tuple[float, float], depth: float) -> _Lot:
     """One lot; of one depth."""
     a, b = side.border.at(np.array(span), side.begin).places
     way = (b - a) / max(float(np.hypot(*(b - a))), 1e-6)
@@ -372,15 +304,24 @@ _TRIES = 5  # houses that are drawn until one has room
 _VARIATION = ObjectSettings().variation
 
 
-def _furnished(lot: _Lot, seed: int) -> tuple[list[Poi], list[Polygon]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Furnished:
+    """What stands on a lot; where its drive begins and ends along the front, if it has one [m]."""
+
+    pois: Sequence[Poi]
+    polygons: Sequence[Polygon]
+    drive: tuple[float, float] | None = None
+
+
+def _furnished(lot: _Lot, seed: int) -> _Furnished:
     """A house, its drive, its garden and what is around that."""
     rng = dice_of(seed, SOURCE, "lot", lot.name)
     kind = "blocks" if lot.habit is _FLATS else "homes"
-    polygons = [_area(f"garden:{lot.name}", "residential", shapely.Polygon(lot.plan))]
+    polygons = [area(f"garden:{lot.name}", "residential", shapely.Polygon(lot.plan))]
     back = float(rng.uniform(*lot.habit.back))
     drawn = _drawn(lot, kind, back, seed)
     if drawn is None:
-        return [], polygons
+        return _Furnished((), polygons)
     name, deep, wide = drawn
     # Beside the house there is room for a drive, on one side.
     slack = lot.width - wide - 2.0 * _GAP
@@ -392,10 +333,23 @@ def _furnished(lot: _Lot, seed: int) -> tuple[list[Poi], list[Polygon]]:
     house = Poi(name, kind.removesuffix("s"), (float(place[0]), float(place[1])), yaw, None, SOURCE)
     gap = (lot.width - _GAP - _DRIVE, lot.width - _GAP) if right else (_GAP, _GAP + _DRIVE)
     if slack > 1.0:
-        drive = lot.box(*gap, -_VERGE, back + (deep if slack > _DRIVE else 0.0))
-        polygons.append(_area(f"drive:{lot.name}", "square", drive))
+        drive = lot.box(*gap, -VERGE, back + (deep if slack > _DRIVE else 0.0))
+        polygons.append(area(f"drive:{lot.name}", "square", drive))
     polygons += _bounds(lot, gap, back, seed)
-    return [house, *_garden(lot, rng, (middle, wide), back + deep)], polygons
+    pois = [house, *_garden(lot, rng, (middle, wide), back + deep)]
+    return _Furnished(pois, polygons, gap if slack > 1.0 else None)
+
+
+def _on_drive(lot: _Lot, gap: tuple[float, float], seed: int) -> Iterator[ParkedCar]:
+    """A car on the drive of some lots, most with their front to the house."""
+    share = share_of(seed, SOURCE, "drive", lot.name)
+    if share > _AT_HOME:
+        return
+    inward = share > 0.3 * _AT_HOME
+    front = lot.at(sum(gap) / 2.0, 1.2 + (CAR if inward else 0.0))
+    way = lot.inward if inward else -lot.inward
+    yaw = float(np.arctan2(way[1], way[0]))
+    yield ParkedCar(f"drive:{lot.name}", (float(front[0]), float(front[1])), yaw)
 
 
 def _drawn(lot: _Lot, kind: str, back: float, seed: int) -> tuple[str, float, float] | None:
@@ -426,11 +380,11 @@ def _bounds(lot: _Lot, gap: tuple[float, float], back: float, seed: int) -> Iter
         for number, (a, b) in enumerate(((0.3, gap[0] - 0.3), (gap[1] + 0.3, lot.width - 0.3))):
             if b - a > 1.5:
                 ends = [lot.at(a, front), lot.at(b, front)]
-                yield _line(f"front:{lot.name}:{number}", kind, ends)
+                yield line(f"front:{lot.name}:{number}", kind, ends)
     if own < 0.75 and lot.depth > back + 8.0:
         beside = "hedge" if own < 0.25 else "wooden"
         ends = [lot.at(lot.width - 0.4, back), lot.at(lot.width - 0.4, lot.depth - 1.0)]
-        yield _line(f"beside:{lot.name}", beside, ends)
+        yield line(f"beside:{lot.name}", beside, ends)
 
 
 def _garden(
@@ -442,44 +396,12 @@ def _garden(
     for k in range(int(rng.integers(0, 3))):
         along = house[0] + rng.uniform(-0.5, 0.5) * house[1]
         place = lot.at(float(along), float(rng.uniform(1.3, max(1.4, lot.habit.back[0] - 0.6))))
-        yield _plant(f"{lot.name}:s{k}", "shrub", place, shrubs[int(rng.integers(len(shrubs)))])
+        yield plant(f"{lot.name}:s{k}", "shrub", place, shrubs[int(rng.integers(len(shrubs)))])
     room = lot.depth - behind - 5.0
     for k in range(int(rng.integers(0, 3)) if room > 2.0 else 0):
         along = float(rng.uniform(2.5, lot.width - 2.5))
         place = lot.at(along, behind + 3.5 + float(rng.uniform(0.0, room)))
-        yield _plant(f"{lot.name}:t{k}", "tree", place, kinds[pick(weights, rng.random())])
-
-
-def _alley_trees(
-    sides: Sequence[_Side], solid: shapely.STRtree, lots: Sequence[_Lot], seed: int
-) -> list[Poi]:
-    """Trees in a row along some streets: between pavement and houses, or in front gardens."""
-    kinds, weights = urn("alleys")
-    spots: list[tuple[str, str, Floats]] = []
-    for side in sides:
-        chance, gap = _ALLEYS.get(side.character, (0.0, 1.0))
-        share = share_of(seed, SOURCE, "alley", side.street)
-        if share > chance + 0.2 * side.wide:
-            continue
-        species = kinds[pick(weights, share_of(seed, SOURCE, "species", side.street))]
-        at = np.arange(0.5 * gap, side.border.length - 0.4 * gap, gap)
-        out = side.begin + (0.75 if side.character == "centre" else 1.9)
-        places = side.border.at(at, out).places
-        spots += [(f"{side.name}:a{k}", species, place) for k, place in enumerate(places)]
-    if not spots:
-        return []
-    points = shapely.points(np.array([place for *_, place in spots]))
-    keep = np.ones(len(spots), dtype=np.bool_)
-    keep[solid.query(points, predicate="dwithin", distance=0.4)[0]] = False
-    ways = [lot.box(g, g + _DRIVE, 0.0, 6.0) for lot in lots
-            for g in (_GAP, lot.width - _GAP - _DRIVE)]  # fmt: skip
-    if ways:
-        keep[shapely.STRtree(ways).query(points, predicate="dwithin", distance=0.3)[0]] = False
-    return [
-        _plant(name, "tree", place, species)
-        for (name, species, place), stays in zip(spots, keep, strict=True)
-        if stays
-    ]
+        yield plant(f"{lot.name}:t{k}", "tree", place, kinds[pick(weights, rng.random())])
 
 
 def _parks(
@@ -513,23 +435,6 @@ def _parks(
     return parks
 
 
-def _plant(name: str, kind: str, place: Floats, species: str) -> Poi:
-    """A plant."""
-    x, y = settled(place).tolist()
-    return Poi(f"{SOURCE}:{name}", kind, (x, y), None, None, SOURCE, {"model": species})
-
-
-def _area(name: str, kind: str, shape: shapely.Polygon) -> Polygon:
-    """A piece of ground."""
-    ring = shapely.get_coordinates(shapely.orient_polygons(shape).exterior)
-    return Polygon(f"{SOURCE}:{name}", kind, settled(ring), True, None, SOURCE)
-
-
-def _line(name: str, kind: str, points: Sequence[Floats]) -> Polygon:
-    """A hedge or a fence."""
-    return Polygon(f"{SOURCE}:{name}", kind, settled(points), False, None, SOURCE)
-
-
 TREES, SHRUBS, BOUNDS = 480.0, 110.0, 130.0
 """Farther from every camera than this they are left out [m]."""
 
@@ -538,7 +443,7 @@ MOST_TREES, MOST_SHRUBS = 420, 160
 
 
 def near_cameras(scenario: Scenario, around: Surroundings) -> Scenario:
-    """Return a scenario without invented plants and fences that a shot shows too small, or not at all.
+    """Return a scenario without invented plants and fences that a shot hardly shows.
 
     Args:
         scenario: With a town.
@@ -579,9 +484,16 @@ def _out_of_sight(town: Town, around: Surroundings) -> Town:
         spoils = np.zeros(len(pois), dtype=np.bool_)
         spoils[own] = in_the_way(places[own], around, crown=crown)
         pois = [poi for poi, out in zip(pois, spoils, strict=True) if not out]
+    spots = settled([car.middle for car in town.cars]).reshape(-1, 2)
+    ground = around.height_at(spots) if len(spots) else np.zeros(0)
+    clear = around.clearance
+    out = clear.distances(spots) < CAR
+    if out.size:
+        out |= clear.filled(spots, ground, height=1.6, radius=2.0)
+    cars = [car for car, gone in zip(town.cars, out, strict=True) if not gone]
     kept = [poi for poi in pois if poi.type not in _BODY or not _hides(poi, around)]
     lines = [item for item in town.polygons if item.fill or not _veils(item, around)]
-    return replace(town, pois=tuple(kept), polygons=tuple(lines))
+    return replace(town, pois=tuple(kept), polygons=tuple(lines), cars=tuple(cars))
 
 
 def _hides(house: Poi, around: Surroundings) -> bool:

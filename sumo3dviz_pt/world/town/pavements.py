@@ -27,6 +27,7 @@ def pavements(
     edges: Sequence[Edge],
     characters: Mapping[str, Character],
     ground: shapely.Geometry,
+    bays: Sequence[shapely.Geometry] = (),
 ) -> list[shapely.Polygon]:
     """Return a strip around what is paved, where that belongs to urban streets.
 
@@ -35,6 +36,7 @@ def pavements(
         edges: Those that may have pavements.
         characters: What they run through.
         ground: Everything that is paved, rails too.
+        bays: Beside lanes; pavements lie behind them.
     """
     zones: list[shapely.Geometry] = []
     ends: dict[str, bool] = {}
@@ -60,6 +62,8 @@ def pavements(
         for one in junctions
         if len(one.outline) > 2
     ]
-    strip = shapely.intersection(ground.buffer(WIDTH, quad_segs=3), union(zones))
-    free = subtract(areal(strip), [ground])
+    whole = union([ground, *bays])
+    zones += [bay.buffer(WIDTH + 0.5) for bay in bays]
+    strip = shapely.intersection(whole.buffer(WIDTH, quad_segs=3), union(zones))
+    free = subtract(areal(strip), [whole])
     return [part for part in polygon_parts(free) if part.area > _LEAST]
