@@ -29,6 +29,7 @@ URBAN = frozenset({"centre", "suburb"})
 _CELL = 100.0  # streets are counted on a grid of cells of this size [m]
 _REACH = 2.01  # and within so many of them, which are 13 hectares
 _HECTARES = 13.0
+_LEAST = 0.62  # share of that land that counts at the rim of a network, though it tells nothing
 _SAMPLE = 25.0  # distance of points that stand for streets [m]
 _BLIND = 130.0  # longer streets that end blindly leave the network [m]
 _USUAL = 200.0  # metres of streets on a hectare: those of squares of 100 m [m]
@@ -147,7 +148,7 @@ def _sums(network: Network, streets: Sequence[_Street], stops: Sequence[Stop]) -
         "walks": _nearby(points, length * walked, at) / np.maximum(metres, 1.0),
         "wide": _nearby(points, length * wide, at) / np.maximum(metres, 1.0),
     }
-    sums = metres / (_USUAL * _HECTARES)
+    sums = metres / (_USUAL * _HECTARES * _covered(points, at))
     for name, (weight, most) in _WEIGHTS.items():
         sums = sums + weight * np.minimum(signs[name], most)
     return settled(sums)
@@ -168,6 +169,18 @@ def _nearby(places: Floats, weights: Floats, at: Floats) -> Floats:
     tree = cKDTree(keys.astype(np.float64))
     near = [sorted(tree.query_ball_point(cell, _REACH)) for cell in asked.astype(np.float64)]
     return np.asarray(np.array([sums[some].sum() for some in near])[back.ravel()])
+
+
+def _covered(points: Floats, at: Floats) -> Floats:
+    """Which share of the land around places, (n, 2) [m], a network tells of, at least `_LEAST`."""
+    hull = shapely.MultiPoint(points).convex_hull.buffer(_CELL / 2.0)
+    asked, back = np.unique(np.floor(at / _CELL).astype(np.int64), axis=0, return_inverse=True)
+    steps = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2)
+    steps = steps[np.hypot(*steps.T) < _REACH]
+    cells = ((asked[:, None] + steps + 0.5) * _CELL).reshape(-1, 2)
+    shapely.prepare(hull)
+    inside = shapely.contains_xy(hull, cells).reshape(len(asked), len(steps)).mean(axis=1)
+    return np.asarray(np.maximum(inside, _LEAST)[back.ravel()])
 
 
 def _lights(network: Network) -> list[Floats]:
