@@ -224,12 +224,9 @@ class StreetSettings(Settings):
     )
     town: Literal["auto", "none"] = Field(
         "none",
-        description="auto: houses, gardens, pavements, trees, parks invented beside roads, by what"
-        " the network tells of them; `init` asks for it where there are no polygons",
+        description="auto: a town invented by what roads tell",
     )
-    parked: Literal["auto", "none"] = Field(
-        "auto", description="parked cars in an invented town: in bays beside lanes, on drives"
-    )
+    parked: Literal["auto", "none"] = Field("auto", description="parked cars in an invented town")
     lamps: Literal["auto", "none"] = Field("auto", description="street lamps along urban roads")
     signs: Literal["auto", "none"] = Field(
         "auto", description="speed limits, stop, give way, priority, exits, gantries"

@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Sky, StaticPart, ai
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Scenario
 from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
-from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, covers_ground, slabs_on
+from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
 from sumo3dviz_pt.world.land.cuts import laid_beside
@@ -72,7 +72,7 @@ from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
 from sumo3dviz_pt.world.structures.tunnels import DAY_SET
-from sumo3dviz_pt.world.town.layout import Town, invented, near_cameras
+from sumo3dviz_pt.world.town.layout import Town, near_cameras, with_town
 from sumo3dviz_pt.world.town.parked import parked_cars
 from sumo3dviz_pt.world.weather import in_weather, weather_over
 
@@ -242,8 +242,7 @@ class World:
     """What exists, whatever looks at it.
 
     Attributes:
-        scenario: Roads, objects and signals, with what is invented; its road users belong to the
-            cast.
+        scenario: Roads, objects and signals, also invented; its road users belong to the cast.
         job: The scene file; its shots, output and quality have no effect here.
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
@@ -252,7 +251,7 @@ class World:
         weather: Over time; None for a dry and clear summer.
         driven: Where all vehicles of the log were, if snow lies.
         outlook: Of a report, which counts and does not render; None builds all.
-        town: What of the scenario is invented; None where nothing is.
+        town: What of it is invented, if anything.
     """
 
     scenario: Scenario
@@ -294,11 +293,9 @@ class World:
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
         weather = weather_over(job.weather, scenario.network, memory)
         sky = in_weather(sky, weather)
-        world = cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
-        if job.street.town == "none" or not job.textured:
-            return world
-        town = memory.of(("town",), partial(_town, world))
-        return replace(world, scenario=town.within(scenario), town=town)
+        clear = clearance or Clearance()
+        scenario, town = with_town(scenario, job, clear, memory)
+        return cls(scenario, job, sky, clear, memory, key, weather, town=town)
 
     @property
     def dark(self) -> bool:
@@ -309,15 +306,6 @@ class World:
     def left_hand(self) -> bool:
         """Whether traffic keeps left."""
         return self.scenario.network.left_hand
-
-
-def _town(world: World) -> Town:
-    """What is invented beside the roads of a world that has none of it yet."""
-    lanes = world.memory.of(("lane index",), partial(build_lane_index, world.scenario.network))
-    around = surroundings(lanes, seed=world.job.seed, clearance=world.clearance)
-    around = replace(around, memory=world.memory)
-    parked = world.job.street.parked == "auto" and covers_ground(world.job)
-    return invented(world.scenario, around, parked=parked)
 
 
 def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
@@ -338,8 +326,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     region = region_of(world, camera_path)
     land, areas = _land(world, scenario, camera_path, region)
     roads, around = land.roads, land.around
-    if world.town is not None:
-        scenario = near_cameras(scenario, around)
+    scenario = near_cameras(scenario, around)
     islands, areas = _islands(world, land, areas)
     grown = _grown(scenario, job, land, areas)
     # What stands along the roads.
@@ -364,7 +351,8 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     beside = (signals, railway, street, islands)
     made = (roads, land.ground, grown.meadow, grown.planting, grown.fronts, *beside)
     fixed = [part for some in made for part in some.static]
-    fixed += [*grown.pits, *areas.static, *areas.grown.static, *_parked(world, land)]
+    fixed += [*grown.pits, *areas.static, *areas.grown.static]
+    fixed += parked_cars(() if world.town is None else world.town.cars, around)
     taken = sum(len(part.part.mesh.faces) for part in fixed)
     scenery = build_scenery(
         grown.scenario.pois,
@@ -395,13 +383,6 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         ),
         tuple(out for some in sources for out in some.left_out),
     )
-
-
-def _parked(world: World, land: _PreparedLand) -> list[StaticPart]:
-    """Parked cars of an invented town: in bays as high as the road, on drives as the ground."""
-    if world.town is None:
-        return []
-    return parked_cars(world.town.cars, land.around.height_at, land.around)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -519,18 +500,16 @@ def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str
 
 def _rows(world: World, scenario: Scenario, roads: RoadParts, around: Surroundings) -> Rows:
     """Rows of houses along city streets where the scenario has no buildings."""
-    job = world.job
-    why = why_none(scenario.polygons)
-    if not job.textured:
+    why, paved, network = why_none(scenario.polygons), roads.layout.paved, scenario.network
+    if not world.job.textured:
         why = "everything is shown in plain colours"
-    if job.street.fronts == "none":
+    if world.job.street.fronts == "none":
         why = "switched off by `street.fronts`"
     if why is not None:
         return Rows(why=why)
-    paved, network = roads.layout.paved, scenario.network
     shapes = (*scenario.polygons, *stop_areas(network, scenario.stops))
-    characters = None if world.town is None else world.town.characters
-    return grow_rows(network, paved, Given(scenario.pois, shapes, characters), around=around)
+    given = Given(scenario.pois, shapes, world.town.characters if world.town else None)
+    return grow_rows(network, paved, given, around=around)
 
 
 def _fronts(scenario: Scenario, land: _PreparedLand) -> tuple[Rows, Fronts]:

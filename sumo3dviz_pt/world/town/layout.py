@@ -13,22 +13,27 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.job.settings import ObjectSettings
+from sumo3dviz_pt.job.settings import Job, ObjectSettings
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract, union
 from sumo3dviz_pt.library.plants.species import urn
 from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import dice_of, pick, share_of
 from sumo3dviz_pt.model.traffic import ParkingArea, Poi, Polygon, Scenario
+from sumo3dviz_pt.world.areas.build import covers_ground
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.houses import plan_of, rectangles
 from sumo3dviz_pt.world.objects.kinds import INVENTED as SOURCE
 from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
+from sumo3dviz_pt.world.placement.clearance import Clearance
+from sumo3dviz_pt.world.placement.lanes import build_lane_index
 from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, hides, in_the_way
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
 from sumo3dviz_pt.world.town.character import URBAN, Character, characters_of
 from sumo3dviz_pt.world.town.parked import CAR, ParkedCar, in_bays
 from sumo3dviz_pt.world.town.streets import (
@@ -148,6 +153,30 @@ def lacks_town(scenario: Scenario) -> bool:
     drawn = [poi for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
     areas = [item for item in scenario.polygons if len(item.shape) > 2]
     return len(drawn) + len(areas) <= _HARDLY_ANY
+
+
+def with_town(
+    scenario: Scenario, job: Job, clearance: Clearance, memory: Memory
+) -> tuple[Scenario, Town | None]:
+    """Return a scenario with a town beside its roads, and the town; None if nobody asks for one.
+
+    Args:
+        scenario: As read.
+        job: The scene file.
+        clearance: Cameras that nothing stands in or before.
+        memory: What was built of the world.
+    """
+    if job.street.town == "none" or not job.textured:
+        return scenario, None
+
+    def make() -> Town:
+        lanes = memory.of(("lane index",), partial(build_lane_index, scenario.network))
+        around = surroundings(lanes, seed=job.seed, clearance=clearance)
+        parked = job.street.parked == "auto" and covers_ground(job)
+        return invented(scenario, replace(around, memory=memory), parked=parked)
+
+    town = memory.of(("town",), make)
+    return town.within(scenario), town
 
 
 def invented(scenario: Scenario, around: Surroundings, *, parked: bool = True) -> Town:

@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import ParkingArea
 from sumo3dviz_pt.world.objects.objects import merged
-from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
 FAMILY = "parked cars"
 """What users call them."""
@@ -96,15 +96,12 @@ def in_bays(area: ParkingArea, seed: int) -> Iterator[ParkedCar]:
         yield ParkedCar(name, (float(front[0]), float(front[1])), bay.yaw + turn)
 
 
-def parked_cars(
-    cars: Sequence[ParkedCar], standing: HeightAt, around: Surroundings
-) -> list[StaticPart]:
+def parked_cars(cars: Sequence[ParkedCar], around: Surroundings) -> list[StaticPart]:
     """Build the parked cars that a shot shows.
 
     Args:
         cars: All of them.
-        standing: Height of what they stand on.
-        around: Cameras, and the seed.
+        around: Cameras, ground and the seed.
     """
     if not cars:
         return []
@@ -117,7 +114,7 @@ def parked_cars(
         return []
     fronts = settled([cars[k].front for k in order.tolist()])
     ways = np.array([cars[k].way for k in order.tolist()])
-    high, low = standing(fronts - 0.2 * CAR * ways), standing(fronts - 0.8 * CAR * ways)
+    high, low = (around.height_at(fronts - share * CAR * ways) for share in (0.2, 0.8))
     parts: list[Part] = []
     for rank, k in enumerate(order.tolist()):
         near = away[k] < _CLOSE and rank < _MOST_CLOSE
