@@ -464,15 +464,15 @@ def _parks(
     return parks
 
 
-TREES, SHRUBS, BOUNDS = 480.0, 110.0, 130.0
+TREES, SHRUBS, BOUNDS = 400.0, 110.0, 130.0
 """Farther from every camera than this they are left out [m]."""
 
-MOST_TREES, MOST_SHRUBS = 420, 160
+MOST_TREES, MOST_SHRUBS = 280, 120
 """The nearest of them, at most."""
 
 
 def near_cameras(scenario: Scenario, around: Surroundings) -> Scenario:
-    """Return a scenario without invented plants and fences that a shot hardly shows.
+    """Return a scenario without what is invented that a shot hardly shows, or not at all.
 
     Args:
         scenario: With a town.
@@ -488,6 +488,9 @@ def near_cameras(scenario: Scenario, around: Surroundings) -> Scenario:
         near = near[np.argsort(away[near], kind="stable")][:most]
         kept = {own[k].id for k in near.tolist()}
         gone.update(poi.id for poi in own if poi.id not in kept)
+    houses = [poi for poi in scenario.pois if poi.source == SOURCE and poi.type in _BODY]
+    seen = around.seen(settled([k.position for k in houses]).reshape(-1, 2), radius=40.0)
+    gone.update(poi.id for poi, shown in zip(houses, seen, strict=True) if not shown)
     lines = [k for k in scenario.polygons if k.source == SOURCE and not k.fill]
     if lines:
         away = around.distances(settled([k.shape.mean(axis=0) for k in lines]))

@@ -287,7 +287,7 @@ def rims(
         behind = side.begin + rng.uniform(3.0, 6.0, len(some))
         spots = side.border.at(np.clip(some, 0.0, side.border.length), behind).places
         keep = _free(spots, taken.wide, 2.0) & _free(spots, built, 1.5)
-        keep &= rng.random(len(some)) < 0.7
+        keep &= rng.random(len(some)) < 0.5
         for k in np.flatnonzero(keep).tolist():
             species = kinds[pick(weights, rng.random())]
             trees.append(plant(f"{side.name}:r{k}", "tree", spots[k], species))
