@@ -24,8 +24,10 @@ from sumo3dviz_pt.world.objects.houses import (
     house_parts,
     lamp_sets,
     plan_of,
+    rectangles,
 )
 from sumo3dviz_pt.world.objects.kinds import (
+    INVENTED,
     KINDS,
     PLANTS,
     Kind,
@@ -235,7 +237,7 @@ def _point_parts(
     places = places_of(items)
     names = [f"{kind.name}:{item.id}" for item in items]
     levels = staging.levels(kind, level_distances(kind, items, around))
-    heights = around.height_at(places)
+    heights = np.array(around.height_at(places))
     yaws = _yaws(kind, items, places, around)
     sizes = _sizes(names, settings, around.seed)
     # Storeys vary less than ground plans; trees keep their shape.
@@ -243,6 +245,11 @@ def _point_parts(
     if kind.name in STYLES:
         plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
         sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
+        made = np.array([item.source == INVENTED for item in items], dtype=np.bool_)
+        if made.any():  # slopes: they stand on the lowest corner of the ground
+            scaled = np.array(plans)[made] * sizes[made, None, None]
+            corners = shapely.get_coordinates(rectangles(places[made], yaws[made], scaled))
+            heights[made] = around.height_at(corners).reshape(-1, 5).min(axis=1)
     placed = [
         Transform.from_pose((*places[i], heights[i]), yaw=yaws[i], scale=(size, size, tall[i]))
         for i, size in enumerate(sizes)

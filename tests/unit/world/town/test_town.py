@@ -9,8 +9,9 @@ import pytest
 import shapely
 from any_network.programs import call, why_missing
 
-from sumo3dviz_pt.job.settings import Job, ObjectSettings, RoadSettings
+from sumo3dviz_pt.job.settings import Job, ObjectSettings, ObjectsSettings, RoadSettings
 from sumo3dviz_pt.model.camera import CameraPath
+from sumo3dviz_pt.model.geometry import merge_meshes
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Polygon, Scenario, TrafficLog
@@ -18,6 +19,7 @@ from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.build import World
 from sumo3dviz_pt.world.objects.houses import plan_of, rectangles
 from sumo3dviz_pt.world.objects.kinds import INVENTED, KINDS
+from sumo3dviz_pt.world.objects.objects import build_scenery
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.layout import layout_roads
@@ -233,3 +235,13 @@ def test_only_scenarios_without_a_town_of_their_own_lack_one(made):
     assert lacks_town(empty)
     assert lacks_town(replace(empty, polygons=houses[:2]))
     assert not lacks_town(replace(empty, polygons=houses))
+
+
+def test_houses_on_a_slope_stand_on_their_lowest_corner(made):
+    network = made(NETS["grid"])
+    home = next(k for k in town_of(network).pois if k.type == "home")
+    around = surroundings(network, seed=3, height_at=lambda places: 0.1 * places[:, 0])
+    scenery = build_scenery([home], (), ObjectsSettings(), around=around)
+    mesh = merge_meshes([part.part.mesh for part in scenery.static])
+    low = mesh.vertices[:, 2] < mesh.vertices[:, 2].min() + 0.5
+    assert (mesh.vertices[low, 2] <= 0.1 * mesh.vertices[low, 0] + 0.35).all()
