@@ -319,7 +319,7 @@ def catalogue() -> str:
     assert len(licences) == 1, "say the licence of each asset beside it"
     lines += ["## Assets", "", f"All of them have the licence {licences.pop()}.", ""]
     for family, found in families.items():
-        lines += [f"### {family}", "", "| name | about |", "|---|---|"]
+        lines += [f"### {family}", "", "| name | about, or size [m] |", "|---|---|"]
         lines += [f"| `{asset.name}` | {_about(asset.meta)} |" for asset in found]
         lines.append("")
     return "\n".join(lines)
@@ -336,7 +336,7 @@ def _about(meta: Any) -> str:
     if "about" in meta:
         return str(meta["about"])
     sizes = [str(meta[key]) for key in ("length", "width", "height", "scale") if key in meta]
-    return f"{' x '.join(sizes)} m" if sizes else ""
+    return " x ".join(sizes)
 
 
 # ------------------------------------------------------------------------------------------

@@ -132,6 +132,7 @@ def _written(parts: tuple[Part, ...], poses: Poses) -> bytes:
     """Return one level as the bytes of a NumPy archive."""
     arrays: dict[str, Any] = {
         "materials": np.array([part.material for part in parts]),
+        "roles": np.array([part.role for part in parts]),
         "pose_vertices": poses.vertices,
         "pose_normals": poses.normals,
     }
@@ -149,13 +150,13 @@ def _read(content: bytes) -> Posed:
     """Read one level that `_written` wrote."""
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
         arrays: Mapping[str, Any] = dict(archive)
-    parts = []
+    parts, roles = [], arrays["roles"].tolist()
     for number, material in enumerate(arrays["materials"].tolist()):
         own = {key: arrays.get(f"{number}/{key}") for key in ("normals", "uvs", "tint")}
         mesh = Mesh(
             arrays[f"{number}/vertices"], arrays[f"{number}/faces"], own["normals"], own["uvs"]
         )
-        parts.append(Part(mesh, str(material), own["tint"]))
+        parts.append(Part(mesh, str(material), own["tint"], roles[number]))
     return tuple(parts), Poses(arrays["pose_vertices"], arrays["pose_normals"])
 
 

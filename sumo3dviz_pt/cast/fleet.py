@@ -30,6 +30,7 @@ from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.counts import counted_people
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn, counted_bodies, full_bodies, letters_on
 from sumo3dviz_pt.cast.lamps import VehicleLights
+from sumo3dviz_pt.cast.outfits import outfit_for
 from sumo3dviz_pt.cast.poses import (
     PoseSampler,
     Presence,
@@ -70,6 +71,7 @@ class Fleet:
         materials: Of user models, beside `MATERIALS`.
         lights: Which lamps they light; None leaves all off.
         seed: Of all chance.
+        outfits: Of each, what makes the clothes of people differ; empty where nobody has one.
         suspension: Whether bodies move on their springs and riders lean.
         times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
         parked: Keys of those that never move.
@@ -89,6 +91,7 @@ class Fleet:
     cockpits: Mapping[str, Cockpit] = field(default_factory=dict)
     lights: VehicleLights | None = None
     seed: int = 0
+    outfits: tuple[Mapping[str, Colour], ...] = ()
     suspension: bool = True
     times: Floats | None = None
     parked: frozenset[str] = frozenset()
@@ -291,7 +294,8 @@ class Fleet:
             derived = partial(self.pose_sampler.derived, piece)
             lit = has & self.lights.lit(key, present.time, derived=derived)
         colour, parked = self.colours[k], key in self.parked
-        return Mover(key, name, Transform(frame), colour, lit, "", phase, share, parked)
+        outfit = self.outfits[k] if self.outfits else {}
+        return Mover(key, name, Transform(frame), colour, lit, "", phase, share, parked, outfit)
 
 
 def build_fleet(
@@ -333,6 +337,10 @@ def build_fleet(
         {name: bsdf for body in made.values() for name, bsdf in body.materials.items()},
         lights=lights,
         seed=seed,
+        outfits=tuple(
+            outfit_for(choice, seed=seed, key=trajectory.id)
+            for trajectory, choice in zip(trajectories, choices, strict=True)
+        ),
     )
 
 

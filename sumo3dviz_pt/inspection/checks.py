@@ -311,7 +311,7 @@ def in_words(report: dict[str, Any], *, details: bool = True) -> str:
         f" {users or 'empty'}",
     ]
     lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
-    origin = "; ".join(f"{how}: {what}" for how, what in report["origin"].items())
+    origin = "; ".join(f"{how}: {what}" for how, what in report.get("origin", {}).items())
     lines += [f"town     {origin}"] if origin else []
     weather = report["weather"]
     lines += [f"weather  {weather['text']}"]

@@ -137,6 +137,12 @@ class LensSettings(Settings):
                 raise ValueError("this distortion folds the picture back; take smaller numbers")
 
     @property
+    def is_left_to_the_view(self) -> bool:
+        """Whether a riding camera's view says how wide it is and how it bends lines."""
+        given = self.fov or self.focal_length or "distortion" in self.model_fields_set
+        return self.projection == "perspective" and not given
+
+    @property
     def is_pinhole(self) -> bool:
         """Whether it is a plain pinhole, whatever its angle."""
         plain = self.projection == "perspective" and self.stereo == "none"

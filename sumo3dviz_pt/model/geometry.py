@@ -154,6 +154,8 @@ def things_of(meshes: Sequence[Mesh]) -> tuple[tuple[str, int], ...]:
 
 def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
     """Join meshes into one; normals, uvs and wear survive where all meshes have them."""
+    if len(meshes) == 1:
+        return meshes[0]
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
 
     def joined(name: str, width: int) -> Floats | None:

@@ -249,6 +249,10 @@ def is_tinted(bsdf: Bsdf) -> bool:
     )
 
 
+OWN = "own"
+"""The role of what takes a mover's own colour."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
     """A mesh and what it is made of.
@@ -257,12 +261,15 @@ class Part:
         mesh: In the frame of what it belongs to.
         material: A name in `SceneData.materials`.
         tint: Linear reflectance of each face, (m, 3), for tinted materials
-            whose colour does not come from a mover.
+            whose colour does not come from a mover; with a role, what the mover's colour of that
+            role is multiplied with.
+        role: Which of a mover's colours it takes: `OWN`, or a key of its outfit; empty for none.
     """
 
     mesh: Mesh
     material: str
     tint: Floats | None = None
+    role: str = ""
 
     def __post_init__(self) -> None:
         """Freeze the tints and check their number."""
@@ -315,6 +322,7 @@ class Prototype:
         lamps: What can shine on it.
         poses: Shapes that `parts` take in turn; such bodies are never instanced.
         far_poses: Shapes that `far` takes in turn.
+        rooted: Whether its movers stand still, as plants do.
     """
 
     name: str
@@ -323,6 +331,7 @@ class Prototype:
     lamps: tuple[VehicleLamp, ...] = ()
     poses: Poses | None = None
     far_poses: Poses | None = None
+    rooted: bool = False
 
     @property
     def triangles(self) -> int:
@@ -345,6 +354,7 @@ class Mover:
         phase: Of the movement of its prototype's poses, [0, 1).
         effort: How much of that movement it shows: 0 at rest, 1 all of it.
         parked: Whether it never moves, so that snow lies on it as on what stands.
+        outfit: Factors of the reflectance of its parts, by their roles; 1 for those missing.
     """
 
     id: str
@@ -356,6 +366,7 @@ class Mover:
     phase: float = 0.0
     effort: float = 0.0
     parked: bool = False
+    outfit: Mapping[str, Colour] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -534,7 +545,8 @@ class FrameState:
         far: Those that are drawn by their stand-ins.
         lamps: Radiance of each lamp that changes, (lamps, 3), by lamp set id.
         deforming: Those that are drawn in detail and take poses.
-        fixtures: What moves and is no road user, such as the arms of barriers.
+        fixtures: What is drawn as a body and is no road user: the arms of barriers, and plants
+            of which many are alike.
         weather: Of its time, or None.
         flying: Finds what falls and flies before the camera; None where nothing does.
         exposure: The moments at which a picture with a shutter sees the scene: every row at

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
-from sumo3dviz_pt.model.scene import Bsdf, Part, is_tinted
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import OWN, Bsdf, Part, is_tinted
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, face_tint
 
 ROUGHNESS_ATTRIBUTE = "face_roughness"
@@ -29,6 +29,9 @@ COMPOUND: Bsdf = {
     "specular": 0.5,
 }
 
+_WHITEST = 0.85
+"""Reflectance up to which materials give back no more light than falls on them."""
+
 _PLAIN_KEYS = {"type", "base_color", "roughness", "metallic", "specular"}
 
 
@@ -40,11 +43,13 @@ class MergedMesh:
         material: A name of the scene's materials, or empty for the compound.
         mesh: All of them.
         attributes: Values per face, (m, channels), by attribute name.
+        painted: Whether its colour is that of the mover that shows it.
     """
 
     material: str
     mesh: Mesh
     attributes: Mapping[str, Floats]
+    painted: bool = False
 
 
 def is_plain(bsdf: Bsdf) -> bool:
@@ -69,7 +74,7 @@ def merged_meshes(
     Returns:
         Lumps in order of first appearance; flat and smooth meshes stay apart.
     """
-    groups: dict[tuple[str, bool, bool, bool], list[Part]] = {}
+    groups: dict[tuple[str, bool, bool, bool, bool], list[Part]] = {}
     for part in parts:
         if not len(part.mesh.faces):
             continue
@@ -77,19 +82,22 @@ def merged_meshes(
         name = "" if is_plain(materials[part.material]) and not by_mover else part.material
         keep_uvs = bool(name) and part.mesh.uvs is not None
         keep_wear = bool(name) and part.mesh.wear is not None
-        key = (name, part.mesh.normals is not None, keep_uvs, keep_wear)
+        key = (name, part.mesh.normals is not None, keep_uvs, keep_wear, by_mover)
         groups.setdefault(key, []).append(part)
-    return [_merge(key[0], members, materials) for key, members in groups.items()]
+    return [_merge(key[0], members, materials, painted=key[-1]) for key, members in groups.items()]
 
 
-def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> MergedMesh:
+def _merge(
+    name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf], *, painted: bool
+) -> MergedMesh:
     """Join parts of one group."""
     meshes = [part.mesh for part in parts]
     if not name:
         meshes = [replace(mesh, uvs=None, wear=None) for mesh in meshes]
-    return MergedMesh(
-        name, merge_meshes(meshes), face_attributes(parts, materials, compound=not name)
-    )
+    attributes = face_attributes(parts, materials, compound=not name)
+    if painted:
+        attributes.pop(TINT_ATTRIBUTE, None)
+    return MergedMesh(name, merge_meshes(meshes), attributes, painted)
 
 
 def face_attributes(
@@ -134,9 +142,43 @@ def _by_mover(part: Part, materials: Mapping[str, Bsdf]) -> bool:
     return part.tint is None and is_tinted(materials[part.material])
 
 
-def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
-    """Return 1 for faces that take their mover's colour, else 0, (m,)."""
-    return np.concatenate(
-        [np.full(len(part.mesh.faces), float(_by_mover(part, materials))) for part in parts]
-        or [np.zeros(0)]
-    )
+@dataclass(frozen=True, slots=True, eq=False)
+class Shades:
+    """What the colours of a mover are multiplied with, face by face.
+
+    Attributes:
+        base: (m, 3).
+        roles: Names of the colours, such as `OWN`; empty for white.
+        role: Index of each face among them, (m,).
+    """
+
+    base: Floats
+    roles: tuple[str, ...]
+    role: Ints
+
+    @classmethod
+    def of(cls, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Shades:
+        """Find them on bodies of the compound; parts without a tint take their mover's colour."""
+        own = [_by_mover(part, materials) for part in parts]
+        named = [OWN if plain else part.role for part, plain in zip(parts, own, strict=True)]
+        roles = tuple(sorted(set(named)))
+        counts = [len(part.mesh.faces) for part in parts]
+        base = [
+            np.ones((count, 3)) if plain else _face_colours(part, materials[part.material])
+            for part, plain, count in zip(parts, own, counts, strict=True)
+        ]
+        index = np.repeat(np.array([roles.index(name) for name in named], dtype=np.int64), counts)
+        return cls(np.concatenate([np.zeros((0, 3)), *base]), roles, index)
+
+    def coloured(self, own: Colour, outfit: Mapping[str, Colour]) -> Floats:
+        """Return the reflectance of each face of a mover, (m, 3).
+
+        Args:
+            own: Its own colour.
+            outfit: Its other colours, by role; white for those missing.
+        """
+        white = (1.0, 1.0, 1.0)
+        palette = [own if role == OWN else outfit.get(role, white) for role in self.roles]
+        return np.asarray(
+            np.minimum(self.base * np.array(palette).reshape(-1, 3)[self.role], _WHITEST)
+        )

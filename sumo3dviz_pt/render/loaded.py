@@ -46,6 +46,7 @@ class HeldMesh:
         body: Name of the body that it is a part of, if that is instanced; else empty.
         moving: Whether its vertices differ from frame to frame.
         rooted: Whether it stands where it is, though wind moves its vertices.
+        painted: Whether its colour is that of the instance that was hit.
     """
 
     name: str
@@ -53,6 +54,7 @@ class HeldMesh:
     body: str = ""
     moving: bool = False
     rooted: bool = False
+    painted: bool = False
 
 
 class LoadedScene:
@@ -136,10 +138,11 @@ class LoadedScene:
         for name in (*self._lamps.names, *self.running.names):
             moving = name in self.running.names
             yield HeldMesh(name, self._materials.bsdf("signal_lens"), moving=moving)
-        for body, materials in self.pool.bodies.items() if self.pool is not None else ():
-            for number, material in enumerate(materials):
+        for body, meshes in self.pool.bodies.items() if self.pool is not None else ():
+            for number, (material, painted) in enumerate(meshes):
                 bsdf = self._materials.bsdf(material)
-                yield HeldMesh(f"{body}.part{number}", bsdf, body=body)
+                name = f"{body}.part{number}"
+                yield HeldMesh(name, bsdf, body=body, painted=painted)
 
     def shelters(self) -> list[Mesh]:
         """Return all that stands and keeps rain off, in the network's coordinates."""
@@ -265,10 +268,12 @@ class LoadedScene:
         parts |= {crowd.name: crowd.make(self._materials) for crowd in self._crowds if crowd}
         if self.pool is not None:
             parts |= self.pool.entries
+            standing |= self.pool.rooted
         if self._scalar is not None:
             parts |= self._scalar.entries(frame)
         # Everything is moved to its place before there is a scene, whose trees are so built once.
-        self._move(mi.traverse(_Parts(parts)), frame)
+        rooted = {} if self.pool is None else self.pool.rooted
+        self._move(mi.traverse(_Parts({**parts, **rooted})), frame)
         apart = self.apart and self._moves and any(len(m.mesh.faces) for m in self._static)
         if not apart:
             parts |= standing

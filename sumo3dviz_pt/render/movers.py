@@ -44,9 +44,9 @@ from sumo3dviz_pt.render.compound import (
     METALLIC_ATTRIBUTE,
     ROUGHNESS_ATTRIBUTE,
     MergedMesh,
+    Shades,
     face_attributes,
     merged_meshes,
-    tint_mask,
 )
 from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.paint import colour_table, table_index
@@ -138,14 +138,9 @@ def shape_group(
     group: dict[str, Any] = {"type": "shapegroup"}
     made = []
     for index, merged in enumerate(meshes):
-        attributes = {
-            name: values
-            for name, values in merged.attributes.items()
-            if name != convert.TINT_ATTRIBUTE or not merged.material
-        }
-        bsdf = materials.get(merged.material, tint)
+        bsdf = materials.get(merged.material, tint if merged.painted else convert.face_tint())
         name = f"{prototype.name}_{index}"
-        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=attributes))
+        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=merged.attributes))
         group[f"part{index}"] = made[-1]
     return load(group), made
 
@@ -159,23 +154,27 @@ class InstancePool:
         floor: Height where free slots wait [m].
 
     Attributes:
-        bodies: Names of the materials of each body's meshes, by the body's name in the scene.
+        bodies: Material of each body's meshes, and whether its colour is its mover's, by the
+            body's name in the scene.
         parts: Mitsuba's shapes of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
         parked: Slots that show who never moves.
+        entries: Shapes to put into the scene, of bodies that move.
+        rooted: The same of bodies that stand.
     """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
         self._floor = floor
-        self.bodies: dict[str, tuple[str, ...]] = {}
+        self.bodies: dict[str, tuple[tuple[str, bool], ...]] = {}
         self.parts: dict[str, list[Any]] = {}
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
         self.shown: dict[str, str] = {}
         self.parked: frozenset[str] = frozenset()
-        self._entries: dict[str, Any] = {}
+        self.entries: dict[str, Any] = {}
+        self.rooted: dict[str, Any] = {}
         self._slots: dict[str, list[str]] = defaultdict(list)
         self._index: dict[str, int] = {}
         number = 0
@@ -183,24 +182,20 @@ class InstancePool:
             body, prototype = f"body_{len(self._slots)}", scene.prototypes[name]
             meshes = body_meshes(prototype, materials)
             group, shapes = shape_group(prototype, meshes, materials, convert.instance_tint())
-            self._entries[body] = group
+            entries = self.rooted if prototype.rooted else self.entries
+            entries[body] = group
             self.parts[body] = shapes
-            self.bodies[body] = tuple(mesh.material for mesh in meshes)
+            self.bodies[body] = tuple((mesh.material, mesh.painted) for mesh in meshes)
             for _ in range(count):
                 key = f"slot_{number:04d}"
-                self._entries[key] = load({"type": "instance", "body": group})
+                entries[key] = load({"type": "instance", "body": group})
                 self._slots[name].append(key)
                 self.body_of_slot[key] = body
-                self._index[key] = table_index(self._entries[key])
+                self._index[key] = table_index(entries[key])
                 number += 1
         self._keys = tuple(self._index)
         # Nothing equals these, so every slot is moved at first.
         self._held = np.full((number, 4, 4), np.nan, np.float32)
-
-    @property
-    def entries(self) -> Mapping[str, Any]:
-        """Shapes to put into the scene."""
-        return self._entries
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Move every slot to its road user of this frame, or out of sight."""
@@ -306,7 +301,7 @@ class _MergedBody:
         mesh: The body at rest.
         poses: The shapes that it takes, or None of a rigid one.
         attributes: Values per face, (m, channels), by attribute name.
-        mask: 1 for faces that take their mover's colour, else 0, (m,).
+        shades: What its mover's colours are multiplied with.
         first_vertex: Of its first slot in the merged mesh.
         first_face: Of its first slot in the merged mesh.
         capacity: How many slots it has.
@@ -315,7 +310,7 @@ class _MergedBody:
     mesh: Mesh
     poses: Poses | None
     attributes: Mapping[str, Floats]
-    mask: Floats
+    shades: Shades
     first_vertex: int
     first_face: int
     capacity: int
@@ -381,8 +376,8 @@ class Crowd:
             mesh = _merged(parts, smooth=self._smooth)
             poses = prototype.far_poses if far else prototype.poses
             attributes = face_attributes(parts, scene.materials, compound=True)
-            mask = tint_mask(parts, scene.materials)
-            self._bodies[key] = _MergedBody(mesh, poses, attributes, mask, vertex, face, count)
+            shades = Shades.of(parts, scene.materials)
+            self._bodies[key] = _MergedBody(mesh, poses, attributes, shades, vertex, face, count)
             vertex += count * len(mesh.vertices)
             face += count * len(mesh.faces)
         self._vertices, self._faces = vertex, face
@@ -438,11 +433,10 @@ class Crowd:
             vertices[first : first + len(points)] = points @ matrix[:3, :3].T + matrix[:3, 3]
             if normals is not None and directions is not None:
                 normals[first : first + len(points)] = _turned(directions, matrix[:3, :3])
-            first = body.first_face + slot * len(body.mask)
-            self.shown[mover.name] = slice(first, first + len(body.mask))
-            mask = body.mask[:, None]
-            own = body.attributes[convert.TINT_ATTRIBUTE] * (1.0 - mask)
-            tints[first : first + len(mask)] = own + np.asarray(mover.colour) * mask
+            first = body.first_face + slot * len(body.mesh.faces)
+            faces = slice(first, first + len(body.mesh.faces))
+            self.shown[mover.name] = faces
+            tints[faces] = body.shades.coloured(mover.colour, mover.outfit)
         return CrowdArrays(vertices, normals, tints)
 
     def is_rigid(self, prototype: str) -> bool:

@@ -45,6 +45,7 @@ from sumo3dviz_pt.shot.road_users import (
 from sumo3dviz_pt.shot.tracks import on_tracks, on_what_is_drawn, ruts, wheel_tracks
 from sumo3dviz_pt.world.build import World
 from sumo3dviz_pt.world.cache import place_around
+from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.rails.crossings import Railway
 from sumo3dviz_pt.world.roads.layout import RoadOwners
 from sumo3dviz_pt.world.signals.signals import Signals
@@ -77,6 +78,7 @@ class Shot:
         camera: Where it is seen from.
         signals: The traffic lights.
         railway: The level crossings, whose barriers move.
+        stands: Plants that share models.
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         tracks: The same of the rails that trains stand on, or None.
         road_owners: Tell which edge or junction faces of its roads belong to.
@@ -95,6 +97,7 @@ class Shot:
     camera: Camera
     signals: Signals
     railway: Railway
+    stands: Stands
     footway: Callable[[Floats], Floats]
     aspect: float
     limit: int
@@ -173,7 +176,7 @@ class Shot:
             tuple(parts.far),
             {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
-            self.railway.movers_at(time),
+            (*self.railway.movers_at(time), *self.stands.movers),
             None if self.data.weather is None else self.data.weather.at(time),
         )
         if self.flying is None:
@@ -296,7 +299,7 @@ class ShotBuilder:
         # Put together what does not change.
         shown = shown_bodies(fleet.prototypes, crowd.slots)
         opened = in_fog(shown, weather, left_hand=left_hand)
-        bodies = {**opened, **place.railway.prototypes}
+        bodies = {**opened, **place.railway.prototypes, **place.stands.prototypes}
         eyes, across = camera_path.positions, math.hypot(*job.output.size)
         windswept = in_wind(place.static, weather, camera_path, pixels=across, seed=job.seed)
         data = SceneData(
@@ -305,7 +308,10 @@ class ShotBuilder:
             prototypes=bodies,
             lamps=place.lamps,
             sky=self.world.sky,
-            slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
+            slots=replace(
+                crowd.slots,
+                near={**crowd.slots.near, **place.railway.slots, **place.stands.slots},
+            ),
             haze=Haze(),
             running=running_lights(
                 opened.values(), dark=dark, left_hand=left_hand, weather=weather
@@ -323,6 +329,7 @@ class ShotBuilder:
             camera=built,
             signals=place.signals,
             railway=place.railway,
+            stands=place.stands,
             footway=place.footway,
             aspect=self.aspect,
             limit=crowd.limit,

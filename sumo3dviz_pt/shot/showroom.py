@@ -6,7 +6,7 @@ The still life is a car, a house and a tree beside a road.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from sumo3dviz_pt.library.people.people import figure
 from sumo3dviz_pt.library.street import furniture, signs, traffic_light
 from sumo3dviz_pt.library.street.furniture import FURNITURE
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, is_tinted
+from sumo3dviz_pt.model.scene import OWN, Bsdf, Part, Poses, is_tinted
 from sumo3dviz_pt.world.objects.houses import STYLES, Chance, house_parts
 from sumo3dviz_pt.world.objects.kinds import KINDS, PLANTS, Plant, body_of
 from sumo3dviz_pt.world.objects.objects import material_of
@@ -121,7 +121,7 @@ def _unit_parts(unit: Unit, level: str) -> list[Part]:
     place = Transform.from_pose((unit.at, 0.0, 0.0))
     if level != "full":
         parts = unit.prototype.far if level == "far" else unit.prototype.parts
-        return [Part(place.mesh(part.mesh), part.material, part.tint) for part in parts]
+        return [replace(part, mesh=place.mesh(part.mesh)) for part in parts]
     made = full_bodies([unit])
     pieces = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.full].parts]
     for wheel in unit.wheels:
@@ -142,6 +142,8 @@ def _joint_parts(unit: Unit, level: str) -> list[Part]:
 
 def _painted(part: Part, colour: Colour) -> Part:
     """A part whose mover's colour is known."""
+    if part.tint is not None and part.role == OWN:
+        return replace(part, tint=part.tint * colour)
     if part.tint is not None or not is_tinted(MATERIALS.get(part.material, {})):
         return part
     return Part(part.mesh, part.material, np.tile(colour, (len(part.mesh.faces), 1)))
@@ -162,7 +164,7 @@ def _in_pose(parts: Sequence[Part], poses: Poses, pose: int) -> Iterator[Part]:
     for part in parts:
         own = slice(first, first + len(part.mesh.vertices))
         mesh = Mesh(poses.vertices[pose, own], part.mesh.faces, poses.normals[pose, own])
-        yield Part(mesh, part.material, part.tint)
+        yield replace(part, mesh=mesh)
         first = own.stop
 
 

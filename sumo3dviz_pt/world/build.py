@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, language_in
 from sumo3dviz_pt.library.materials import MATERIALS
@@ -29,7 +28,7 @@ from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
-from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
+from sumo3dviz_pt.world.areas.slabs import Paving, slab_polygons
 from sumo3dviz_pt.world.land.cuts import laid_beside
 from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.horizon import Room, occupied
@@ -38,6 +37,7 @@ from sumo3dviz_pt.world.objects.kinds import INVENTED, kind_of
 from sumo3dviz_pt.world.objects.lines import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.lines import Rails, guard_rails
 from sumo3dviz_pt.world.objects.objects import BUDGET, Scenery, build_scenery
+from sumo3dviz_pt.world.objects.stands import Stands
 from sumo3dviz_pt.world.outlook import Outlook, RoadChoice, choose_roads
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.lanes import build_lane_index
@@ -67,7 +67,7 @@ from sumo3dviz_pt.world.rows.courts import court_height
 from sumo3dviz_pt.world.rows.fronts import SOURCE, Given, Rows, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.houses import FAMILY, Fronts, build_fronts
 from sumo3dviz_pt.world.signals.signals import Signals, build_signals
-from sumo3dviz_pt.world.sky import build_sky, is_dark, zone_at
+from sumo3dviz_pt.world.sky import build_sky, is_dark, known_zone
 from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
@@ -87,14 +87,16 @@ def season_of(job: Job) -> str:
 
 
 def language_at(location: Location) -> str:
-    """Return the language of a network's place; English where it is not known."""
+    """Return the language of a network's place; English where it is not known.
+
+    Raises:
+        ConfigError: If the package that knows time zones is missing.
+    """
     if location.place is None:
         return ENGLISH
     latitude, longitude = location.place
-    try:
-        return language_in(zone_at(latitude=latitude, longitude=longitude))
-    except ConfigError:  # the sea, or no package that knows zones
-        return ENGLISH
+    zone = known_zone(latitude=latitude, longitude=longitude)
+    return language_in(zone) if zone else ENGLISH
 
 
 def in_season(parts: Iterable[StaticPart], season: str) -> tuple[StaticPart, ...]:
@@ -223,6 +225,7 @@ class BuiltPlace:
         railway: The level crossings.
         lamps: Everything that stands and shines.
         left_out: What was left out, and why.
+        stands: Plants that share models.
     """
 
     static: tuple[StaticPart, ...]
@@ -235,6 +238,7 @@ class BuiltPlace:
     railway: Railway
     lamps: tuple[LampSet, ...]
     left_out: tuple[LeftOut, ...]
+    stands: Stands
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -362,7 +366,6 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         textured=job.textured,
         budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
     )
-    # All of it together.
     sources = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
     season = season_of(job)
     return BuiltPlace(
@@ -382,6 +385,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
             *street.lamps,
         ),
         tuple(out for some in sources for out in some.left_out),
+        scenery.stands,
     )
 
 
@@ -427,21 +431,18 @@ def _land(
         memory=world.memory,
         season=season_of(world.job),
         language=language_at(network.location),
+        weathered=world.weather is not None,
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
     rows = _rows(world, whole, roads, around)
     if not roads.layout.cells.is_flat:
-        ground = laid_beside(ground, _pavings(slabs, rows, roads), solid=_solid(rows, roads))
+        courts = Paving(rows.forecourts, court_height(roads.layout))
+        ground = laid_beside(ground, [*slabs.pavings, courts], solid=_solid(rows, roads))
         around = replace(around, height_at=ground.height_at)
     below = Below(roads, ground, slabs)
     areas = build_areas(scenario, job, below=below, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around, rows), areas
-
-
-def _pavings(slabs: SlabParts, rows: Rows, roads: RoadParts) -> list[Paving]:
-    """All that is paved beside roads."""
-    return [*slabs.pavings, Paving(rows.forecourts, court_height(roads.layout))]
 
 
 def _solid(rows: Rows, roads: RoadParts) -> list[shapely.Geometry]:
@@ -530,6 +531,13 @@ def _why_barren(job: Job) -> str | None:
     return why_nowhere(job.ground.texture)
 
 
+def _why_unfurnished(job: Job) -> str | None:
+    """Why no islands and guard rails stand, or None."""
+    if job.street.furniture == "none":
+        return "switched off by `street.furniture`"
+    return None if job.textured else "everything is shown in plain colours"
+
+
 def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Planting:
     """Trees and shrubs where the scenario has none."""
     if (why := _why_barren(job)) is not None:
@@ -550,10 +558,7 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
 def _islands(world: World, land: _PreparedLand, areas: AreaParts) -> tuple[IslandParts, AreaParts]:
     """Kerbed islands between roads, and areas with what grows on those."""
     job, roads, around = world.job, land.roads, land.around
-    why = None if job.textured else "everything is shown in plain colours"
-    if job.street.furniture == "none":
-        why = "switched off by `street.furniture`"
-    if why is not None:
+    if (why := _why_unfurnished(job)) is not None:
         return island_parts((), roads.layout, why=why), areas
     find = partial(islands_of, world.scenario.network, roads.layout, around.index)
     islands = roads.layout.memory.of(("islands",), find)
@@ -565,12 +570,7 @@ def _islands(world: World, land: _PreparedLand, areas: AreaParts) -> tuple[Islan
 
 def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
     """Guard rails where the scenario has no fences; none where everything is plain."""
-    why = None
-    if not job.textured:
-        why = "everything is shown in plain colours"
-    if job.street.furniture == "none":
-        why = "switched off by `street.furniture`"
-    if why is not None:
+    if (why := _why_unfurnished(job)) is not None:
         return Rails(left_out=(LeftOut(RAILS, why),))
     slabs = [shapely.Polygon(k.shape) for k in scenario.polygons if k.source == SLABS]
     paved = [*land.roads.layout.paved, *slabs]

@@ -113,15 +113,24 @@ def zone_at(*, latitude: float, longitude: float) -> str:
     Raises:
         ConfigError: If it is not known.
     """
+    zone = known_zone(latitude=latitude, longitude=longitude)
+    if not zone:
+        raise ConfigError("no time zone is known there; give one", key="sky.sun.zone")
+    return zone
+
+
+def known_zone(*, latitude: float, longitude: float) -> str:
+    """Return the same; empty where no zone is known, as at sea.
+
+    Raises:
+        ConfigError: If the package that knows zones is missing.
+    """
     try:
         import tzfpy
     except ImportError as error:
         message = "zones of places need the package tzfpy; install it, or give the zone"
         raise ConfigError(message, key="sky.sun.zone") from error
-    zone = str(tzfpy.get_tz(longitude, latitude))
-    if not zone:
-        raise ConfigError("no time zone is known there; give one", key="sky.sun.zone")
-    return zone
+    return str(tzfpy.get_tz(longitude, latitude))
 
 
 def _julian_days(when: dt.datetime) -> float:

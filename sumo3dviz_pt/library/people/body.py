@@ -13,24 +13,24 @@ from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import grid_faces
+from sumo3dviz_pt.library.people.cloth import Folds, banded, bulges, creased, pressed
 from sumo3dviz_pt.library.people.posture import SIDES, BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
     Counts,
-    Folds,
+    Crease,
     SkinPart,
     Stack,
     arm_weights,
     carried,
     closed,
-    creased,
     hemmed,
     interpolated,
     leg_weights,
-    pressed,
     rope,
     sewn,
     skirt_weights,
+    spaced,
     swollen,
     trunk_weights,
     tube_piece,
@@ -41,7 +41,11 @@ from sumo3dviz_pt.model.geometry import Floats
 
 _ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
 _ARM_BARE = (*_ARM, (0.10, 0.027), (0.16, 0.0245), (0.185, 0.0235), (0.22, 0.0245), (0.328, 0.0150))
-_ARM_CLAD = (*_ARM, (0.10, 0.028), (0.16, 0.0265), (0.185, 0.0265), (0.22, 0.0255), (0.328, 0.0195))
+_ARM_CLAD = (
+    *_ARM,
+    *((0.10, 0.0275), (0.16, 0.0255), (0.185, 0.0250), (0.22, 0.0240), (0.29, 0.0190)),
+    (0.328, 0.0180),
+)
 """Radius of an arm along its length, both as shares of the stature."""
 
 _LEG_BARE = (
@@ -50,7 +54,7 @@ _LEG_BARE = (
     *((0.10, 0.0220), (0.06, 0.0195), (0.03, 0.0205)),
 )
 _LEG_CLAD = (
-    *((0.560, 0.030), (0.535, 0.050), (0.50, 0.0545), (0.45, 0.0525), (0.40, 0.048)),
+    *((0.560, 0.028), (0.535, 0.045), (0.50, 0.0505), (0.45, 0.0505), (0.40, 0.0475)),
     *((0.34, 0.0425), (0.285, 0.039), (0.25, 0.0375), (0.20, 0.0365), (0.16, 0.0355)),
     *((0.10, 0.0345), (0.06, 0.0345), (0.024, 0.0345)),
 )
@@ -100,9 +104,11 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     full = float(bones.sum())
     end = cut.end * full
     # More rings where the elbow bends.
-    share = np.linspace(0.0, 1.0, counts.rings)
     first = -0.012 * h + cut.start * full
-    along = first + (end - first) * share
+    fine = counts.points > 4
+    along = np.linspace(first, end, counts.rings)
+    if fine:
+        along = spaced(first, end, counts.rings, joint=bones[0], near=0.05 * h)
     bend = np.minimum(along, bones[0]), np.clip(along - bones[0], 0.0, None)
     middle = (
         points[0]
@@ -114,7 +120,9 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     )
     rings = _around(middle, radius * 1.06, radius * 0.96, counts.points)
     depth = cut.folds * (
-        0.45 + 0.9 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2)) + 0.5 * (along > 0.88 * full)
+        0.40
+        + 0.35 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2))
+        + 0.3 * (along > 0.88 * full)
     )
     depth = depth * smoothstep(0.0, 0.06 * h, along)
     rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
@@ -122,9 +130,22 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     near = smoothstep(0.055 * h, -0.012 * h, along)[::-1, None]
     rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
     rings[..., 1] -= near * SIDES[side] * 0.012 * h
-    rings = hemmed(rings, depth=0.008) if counts.points > 4 else rings
+    rings = hemmed(rings, depth=0.008) if fine else rings
     weights = arm_weights(body, rings.reshape(-1, 3), side)
-    return tube_piece(rings, weights, cloth, lids="top")
+    made = tube_piece(rings, weights, cloth, lids="top")
+    if not fine or cut.folds == 0.0:
+        return made
+    down = np.append(along[-1:], along[::-1])
+    folds = bulges(rings, down, joint=bones[0], wide=0.06 * h, deep=0.008, seed=cut.seed)
+    made = banded(made, counts.points)
+    return _creased_at(made, folds, (f"upper_arm_{side}", f"forearm_{side}"))
+
+
+def _creased_at(made: SkinPart, folds: Floats, bones: tuple[str, str]) -> SkinPart:
+    """Let a piece throw folds, (k, m, 3), as two bones bend; lids stay as they are."""
+    offsets = np.zeros_like(made.vertices)
+    offsets[: folds.shape[0] * folds.shape[1]] = folds.reshape(-1, 3)
+    return replace(made, creases=(*made.creases, Crease(bones, offsets)))
 
 
 def _arm_radius(body: BodyMeasures, along: Floats, cut: GarmentCut) -> Floats:
@@ -133,7 +154,9 @@ def _arm_radius(body: BodyMeasures, along: Floats, cut: GarmentCut) -> Floats:
     girth = body.build**0.6 * (1.0 - 0.14 * body.woman) * (1.0 + 0.10 * body.child)
     grown = smoothstep(-0.012, 0.04, along)
     radius = body.height * girth * (bare + cut.loose * (clad - bare))
-    return np.asarray(radius + cut.ease * grown)
+    # Sleeves are wide above and end in a cuff.
+    cuff = 1.0 - 0.45 * smoothstep(0.24, 0.328, along)
+    return np.asarray(radius + cut.ease * grown * cuff)
 
 
 def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Counts) -> SkinPart:
@@ -148,9 +171,11 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     """
     h, rest = body.height, joints(body)
     lowest = 0.535 + cut.end * (0.028 - 0.535)
-    share = np.linspace(0.0, 1.0, counts.rings)
     highest = 0.555 + cut.start * (0.028 - 0.555)
-    level = lowest + (highest - lowest) * share
+    level = np.linspace(lowest, highest, counts.rings)
+    fine = counts.points > 4
+    if fine:
+        level = spaced(highest, lowest, counts.rings, joint=0.285, near=0.05)[::-1]
     places = np.stack([rest[f"{name}_{side}"] for name in ("foot", "shank", "thigh")])
     z = np.asarray(body.z(level))
     middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
@@ -164,16 +189,28 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     rings = _around(middle, radius * 1.05, radius * 0.96, counts.points)
     depth = cut.folds * (
         0.35
-        + 0.8 * np.exp(-(((level - 0.285) / 0.035) ** 2))
+        + 0.55 * np.exp(-(((level - 0.285) / 0.035) ** 2))
         + 0.8 * np.exp(-(((level - 0.46) / 0.03) ** 2))
         + 1.0 * smoothstep(0.11, 0.04, level)
     )
     rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
     if cut.end > 0.95 and cut.loose > 0.5:
         rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts.points)), 0.0)
-    rings = hemmed(rings, depth=0.010) if counts.points > 4 else rings
+    rings = hemmed(rings, depth=0.010) if fine else rings
     weights = leg_weights(body, rings.reshape(-1, 3), side, foot=0.6 - 0.25 * cut.loose)
-    return tube_piece(rings, weights, cloth, lids="top")
+    made = tube_piece(rings, weights, cloth, lids="top")
+    if not fine or cut.folds == 0.0:
+        return made
+    return _bending(banded(made, counts.points), rings, h * np.append(level[:1], level), side, cut)
+
+
+def _bending(made: SkinPart, rings: Floats, up: Floats, side: str, cut: GarmentCut) -> SkinPart:
+    """Let a trouser leg, whose rings are at heights [m], crease as knee and hip bend."""
+    h, deep = float(up[-1]) / 0.555, 0.4 * (cut.folds + 0.008)
+    knee = bulges(rings, up, joint=0.285 * h, wide=0.055 * h, deep=deep, seed=cut.seed)
+    groin = bulges(rings, up, joint=0.50 * h, wide=0.05 * h, deep=0.5 * deep, seed=cut.seed + 1)
+    made = _creased_at(made, knee, (f"thigh_{side}", f"shank_{side}"))
+    return _creased_at(made, groin, ("pelvis", f"thigh_{side}"))
 
 
 def _around(middle: Floats, deep: Floats, wide: Floats, count: int) -> Floats:
@@ -251,6 +288,19 @@ def hand(
         yield carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
 
 
+def in_hand(body: BodyMeasures, side: str, rings: Floats, cloth: Cloth) -> SkinPart:
+    """Put a closed piece into a hand.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        rings: To the thumb, out of the palm, to the fingers, (k, m, 3) [m].
+        cloth: What it is made of.
+    """
+    placed = _at_wrist(body, side, rings)
+    return carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
+
+
 def _at_wrist(body: BodyMeasures, side: str, rings: Floats) -> Floats:
     """Carry rings from the hand's own frame: to the thumb, out of the palm, to the fingers."""
     rest, s = joints(body), SIDES[side]
@@ -319,9 +369,9 @@ _MAN = (
     (0.680, 0.000, 0.063, 0.053, 0.0890),
     (0.720, -0.003, 0.066, 0.058, 0.0960),
     (0.760, -0.006, 0.063, 0.060, 0.1020),
-    (0.790, -0.008, 0.055, 0.058, 0.1060),
-    (0.807, -0.009, 0.046, 0.054, 0.1065),
-    (0.820, -0.010, 0.038, 0.050, 0.0980),
+    (0.790, -0.008, 0.055, 0.058, 0.1040),
+    (0.807, -0.009, 0.046, 0.054, 0.1010),
+    (0.820, -0.010, 0.038, 0.050, 0.0930),
     (0.831, -0.009, 0.034, 0.046, 0.0790),
     (0.840, -0.008, 0.033, 0.042, 0.0580),
     (0.848, -0.008, 0.034, 0.040, 0.0440),
@@ -373,7 +423,7 @@ class Fit:
     ease: float = 0.012
     drape: float = 0.5
     flare: float = 0.0
-    folds: float = 0.018
+    folds: float = 0.013
     quilted: float = 0.0
     seed: int = 0
 
@@ -467,13 +517,27 @@ class Garment:
             push = push + depth[:, None]
         return np.asarray(points + push[..., None] * away)
 
+    def shares(self, count: int) -> Floats:
+        """Return the levels of a number of rings, of which the lowest two bound the hem."""
+        if count <= 6:
+            return np.linspace(self.fit.hem, self.fit.top, count)
+        above = np.linspace(self.fit.hem + 0.010, self.fit.top, count - 1)
+        return np.append(self.fit.hem, above)
+
     def piece(self, cloth: Cloth, counts: Counts) -> SkinPart:
         """Make the garment itself; below the hips it sways with the legs."""
-        shares = np.linspace(self.fit.hem, self.fit.top, counts.rings)
+        shares, fine = self.shares(counts.rings), counts.rings > 6
         rings = self.rings(shares, turns(counts.points))
-        rings = hemmed(rings) if counts.rings > 6 else swollen(rings)
+        rings = hemmed(rings) if fine else swollen(rings)
         weights, sway = self._bound(rings.reshape(-1, 3))
         made = tube_piece(rings, weights, cloth, lids="" if self.fit.top > 0.7 else "top")
+        if fine:
+            h = self.body.height
+            up = h * np.append(shares[:1], shares)
+            folds = bulges(
+                rings, up, joint=WAIST * h, wide=0.07 * h, deep=0.018, seed=self.fit.seed
+            )
+            made = _creased_at(banded(made, counts.points), folds, ("pelvis", "chest"))
         if sway is None:
             return made
         # Lids have vertices of their own, which do not sway.

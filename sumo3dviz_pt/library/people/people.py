@@ -12,8 +12,8 @@ A recipe is the content of `recipe` in an asset's `asset.yaml`:
     bottom: {cut: trousers, colour: [r, g, b]}
     shoes: {colour: [r, g, b], sole: [r, g, b], shaft: 0.0}
     hose, gloves, scarf: {colour: [r, g, b]}    # tights under a skirt; scarf with `top.with`
-    shirt, tie: [r, g, b]                       # under a blazer
-    carries: [{what: backpack, colour: [r, g, b]}]
+    shirt, tie: [r, g, b]                       # under a blazer or a cardigan
+    carries: [{what: backpack, colour: [r, g, b]}]    # shoulder_bag, tote, phone
     seed: 3
 
 References:
@@ -35,7 +35,9 @@ from scipy.interpolate import CubicSpline
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.people.body import BARE, Garment, arm, hand, leg, seat, shoe
-from sumo3dviz_pt.library.people.head import STYLES, Face, Skull, cover_levels, head, headwear
+from sumo3dviz_pt.library.people.cloth import uneven, wrinkled
+from sumo3dviz_pt.library.people.hair import STYLES, cover_levels, headwear
+from sumo3dviz_pt.library.people.head import Face, Skull, head
 from sumo3dviz_pt.library.people.posture import (
     SIDES,
     BodyMeasures,
@@ -50,15 +52,14 @@ from sumo3dviz_pt.library.people.posture import (
 )
 from sumo3dviz_pt.library.people.skin import Cloth, Counts, SkinPart, dressed, interpolated
 from sumo3dviz_pt.library.people.wardrobe import (
+    BAGS,
     BOTTOMS,
     TOPS,
     TRUNK_RINGS,
     Bottom,
     Recipe,
     Top,
-    backpack,
     colour_of,
-    shoulder_bag,
     trimming,
 )
 from sumo3dviz_pt.model.geometry import Floats
@@ -232,7 +233,7 @@ class FigureDetail:
 
 LEVELS: Mapping[str, FigureDetail] = {
     "middle": FigureDetail(
-        Counts(TRUNK_RINGS, 18), Counts(11, 8), Counts(13, 9), Counts(8, 10), fine=True
+        Counts(TRUNK_RINGS, 20), Counts(13, 8), Counts(15, 10), Counts(8, 10), fine=True
     ),
     "far": FigureDetail(Counts(4, 6), Counts(3, 4), Counts(3, 4), Counts(2, 4), fine=False),
 }
@@ -255,16 +256,37 @@ def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Pos
     """
     body = measures(recipe)
     pieces = list(clothed(recipe, LEVELS[level]))
-    parts, poses = dressed(pieces, _on_foot(body))
+    parts, poses = dressed(pieces, _on_foot(body, _in_hand(recipe)))
     return _grounded(parts, poses)
 
 
+def _in_hand(recipe: Recipe) -> tuple[str, ...]:
+    """Return what somebody holds."""
+    return tuple(item["what"] for item in recipe.get("carries", ()) if item["what"] in _HELD)
+
+
+_HELD: Mapping[str, tuple[str, float]] = {"phone": ("l", 0.62), "tote": ("r", 0.95)}
+"""What hands can hold: the hand's side, and how far its fingers are curled."""
+
+
 @lru_cache(maxsize=2)
-def _on_foot(body: BodyMeasures) -> Floats:
+def _on_foot(body: BodyMeasures, held: tuple[str, ...]) -> Floats:
     """Return the bones' matrices, standing and in each phase of a stride, (poses, bones, 3, 4)."""
     phases = np.arange(PHASES) / PHASES
     postures = [standing(body), *(walking(body, phase) for phase in phases)]
-    return np.stack([matrices(body, posture) for posture in postures])
+    return np.stack([matrices(body, _holding(posture, held)) for posture in postures])
+
+
+def _holding(posture: Posture, held: tuple[str, ...]) -> Posture:
+    """Return a posture on foot whose hands hold something."""
+    arms, head = dict(posture.arms), posture.head
+    swing = arms["r"]
+    if "tote" in held and isinstance(swing, Swing):
+        arms["r"] = Swing(0.3 * swing.forward, -0.03, 0.06)
+    if "phone" in held:
+        arms["l"] = Swing(0.40, -0.03, 1.65)
+        head = head @ about_y(0.30)
+    return replace(posture, arms=arms, head=head)
 
 
 def stride_length(recipe: Recipe) -> float:
@@ -314,12 +336,25 @@ def clothed(recipe: Recipe, detail: FigureDetail) -> Iterator[SkinPart]:
     seed = int(recipe.get("seed", 0))
     top = _named(TOPS, recipe["top"], "top")
     bottom = _named(BOTTOMS, recipe["bottom"], "bottom")
-    yield from _headed(recipe, body, face, detail)
-    yield from _upper(recipe, body, replace(top, fit=replace(top.fit, seed=seed)), detail)
-    yield from _lower(recipe, body, bottom, detail)
+    top = replace(top, fit=replace(top.fit, seed=seed))
+    pieces = [
+        *_headed(recipe, body, face, detail),
+        *_upper(recipe, body, top, detail),
+        *_lower(recipe, body, bottom, detail),
+    ]
     for item in recipe.get("carries", ()):
-        make = {"backpack": backpack, "shoulder_bag": shoulder_bag}[item["what"]]
-        yield from make(body, _cloth(item, "leather"), top.fit.ease, fine=detail.fine)
+        cloth = _cloth(item, "leather", "bag")
+        pieces += BAGS[item["what"]](body, cloth, top.fit.ease, fine=detail.fine)
+    for number, piece in enumerate(pieces):
+        if detail.fine and piece.material in _PATCHES:
+            chance = 97 * seed + number
+            piece = uneven(piece, chance, patches=_PATCHES[piece.material])
+            piece = wrinkled(piece, chance) if piece.material == "cloth" else piece
+        yield piece
+
+
+_PATCHES = {"cloth": 0.08, "leather": 0.06, "complexion": 0.03}
+"""How much the reflectance of materials differs from place to place, as a share."""
 
 
 def _headed(
@@ -333,10 +368,11 @@ def _headed(
     for number, item in enumerate(worn if detail.fine else worn[:1]):
         if item["style"] not in STYLES:
             raise ConfigError(f"no style is called {item['style']!r}; known: {', '.join(STYLES)}")
-        own = face.hair if STYLES[item["style"]].material == "hair" else None
+        grown = STYLES[item["style"]].material == "hair"
+        own = face.hair if grown else None
         material = str(item.get("material", STYLES[item["style"]].material))
         colour = colour_of(item["colour"]) if item.get("colour") else own
-        cloth = Cloth(material, colour)
+        cloth = Cloth(material, colour, "hair" if grown else "")
         yield from headwear(skull, item["style"], cloth, fine=detail.fine, under=number > 0)
 
 
@@ -344,8 +380,9 @@ def _upper(
     recipe: Recipe, body: BodyMeasures, top: Top, detail: FigureDetail
 ) -> Iterator[SkinPart]:
     """Build the garment on the trunk, sleeves, bare arms and hands."""
-    cloth = _cloth(recipe["top"], top.material)
-    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
+    # A suit is of one cloth.
+    cloth = _cloth(recipe["top"], top.material, "lower")
+    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin, "skin")
     garment = Garment.of(body, top.fit)
     yield garment.piece(cloth, detail.trunk)
     gloves = _cloth(recipe["gloves"], "leather") if "gloves" in recipe else skin
@@ -356,7 +393,8 @@ def _upper(
         if cut.end < 0.9:
             bare = replace(BARE, start=max(cut.end - 0.16, 0.0))
             yield arm(body, side, bare, skin, detail.arm.with_rings(detail.arm.rings - 3))
-        curl = float(recipe.get("curl", 0.28))
+        held = (_HELD[what] for what in _in_hand(recipe))
+        curl = dict(held).get(side, float(recipe.get("curl", 0.28)))
         yield from hand(body, side, gloves, curl=curl, fine=detail.fine)
     if detail.fine:
         for name in (*top.trimmings, *recipe["top"].get("with", ())):
@@ -367,8 +405,8 @@ def _lower(
     recipe: Recipe, body: BodyMeasures, bottom: Bottom, detail: FigureDetail
 ) -> Iterator[SkinPart]:
     """Build trousers or a skirt, bare legs and shoes."""
-    cloth = _cloth(recipe["bottom"], "cloth")
-    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
+    cloth = _cloth(recipe["bottom"], "cloth", "lower")
+    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin, "skin")
     hose = _cloth(recipe["hose"], "cloth") if "hose" in recipe else skin
     seed = int(recipe.get("seed", 0))
     if bottom.legs is not None:
@@ -390,7 +428,7 @@ def _lower(
             yield leg(body, side, replace(BARE, start=start), hose, counts)
         sole = Cloth("cloth", colour_of(shoes.get("sole", (0.02, 0.02, 0.02))))
         shaft = float(shoes.get("shaft", 0.0))
-        upper = _cloth(shoes, "leather")
+        upper = _cloth(shoes, "leather", "feet")
         yield from shoe(body, side, upper, sole, counts=detail.shoe, heel=shaft)
 
 
@@ -401,10 +439,11 @@ def _named(known: Mapping[str, Any], item: Mapping[str, Any], key: str) -> Any:
     return known[item["cut"]]
 
 
-def _cloth(item: Mapping[str, Any], material: str) -> Cloth:
+def _cloth(item: Mapping[str, Any], material: str, role: str = "") -> Cloth:
     """Read the cloth of a recipe's entry, whose material has a default."""
     colour = item.get("colour")
-    return Cloth(str(item.get("material", material)), None if colour is None else colour_of(colour))
+    known = None if colour is None else colour_of(colour)
+    return Cloth(str(item.get("material", material)), known, role)
 
 
 def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.library.people.posture import BONES, BodyMeasures, joints
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, area_vectors, frozen, unit
-from sumo3dviz_pt.model.scene import Part, Poses
+from sumo3dviz_pt.model.scene import OWN, Part, Poses
 
 _COLUMNS = 8
 
@@ -171,6 +171,19 @@ def rope(path: Floats, radii: Floats, count: int, *, flat: Floats | None = None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Crease:
+    """How cloth folds where two bones bend against each other.
+
+    Attributes:
+        bones: Both, by their names.
+        offsets: What the vertices move by at rest when they are bent by a radian, (n, 3) [m].
+    """
+
+    bones: tuple[str, str]
+    offsets: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SkinPart:
     """A closed or covered surface that follows the bones.
 
@@ -182,6 +195,11 @@ class SkinPart:
         tint: Reflectance of each face, (m, 3); None takes the wearer's colour.
         sway: How much a vertex follows the leg that is further forward (1) or
             backward (-1), (n,), for skirts; None for all else.
+        role: Which of a person's colours its tint is a factor of; empty for none.
+        shade: Factor of the reflectance of each face, (m,), or None.
+        creases: Where it creases as joints bend.
+        slopes: Of wrinkles that are only seen by how they catch light: what tilts the normals at
+            rest, (n, 3), or None.
     """
 
     vertices: Floats
@@ -190,6 +208,10 @@ class SkinPart:
     material: str
     tint: Floats | None = None
     sway: Floats | None = None
+    role: str = ""
+    shade: Floats | None = None
+    creases: tuple[Crease, ...] = ()
+    slopes: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,10 +221,12 @@ class Cloth:
     Attributes:
         material: A name of the scene's materials.
         colour: Its reflectance, or None for the wearer's colour.
+        role: Which of a person's colours it varies with; empty for none.
     """
 
     material: str
     colour: Colour | None = None
+    role: str = ""
 
     def tint(self, faces: int) -> Floats | None:
         """Return the reflectance of a number of faces, (faces, 3); None for the wearer's colour."""
@@ -218,7 +242,8 @@ def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> SkinPart:
         cloth: What it is made of.
     """
     vertices, faces = shape
-    return SkinPart(vertices, faces, weights, cloth.material, cloth.tint(len(faces)))
+    role = OWN if cloth.colour is None else cloth.role
+    return SkinPart(vertices, faces, weights, cloth.material, cloth.tint(len(faces)), role=role)
 
 
 def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> SkinPart:
@@ -333,58 +358,22 @@ def leg_weights(body: BodyMeasures, points: Floats, side: str, *, foot: float = 
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Folds:
-    """Creases of a cloth as waves in space.
-
-    Attributes:
-        waves: Wave vectors, (w, 3) [rad/m].
-        shifts: Their phases, (w,) [rad].
-    """
-
-    waves: Floats
-    shifts: Floats
-
-    @classmethod
-    def of(cls, seed: int, *, slant: float = 0.5) -> Folds:
-        """Draw creases.
-
-        Args:
-            seed: The same seed gives the same folds.
-            slant: 0 lays them level around the body, 1 lets them hang down.
-        """
-        rng = np.random.default_rng(seed)
-        length = rng.uniform(0.10, 0.30, 5)
-        turn = rng.uniform(0.0, 2.0 * np.pi, 5)
-        rise = np.radians(90.0) * (1.0 - slant) + rng.normal(0.0, 0.45, 5)
-        level = np.cos(rise)
-        waves = np.stack([level * np.cos(turn), level * np.sin(turn), np.sin(rise)], axis=1)
-        return cls(waves * (2.0 * np.pi / length)[:, None], rng.uniform(0.0, 2.0 * np.pi, 5))
-
-    def __call__(self, points: Floats) -> Floats:
-        """Return the displacement at points, (..., 3): about [-1, 1], (...)."""
-        waves = np.cos(points @ self.waves.T + self.shifts)
-        # Sharp valleys between broad swells, as cloth has them.
-        return np.asarray(2.0 - 3.3 * np.abs(waves).mean(axis=-1) + 0.5 * waves.mean(axis=-1))
-
-
-def creased(rings: Floats, folds: Folds, depth: Floats | float) -> Floats:
-    """Push rings, (k, m, 3), out and in by folds.
+def spaced(first: float, end: float, count: int, *, joint: float, near: float) -> Floats:
+    """Return places from one to another that are denser about a joint and towards the end.
 
     Args:
-        rings: (k, m, 3) [m].
-        folds: Creases of the cloth.
-        depth: Of the folds, for each ring, (k,), or for all [m].
+        first: Where they begin [m].
+        end: Where they end [m].
+        count: How many they are.
+        joint: Where the limb bends [m].
+        near: How far about it they are dense [m].
     """
-    away = rings - rings.mean(axis=1, keepdims=True)
-    away /= np.linalg.norm(away, axis=2, keepdims=True) + 1e-9
-    deep = np.broadcast_to(np.asarray(depth, dtype=np.float64), len(rings))
-    return np.asarray(rings + away * (pressed(folds(rings)) * deep[:, None])[..., None])
-
-
-def pressed(waves: Floats) -> Floats:
-    """Limit folds to what a body leaves room for: they rise freely and hardly press in."""
-    return np.asarray(np.maximum(waves, -0.35))
+    table = np.linspace(first, end, 200)
+    density = 1.0 + 1.6 * np.exp(-(((table - joint) / near) ** 2))
+    reached = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+    even = np.interp(np.linspace(0.0, reached[-1], count - 1), reached, table)
+    # The last band is a hem.
+    return np.append(even[:-1], [end - 0.016 * np.sign(end - first), end])
 
 
 def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floats:
@@ -432,11 +421,11 @@ def dressed(pieces: Sequence[SkinPart], bones: Floats) -> tuple[tuple[Part, ...]
     Returns:
         Parts in their first pose, and all poses.
     """
-    groups: dict[tuple[str, bool], list[SkinPart]] = {}
+    groups: dict[tuple[str, str], list[SkinPart]] = {}
     for piece in pieces:
-        groups.setdefault((piece.material, piece.tint is None), []).append(piece)
+        groups.setdefault((piece.material, piece.role), []).append(piece)
     parts, points, directions = [], [], []
-    for (material, own), members in groups.items():
+    for (material, role), members in groups.items():
         posed = [_posed(piece, bones) for piece in members]
         vertices = np.concatenate([p[0] for p in posed], axis=1)
         normals = np.concatenate([p[1] for p in posed], axis=1)
@@ -444,20 +433,42 @@ def dressed(pieces: Sequence[SkinPart], bones: Floats) -> tuple[tuple[Part, ...]
         faces = np.concatenate(
             [piece.faces + start for piece, start in zip(members, starts, strict=True)]
         )
-        tint = None if own else np.concatenate([p.tint for p in members if p.tint is not None])
-        parts.append(Part(Mesh(vertices[0], faces, normals[0]), material, tint))
+        plain = all(piece.tint is None and piece.shade is None for piece in members)
+        tint = None if plain else np.concatenate([_shaded(piece) for piece in members])
+        parts.append(Part(Mesh(vertices[0], faces, normals[0]), material, tint, role))
         points.append(vertices)
         directions.append(normals)
     return tuple(parts), Poses(np.concatenate(points, axis=1), np.concatenate(directions, axis=1))
 
 
+def _shaded(piece: SkinPart) -> Floats:
+    """Return the tints of a piece with its shades, (m, 3)."""
+    tint = np.ones((len(piece.faces), 3)) if piece.tint is None else piece.tint
+    return tint if piece.shade is None else tint * piece.shade[:, None]
+
+
 def _posed(piece: SkinPart, bones: Floats) -> tuple[Floats, Floats]:
     """Return the vertices and normals of a piece in each pose, (poses, n, 3) each."""
     mixed = np.einsum("nb,pbij->pnij", piece.weights, bones, optimize=True)
-    points = (mixed[..., :3] @ piece.vertices[None, :, :, None])[..., 0] + mixed[..., 3]
+    rest = np.broadcast_to(piece.vertices, (len(bones), *piece.vertices.shape))
+    for crease in piece.creases:
+        rest = rest + np.minimum(_bend(bones, crease.bones), 1.5)[:, None, None] * crease.offsets
+    points = (mixed[..., :3] @ rest[..., None])[..., 0] + mixed[..., 3]
     if piece.sway is not None:
         points[..., 0] += _swayed(piece, bones, points[..., 0])
-    return points, smooth_normals(points, piece.faces)
+    normals = smooth_normals(points, piece.faces)
+    if piece.slopes is None:
+        return points, normals
+    tilt = (mixed[..., :3] @ piece.slopes[None, :, :, None])[..., 0]
+    tilt = tilt - (tilt * normals).sum(axis=2, keepdims=True) * normals
+    return points, unit(normals - tilt)
+
+
+def _bend(bones: Floats, pair: tuple[str, str]) -> Floats:
+    """Return the angle between two bones in each pose, (poses,) [rad]."""
+    one, other = (bones[:, BONES.index(name), :, :3] for name in pair)
+    cosine = 0.5 * (np.einsum("pij,pij->p", one, other) - 1.0)
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def _swayed(piece: SkinPart, bones: Floats, x: Floats) -> Floats:

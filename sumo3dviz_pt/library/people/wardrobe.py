@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.library.people.body import NECK, Fit, Garment, GarmentCut
-from sumo3dviz_pt.library.people.posture import BodyMeasures
+from sumo3dviz_pt.library.people.body import NECK, Fit, Garment, GarmentCut, in_hand
+from sumo3dviz_pt.library.people.posture import BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
     SkinPart,
     Stack,
+    carried,
+    closed,
     hemmed,
     rope,
     swollen,
@@ -139,13 +141,19 @@ def backpack(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> It
         fine: Whether to model pocket and straps.
     """
     h = body.height
+    size = float(np.clip(h / 1.72, 0.74, 1.0))
     back = -0.066 * h * body.build**0.5 - ease
-    main = np.array([back - 0.075, 0.0, float(body.z(0.715))])
-    yield _pack(body, main, np.array([0.085, 0.148, 0.225]), cloth, power=3.4, fine=fine)
+    main = np.array([back - 0.062 * size, 0.0, float(body.z(0.712))])
+    yield _pack(body, main, size * np.array([0.074, 0.142, 0.215]), cloth, power=4.4, fine=fine)
     if not fine:
         return
-    pocket = main + np.array([-0.078, 0.0, -0.075])
-    yield _pack(body, pocket, np.array([0.040, 0.115, 0.110]), cloth, power=3.0)
+    pocket = main + size * np.array([-0.064, 0.0, -0.082])
+    yield _pack(body, pocket, size * np.array([0.038, 0.112, 0.100]), cloth, power=4.0)
+    # A dark zip runs around the lid.
+    dark = Cloth("cloth", (0.012, 0.012, 0.013))
+    seam = np.linspace(-1.0, 1.0, 7)
+    path = np.stack([-0.066 - 0.010 * (1 - seam**2), 0.116 * seam, 0.105 - 0.0 * seam], axis=1)
+    yield _bound(body, rope(main + size * path, np.full(7, 0.006), 3), dark)
     shape = Garment.of(body, Fit(0.60, NECK, ease + 0.004, 0.4))
     for s in (1.0, -1.0):
         share = np.array([0.825, 0.830, 0.815, 0.78, 0.74, 0.70, 0.67])
@@ -183,6 +191,60 @@ def shoulder_bag(
         yield _bound(body, rope(path, np.full(7, 0.020), 4, flat=away), cloth)
 
 
+def tote(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[SkinPart]:
+    """Build a bag that hangs from the right hand.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        ease: How far the garment below stands off the skin [m].
+        fine: Whether to model its handles.
+    """
+    rest = joints(body)
+    grip = rest["hand_r"] + 0.56 * (rest["finger_r"] - rest["hand_r"])
+    middle = grip + np.array([0.0, -0.018 - 0.5 * ease, -0.34])
+    lift = np.array([-0.98, -0.6, 0.5, 1.0]) if fine else np.array([-0.95, 0.95])
+    wide = np.array([0.80, 0.95, 1.0, 0.97]) if fine else np.array([0.9, 0.95])
+    rows = [
+        (*middle[:2], 0.165 * w, 0.165 * w, 0.050 * t, *(middle[2] + 0.165 * z,) * 2, 3.2)
+        for z, w, t in zip(lift, wide, np.linspace(1.3, 0.45, len(lift)), strict=True)
+    ]
+    rings = Stack(np.array(rows)).grid(4, 10) if fine else _corners(rows)
+    yield carried(closed(rings, bottom=True, top=True), "hand_r", cloth)
+    for y in (0.012, -0.012) if fine else ():
+        near = 0.018 + 0.5 * ease
+        path = np.array([[-0.085, y, 0.15], [-0.045, y, 0.27], [-0.014, near + 0.3 * y, 0.335]])
+        loop = middle + np.concatenate([path, path[::-1] * [-1.0, 1.0, 1.0]])
+        yield carried(
+            closed(rope(loop, np.full(6, 0.009), 3), bottom=True, top=True), "hand_r", cloth
+        )
+
+
+def phone(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[SkinPart]:
+    """Build a telephone in the left hand.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        ease: How far the garment below stands off the skin [m].
+        fine: Whether it is there: from far away nobody sees it.
+    """
+    if fine:
+        corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * [0.036, 0.0045]
+        corners = corners + np.array([0.004, 0.026])
+        rings = [np.column_stack([corners, np.full(4, z)]) for z in (0.012, 0.160)]
+        yield in_hand(body, "l", np.stack(rings), cloth)
+
+
+BAGS: Mapping[str, Callable[..., Iterator[SkinPart]]] = {
+    "backpack": backpack,
+    "shoulder_bag": shoulder_bag,
+    "tote": tote,
+    "phone": phone,
+}
+"""What people carry, by name."""
+
+
 @dataclass(frozen=True, slots=True)
 class Top:
     """How a garment for the trunk is cut.
@@ -202,13 +264,15 @@ class Top:
 
 TOPS: Mapping[str, Top] = {
     # Fit: hem, top, ease, drape, flare, folds. Cut: end, ease, flare, loose.
-    "tee": Top(Fit(0.462, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
-    "shirt": Top(Fit(0.455, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
-    "sweater": Top(Fit(0.470, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
-    "jacket": Top(Fit(0.468, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip")),
-    "hoodie": Top(Fit(0.470, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
+    "tee": Top(Fit(0.492, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
+    "shirt": Top(Fit(0.488, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
+    "sweater": Top(Fit(0.506, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
+    "jacket": Top(
+        Fit(0.498, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip", "pockets")
+    ),
+    "hoodie": Top(Fit(0.502, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
     "padded": Top(
-        Fit(0.455, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
+        Fit(0.490, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
         GarmentCut(1.0, 0.026, folds=0.010),
         ("stand", "zip"),
     ),
@@ -222,9 +286,29 @@ TOPS: Mapping[str, Top] = {
         Fit(0.33, 0.848, 0.020, 0.25, 0.035), GarmentCut(1.0, 0.015), ("stand", "overlap", "belt")
     ),
     "dress": Top(Fit(0.29, 0.838, 0.006, 0.02, 0.075, 0.010), GarmentCut(0.40, 0.006, 0.004, 0.3)),
-    "blouse": Top(Fit(0.475, 0.840, 0.012, 0.35), GarmentCut(0.95, 0.010, 0.006)),
+    "polo": Top(
+        Fit(0.500, 0.844, 0.011, 0.45), GarmentCut(0.36, 0.010, 0.006, 0.6), ("collar", "buttons")
+    ),
+    "vest": Top(Fit(0.500, 0.836, 0.010, 0.45), GarmentCut(0.16, 0.008, 0.004, 0.5)),
+    "gilet": Top(
+        Fit(0.500, 0.848, 0.036, 0.55, folds=0.003, quilted=0.009),
+        GarmentCut(0.14, 0.020, folds=0.004),
+        ("stand", "zip"),
+    ),
+    "parka": Top(
+        Fit(0.405, 0.848, 0.030, 0.65, 0.010),
+        GarmentCut(1.0, 0.019),
+        ("hood_only", "zip", "pockets"),
+    ),
+    "bomber": Top(
+        Fit(0.535, 0.848, 0.030, 0.75, -0.012),
+        GarmentCut(1.0, 0.018),
+        ("stand", "zip", "pockets"),
+    ),
+    "cardigan": Top(Fit(0.470, 0.846, 0.020, 0.45), GarmentCut(1.0, 0.011), ("opened",)),
+    "blouse": Top(Fit(0.505, 0.840, 0.012, 0.35), GarmentCut(0.95, 0.010, 0.006)),
     "leather": Top(
-        Fit(0.475, 0.848, 0.016, 0.4, folds=0.006), GarmentCut(1.0, 0.010), ("stand", "zip")
+        Fit(0.525, 0.848, 0.016, 0.4, folds=0.006), GarmentCut(1.0, 0.010), ("stand", "zip")
     ),
 }
 """Garments for the trunk by name."""
@@ -260,10 +344,11 @@ BOTTOMS: Mapping[str, Bottom] = {
 Recipe = Mapping[str, Any]
 """A look's `recipe`."""
 
-TRUNK_RINGS = 14
+TRUNK_RINGS = 18
 """Rings of a garment on the trunk in the middle level."""
 
 _DARK = Cloth("cloth", (0.02, 0.02, 0.022))
+_SEAM = Cloth("cloth", (0.028, 0.028, 0.030))
 
 
 def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
@@ -303,7 +388,7 @@ def _strip(
 
 def _rows(garment: Garment) -> Floats:
     """Return the levels of the garment's own rings below the neck; a strip lies flat on them."""
-    shares = np.linspace(garment.fit.hem, garment.fit.top, TRUNK_RINGS)
+    shares = garment.shares(TRUNK_RINGS)
     return np.asarray(shares[shares < 0.838])
 
 
@@ -311,7 +396,7 @@ def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add a hood on the back and a pouch before the belly."""
     yield folded_hood(garment.body, cloth)
     wide = np.array([0.75, 0.75, 0.65, 0.48])
-    yield garment.patch(np.array([0.50, 0.52, 0.55, 0.58]), -wide, wide, cloth, lift=0.012)
+    yield garment.patch(np.array([0.53, 0.55, 0.58, 0.61]), -wide, wide, cloth, lift=0.012)
 
 
 def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
@@ -319,6 +404,33 @@ def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPar
     shares = _rows(garment)
     edge = np.ones(len(shares))
     yield garment.patch(shares, -0.10 * edge, 0.16 * edge, cloth, lift=0.006)
+
+
+def _hood_alone(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
+    """Add a hood on the back."""
+    yield folded_hood(garment.body, cloth)
+
+
+def _pockets(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
+    """Add two slanted pocket openings before the hips."""
+    low = max(garment.fit.hem + 0.025, 0.525)
+    shares = np.array([low, low + 0.022, low + 0.045])
+    near = np.array([0.86, 0.74, 0.64])
+    for s in (1.0, -1.0):
+        edges = (s * near, s * (near + 0.07))
+        yield garment.patch(
+            shares, min(edges, key=np.sum), max(edges, key=np.sum), _SEAM, lift=0.006
+        )
+
+
+def _opened(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
+    """Show the shirt below a garment that is open in front."""
+    shares = _rows(garment)
+    wide = np.linspace(0.15, 0.20, len(shares))
+    shirt = Cloth("cloth", colour_of(recipe.get("shirt", (0.62, 0.63, 0.64))))
+    yield garment.patch(shares, -wide, wide, shirt, lift=0.010)
+    yield garment.patch(shares, wide, wide + 0.07, cloth, lift=0.016)
+    yield garment.patch(shares, -wide - 0.07, -wide, cloth, lift=0.016)
 
 
 def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
@@ -342,14 +454,14 @@ def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     wide[-1] += 0.20
     shirt = Cloth("cloth", colour_of(recipe.get("shirt", (0.62, 0.63, 0.64))))
     yield collar(garment.body, shirt, rise=0.026, away=0.008, count=12)
-    yield garment.patch(shares, -wide, wide, shirt, lift=0.004)
+    yield garment.patch(shares, -wide, wide, shirt, lift=0.008)
     flap = np.array([0.05, 0.17, 0.27, 0.34, 0.38, 0.36, 0.20])
-    yield garment.patch(shares, wide, wide + flap, cloth, lift=0.010)
-    yield garment.patch(shares, -wide - flap, -wide, cloth, lift=0.010)
+    yield garment.patch(shares, wide, wide + flap, cloth, lift=0.014)
+    yield garment.patch(shares, -wide - flap, -wide, cloth, lift=0.014)
     if "tie" in recipe:
         narrow = np.array([0.05, 0.075, 0.075, 0.07, 0.065, 0.06, 0.09])
         tie = Cloth("cloth", colour_of(recipe["tie"]))
-        yield garment.patch(shares, -narrow, narrow, tie, lift=0.009)
+        yield garment.patch(shares, -narrow, narrow, tie, lift=0.013)
 
 
 def colour_of(values: Any) -> Colour:
@@ -364,6 +476,10 @@ TRIMMINGS: Mapping[str, Callable[[Recipe, Garment, Cloth], Iterator[SkinPart]]] 
     "zip": _strip(0.03, _DARK),
     "placket": _strip(0.10, None),
     "hood": _hood,
+    "hood_only": _hood_alone,
+    "pockets": _pockets,
+    "opened": _opened,
+    "buttons": _strip(0.045, None),
     "overlap": _overlap,
     "belt": _belt,
     "scarf": _scarf,

@@ -366,7 +366,7 @@ def _tints(
     return np.asarray(np.clip(tint, 0.004, 0.8))
 
 
-__all__ = ["LEVELS", "SHRUBS", "SPECIES", "Species", "tree"]
+__all__ = ["LEVELS", "SHRUBS", "SPECIES", "Species", "fine_tree", "tree"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -397,6 +397,7 @@ _DETAILS = (
 LEVELS = len(_DETAILS)
 """Levels of detail: 0 within reach, 5 far."""
 
+_USUAL = 1.8  # leaves are about so many times longer than wide
 _NEEDLE = 4.0  # leaves this many times longer than wide are needles
 
 _KNOWN: Mapping[str, Species] = MappingProxyType({**SPECIES, **SHRUBS})
@@ -442,6 +443,47 @@ def tree(
         Part(_scaled(wood, scale), "bark", colours),
         Part(_scaled(leaves, scale), "leaf", tint),
     )
+
+
+_MOST_LEAVES = 220_000
+_WOOD = ((0.05, 0), (0.10, 1), (np.inf, 2))  # up to which leaf [m] bark has which level of detail
+
+
+def fine_tree(species: str, *, seed: int, leaf: float, season: str = "summer") -> tuple[Part, ...]:
+    """Grow the same tree or shrub with leaves of a wanted size.
+
+    Args:
+        species: A key of `SPECIES` or `SHRUBS`.
+        seed: Of its shape.
+        leaf: Their mean length [m]; needles of the same area are longer. Crowns that would need
+            more than 220,000 of them have larger ones.
+        season: As of `tree`; not when the plant is bare.
+
+    Returns:
+        Bark and foliage, as of `tree`.
+    """
+    kind = _KNOWN[species]
+    orders = _skeleton(kind, np.random.default_rng(seed))
+    grown = crown(kind, orders[2], orders[3])
+    scale = kind.height / float(grown.bounds[1, 2])
+    grows = leafy(kind, season)
+    count = fine_leaves(species, leaf=leaf, season=season)
+    dice = np.random.default_rng([seed, 1])
+    leaves, tint = foliage(grows, grown, leaves=count, folded=False, rng=dice)
+    detail = _DETAILS[next(level for most, level in _WOOD if leaf <= most)]
+    wood, colours = _wood(kind, orders, detail, np.random.default_rng([seed, 2]))
+    return (
+        Part(_scaled(wood, scale), "bark", colours),
+        Part(_scaled(leaves, scale), "leaf", tint),
+    )
+
+
+def fine_leaves(species: str, *, leaf: float, season: str = "summer") -> int:
+    """Return how many leaves `fine_tree` grows, each a triangle."""
+    grows = leafy(_KNOWN[species], season)
+    # Triangles of half length by width each, as slender as usual leaves are.
+    each = 0.5 * leaf**2 / min(grows.slender, _USUAL)
+    return int(np.clip(grows.area * grows.height**2 / each, 12, _MOST_LEAVES))
 
 
 def _skeleton(kind: Species, rng: np.random.Generator) -> tuple[Branches, ...]:

@@ -99,7 +99,7 @@ class Tables:
         )
         self.textures = RowMaker()
         self.lamps = tuple(m.name for m in meshes if f"{m.name}.emitter.radiance" in parameters)
-        rows = [self.textures.row(mesh.bsdf, painted=bool(mesh.body)) for mesh in meshes]
+        rows = [self.textures.row(mesh.bsdf, painted=mesh.painted) for mesh in meshes]
         self.rows = tuple(dict.fromkeys(rows))
         self._places = _laid_out(meshes, parameters)
         self._mirrors = [
@@ -118,9 +118,10 @@ class Tables:
         last = self._places[-1] if self._places else None
         # A scene without meshes has one row that nothing refers to.
         vertices, faces = (last.vertex + last.vertices, last.face + last.faces) if last else (1, 1)
-        points, normals = np.zeros((vertices, 4)), np.zeros((vertices, 4))
+        # Only single numbers come from Mitsuba, and large scenes have many.
+        points, normals = (np.zeros((vertices, 4), np.float32) for _ in range(2))
         corners = np.zeros((faces, 4), np.uint32)
-        looks, metals = np.zeros((faces, 4)), np.zeros(faces)
+        looks, metals = np.zeros((faces, 4), np.float32), np.zeros(faces, np.float32)
         worn = [p for p in self._places if f"{p.mesh.name}.{WEAR_ATTRIBUTE}" in parameters]
         wear = np.tile([*UNWORN, 0.0], (worn[-1].vertex + worn[-1].vertices if worn else 1, 1))
         for place, row in zip(self._places, rows, strict=True):

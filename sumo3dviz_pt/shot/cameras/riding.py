@@ -13,7 +13,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
 
@@ -28,10 +28,12 @@ from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, LagrangianCamera, LensSettings
 from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin, has_dashboard
+from sumo3dviz_pt.library.vehicles.interior.mirrors import INNER_PLACE
 from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.model.falling import Cabin, Pane, Windscreen
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.projections import Distortion
 from sumo3dviz_pt.model.scene import Prototype, View
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.model.weather import WeatherCourse
@@ -247,7 +249,7 @@ def _turns(rate: float) -> float:
 
 
 _LAG_SAMPLES = 49
-_ON_BODY = frozenset({"eye", "bonnet"})
+_ON_BODY = frozenset({"eye", "mirror", "bonnet"})
 """Anchors that lie in or on the body."""
 
 
@@ -256,8 +258,9 @@ class RidingView:
     """A preset of `scene_templates/camera`.
 
     Attributes:
-        anchor: Where on the body: `eye`, `bonnet` (towards the windscreen, at its
-            foot's height), `rear` or `middle` (at the roof's height).
+        anchor: Where on the body: `eye`, `mirror` (as far ahead and as high as the inner one, on
+            the axis), `bonnet` (towards the windscreen, at its foot's height), `rear` or `middle`
+            (at the roof's height).
         fov: Horizontal opening angle [deg].
         offset: From the anchor: ahead, left, up [m].
         side: Of the eye: `driver` or `passenger`.
@@ -265,7 +268,9 @@ class RidingView:
         heading_deg: To the kerb's side from straight ahead [deg].
         aim: A point to look at, from the anchor [m], instead of the pitch; or None.
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
-        cutaway: Whether the own cabin is not drawn.
+        cutaway: Whether the own cabin is opened and a driver's built in it.
+        distortion: Of a lens that the scene file does not describe, as OpenCV's k1 and k2.
+        mirrors: Whether the own mirrors may be in view.
     """
 
     anchor: str
@@ -277,6 +282,8 @@ class RidingView:
     lag: float = 0.0
     cutaway: bool = False
     heading_deg: float = 0.0
+    distortion: Distortion = (0.0, 0.0)
+    mirrors: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -450,16 +457,24 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         trajectory,
         eye,
         Aim(aim.yaw + turn, pitch),
-        lens_of(settings.lens or LensSettings(), degrees=preset.fov),
+        _lens(settings.lens or LensSettings(), preset),
         preset.lag,
         preset.cutaway,
         middle,
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
-        mirrors=inside and cabin is CutawayCabin.ROAD,
+        mirrors=inside and preset.mirrors and cabin is CutawayCabin.ROAD,
         pane=pane_of(body) if inside and settings.reflections else None,
     )
+
+
+def _lens(settings: LensSettings, preset: RidingView) -> Lens:
+    """Return the lens of the scene file, as wide as the preset's where it does not say how wide."""
+    lens = lens_of(settings, degrees=preset.fov)
+    if not settings.is_left_to_the_view:
+        return lens
+    return replace(lens, distortion=preset.distortion)
 
 
 @build_camera.register
@@ -509,8 +524,10 @@ def _anchor(preset: RidingView, body: Body, *, left_hand: bool) -> Floats:
     length, _, height = body.size
     eye, cowl = body.seat.eye, body.seat.cowl
     on_left = (preset.side == "driver") != left_hand
+    ahead, _, up = body.scale * INNER_PLACE
     anchors: Mapping[str, Floats] = {
         "eye": eye * (1.0, 1.0 if on_left else -1.0, 1.0),
+        "mirror": np.array([eye[0] + ahead, 0.0, eye[2] + up]),
         "bonnet": cowl * (0.8, 1.0, 1.0),
         "rear": np.array([-length, 0.0, height]),
         "middle": np.array([-length / 2.0, 0.0, height]),

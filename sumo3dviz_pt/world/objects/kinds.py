@@ -221,7 +221,7 @@ class Plant:
 def body_of(plant: Plant) -> tuple[Part, ...]:
     """Return bark and leaves of a plant in its own frame."""
     bark, leaves = _tree(*plant.crown)
-    return bark, replace(leaves, tint=_leaf_tint(leaves, plant))
+    return bark, replace(leaves, tint=leaf_tint(leaves, plant))
 
 
 def seen_body(plant: Plant, eyes: Sequence[Direction]) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
@@ -285,7 +285,7 @@ def drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> s
     return kind.models[pick([_WEIGHTS.get(model, 1.0) for model in kind.models], share)]
 
 
-def _leaf_tint(leaves: Part, plant: Plant) -> Floats:
+def leaf_tint(leaves: Part, plant: Plant) -> Floats:
     """Tints of one plant's leaves: neighbours of one species still differ a little."""
     assert leaves.tint is not None
     colour, seed, name = colour_in(plant.settings), plant.seed, plant.name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -47,6 +47,7 @@ from sumo3dviz_pt.world.objects.plants import (
     plant_parts,
     shrunk_levels,
 )
+from sumo3dviz_pt.world.objects.stands import Stands, shared
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.lanes import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_of
@@ -72,12 +73,14 @@ class Scenery:
         materials: BSDFs of all materials of these parts, by name.
         left_out: What was left out, and why.
         lamps: Windows and signs that are lit, when it is dark.
+        stands: Plants that share models.
     """
 
     static: tuple[StaticPart, ...]
     materials: Mapping[str, Bsdf]
     left_out: tuple[LeftOut, ...]
     lamps: tuple[LampSet, ...] = ()
+    stands: Stands = field(default_factory=Stands)
 
 
 def build_scenery(
@@ -119,24 +122,40 @@ def build_scenery(
         stay, unseen = _sorted_out(kind, items, around=around, taken=taken)
         gone += unseen
         groups.append(ObjectGroup(kind, own, stay))
-    # Build the parts of each kind; what shines by night is kept apart.
+    # Build the parts of each kind.
     shrinks = shrunk_levels(groups, around, budget, each=settings.triangles)
     left_out = [each.weighed(around, shrinks) for each in gone]
-    staging = Staging(around, shrinks)
+    static, shining, stands = _built(groups, Staging(around, shrinks), textured=textured)
+    bodies = [part for body in stands.prototypes.values() for part in body.parts]
+    names = sorted({part.material for part in (*(each.part for each in static), *bodies)})
+    materials = {name: material_of(name, textured=textured) for name in names}
+    if not around.dark and any(group.kind.name in {*STYLES, "buildings"} for group in groups):
+        left_out.append(LeftOut("lit windows", "it is day"))
+    return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining), stands)
+
+
+def _built(
+    groups: Sequence[ObjectGroup], staging: Staging, *, textured: bool
+) -> tuple[list[StaticPart], list[Part], Stands]:
+    """Build what there is of each kind: what stands, what of it shines by night, like plants."""
     static: list[StaticPart] = []
     shining: list[Part] = []
+    stands = Stands()
     for group in groups:
         kind = group.kind
+        if kind.name in PLANTS:
+            spots = _plant_spots(kind, group.settings, group.items, staging)
+            if textured:
+                some, spots = shared(kind, spots, staging.around)
+                stands = stands.joined(some)
+            static += merged(kind.name, plant_parts(kind, spots, staging.around))
+            continue
         build = _BUILDERS.get(kind.name) or _BUILDERS[kind.form]
         parts = build(kind, group.settings, group.items, staging)
         shining += [part for part in parts if part.material.startswith("lamp:")]
         plain = [part for part in parts if not part.material.startswith("lamp:")]
         static += merged(kind.name, plain)
-    names = sorted({part.part.material for part in static})
-    materials = {name: material_of(name, textured=textured) for name in names}
-    if not around.dark and any(group.kind.name in {*STYLES, "buildings"} for group in groups):
-        left_out.append(LeftOut("lit windows", "it is day"))
-    return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining))
+    return static, shining, stands
 
 
 def material_of(name: str, *, textured: bool) -> Bsdf:
@@ -226,26 +245,63 @@ def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     return bool(((above > space.bottom) & (above < space.top + KEEP_CLEAR)).any())
 
 
+def _plant_spots(
+    kind: Kind, settings: ObjectSettings, items: Sequence[Item], staging: Staging
+) -> list[PlantSpot]:
+    """Return plants where they stand."""
+    own = [_own_model(kind, settings, item) for item in items if isinstance(item, Poi)]
+    return list(map(PlantSpot, *_placed(kind, settings, items, staging, own)))
+
+
 def _point_parts(
     kind: Kind, settings: ObjectSettings, items: Sequence[Poi], staging: Staging
 ) -> list[Part]:
-    """Objects at points, placed in the world."""
+    """Houses at points, placed in the world."""
+    around = staging.around
+    parts: list[Part] = []
+    names, _, levels, placed = _placed(kind, settings, items, staging, [settings] * len(items))
+    for name, level, place in zip(names, levels, placed, strict=True):
+        chance = Chance(around.seed, name, around.dark, around.language)
+        body = house_parts(kind, settings, chance, level=level)
+        for part in body:
+            mesh = belonging(place.mesh(part.mesh), thing_of(name))
+            parts.append(Part(mesh, part.material, part.tint))
+    return parts
+
+
+def _placed(
+    kind: Kind,
+    settings: ObjectSettings,
+    items: Sequence[Item],
+    staging: Staging,
+    own: list[ObjectSettings],
+) -> tuple[list[str], list[ObjectSettings], list[int], list[Transform]]:
+    """Return names of objects at points, their settings, levels of detail and places.
+
+    Args:
+        kind: Theirs.
+        settings: Of the kind.
+        items: The objects.
+        staging: What they are built by.
+        own: Settings of each.
+    """
     around = staging.around
     if not items:
-        return []
+        return [], [], [], []
     # Decide where each stands, which way it looks, how large and how detailed it is.
-    places = places_of(items)
-    names = [f"{kind.name}:{item.id}" for item in items]
-    levels = staging.levels(kind, level_distances(kind, items, around))
+    points = [item for item in items if isinstance(item, Poi)]
+    places = places_of(points)
+    names = [f"{kind.name}:{item.id}" for item in points]
+    levels = staging.levels(kind, level_distances(kind, points, around))
     heights = np.array(around.height_at(places))
-    yaws = _yaws(kind, items, places, around)
+    yaws = _yaws(kind, points, places, around)
     sizes = _sizes(names, settings, around.seed)
     # Storeys vary less than ground plans; trees keep their shape.
     tall = sizes if kind.name in PLANTS else np.sqrt(settings.scale * sizes)
     if kind.name in STYLES:
         plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
         sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
-        made = np.array([item.source == INVENTED for item in items], dtype=np.bool_)
+        made = np.array([item.source == INVENTED for item in points], dtype=np.bool_)
         if made.any():  # slopes: they stand on the lowest corner of the ground
             scaled = np.array(plans)[made] * sizes[made, None, None]
             corners = shapely.get_coordinates(rectangles(places[made], yaws[made], scaled))
@@ -254,19 +310,7 @@ def _point_parts(
         Transform.from_pose((*places[i], heights[i]), yaw=yaws[i], scale=(size, size, tall[i]))
         for i, size in enumerate(sizes)
     ]
-    # Build them.
-    if kind.name in PLANTS:
-        own = [_own_model(kind, settings, item) for item in items]
-        spots = map(PlantSpot, names, own, levels.tolist(), placed)
-        return plant_parts(kind, list(spots), around)
-    parts: list[Part] = []
-    for name, level, place in zip(names, levels.tolist(), placed, strict=True):
-        chance = Chance(around.seed, name, around.dark, around.language)
-        body = house_parts(kind, settings, chance, level=level)
-        for part in body:
-            mesh = belonging(place.mesh(part.mesh), thing_of(name))
-            parts.append(Part(mesh, part.material, part.tint))
-    return parts
+    return names, own, levels.tolist(), placed
 
 
 def _own_model(kind: Kind, settings: ObjectSettings, item: Poi) -> ObjectSettings:

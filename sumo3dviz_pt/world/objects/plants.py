@@ -87,6 +87,12 @@ def _placed(part: Part, spot: PlantSpot) -> Part:
     return Part(spot.world_from_body.mesh(part.mesh), part.material, part.tint)
 
 
+def middles_of(kind: Kind, spots: Sequence[PlantSpot]) -> Floats:
+    """Return about where the middles of crowns are, (n, 3) [m]."""
+    feet = np.array([spot.world_from_body.matrix[:3, 3] for spot in spots]).reshape(-1, 3)
+    return np.asarray(feet + np.array([0.0, 0.0, _MIDDLE[kind.name]]))
+
+
 def _eyes(
     kind: Kind, spots: Sequence[PlantSpot], around: Surroundings
 ) -> Mapping[int, Sequence[Direction]]:
@@ -99,7 +105,7 @@ def _eyes(
     if path is None or eyes is None or not spots:
         return {}
     matrices = np.stack([spot.world_from_body.matrix for spot in spots])
-    middles = matrices[:, :3, 3] + [0.0, 0.0, _MIDDLE[kind.name]]
+    middles = middles_of(kind, spots)
     pictured = in_picture(path, middles, radius=CROWN)
     far = around.distances(middles) > WHOLE
     chosen = {}

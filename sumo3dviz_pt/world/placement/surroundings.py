@@ -70,6 +70,7 @@ class Surroundings:
         memory: What was built of the world.
         season: What leaves look like.
         language: Of what is written on shops.
+        weathered: Whether wind moves plants, or rain or snow falls on them.
     """
 
     index: LaneIndex
@@ -82,6 +83,7 @@ class Surroundings:
     memory: Memory = field(default_factory=Memory)
     season: str = "summer"
     language: str = ENGLISH
+    weathered: bool = False
 
     @property
     def eyes(self) -> Floats | None:

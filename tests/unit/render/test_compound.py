@@ -1,5 +1,7 @@
 """Parts of many plain materials become few meshes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import ball, box, diffuse
@@ -10,9 +12,9 @@ from sumo3dviz_pt.model.scene import Part, is_tinted
 from sumo3dviz_pt.render.compound import (
     METALLIC_ATTRIBUTE,
     ROUGHNESS_ATTRIBUTE,
+    Shades,
     is_plain,
     merged_meshes,
-    tint_mask,
 )
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, plugin
 
@@ -107,11 +109,16 @@ def test_no_face_is_lost():
     assert sum(len(merged.mesh.faces) for merged in merged_meshes(parts, OWN)) == 12 * len(OWN)
 
 
-def test_tint_mask():
+def test_movers_colour_what_has_no_tint_or_a_role():
     parts = [part("tint"), part("tint", tint=RED), part("red"), part("leaf")]
-    mask = tint_mask(parts, OWN).reshape(4, 12)
-    np.testing.assert_array_equal(mask[:, 0], [1, 0, 0, 1])
-    assert tint_mask([], OWN).shape == (0,)
+    parts += [replace(parts[1], role=role) for role in ("own", "hair", "feet")]
+    shades = Shades.of(parts, OWN)
+    seen = shades.coloured((0.5, 0.25, 0.1), {"hair": (0.5, 1.0, 1.0)}).reshape(7, 12, 3)[:, 0]
+    red = np.array(RED)
+    own = np.array([0.5, 0.25, 0.1])
+    expected = [own, red, red, own, red * own, red * [0.5, 1.0, 1.0], red]
+    np.testing.assert_allclose(seen, expected)
+    assert Shades.of([], OWN).coloured((1.0, 1.0, 1.0), {}).shape == (0, 3)
 
 
 def test_tints_are_found_and_replaced():

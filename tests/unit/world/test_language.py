@@ -1,7 +1,10 @@
 """Which language shops speak where a network lies."""
 
+import sys
+
 import pytest
 
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.world.build import language_at
 
@@ -19,3 +22,9 @@ from sumo3dviz_pt.world.build import language_at
 )
 def test_place_tells_language(place, language):
     assert language_at(Location(place=place)) == language
+
+
+def test_words_never_hang_on_what_is_installed(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tzfpy", None)
+    with pytest.raises(ConfigError, match="tzfpy"):
+        language_at(Location(place=(52.52, 13.4)))

@@ -17,14 +17,14 @@ from sumo3dviz_pt.library.people.wardrobe import Recipe
 from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness, Point
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
-from sumo3dviz_pt.model.scene import Part, VehicleLamp
+from sumo3dviz_pt.model.scene import OWN, Part, VehicleLamp
 
 CLOTHES: Mapping[str, Colour] = {
     "skin": (0.45, 0.28, 0.2),
     "skin_dark": (0.15, 0.085, 0.055),
     "lips": (0.32, 0.12, 0.1),
     "hair_dark": (0.025, 0.018, 0.013),
-    "hair_fair": (0.26, 0.17, 0.09),
+    "hair_fair": (0.26, 0.2, 0.135),
     "denim": (0.035, 0.055, 0.1),
     "fabric_black": (0.018, 0.018, 0.02),
     "fabric_grey": (0.11, 0.11, 0.115),
@@ -33,6 +33,14 @@ CLOTHES: Mapping[str, Colour] = {
     "leather_brown": (0.075, 0.04, 0.022),
 }
 """Materials of riders, which travel without face tints, and their reflectance."""
+
+
+_NEAR: Mapping[str, tuple[str, ...]] = {
+    "complexion": ("skin", "skin_dark", "lips", "fabric_pale", "hair_dark"),
+    "hair": ("hair_dark", "hair_fair", "fabric_grey"),
+}
+_WORN = tuple(name for name in CLOTHES if not name.startswith(("skin", "lips", "hair")))
+"""What the tints of a material may become; shaded skin is never cloth or hair."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +105,16 @@ def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[MaterialMesh]:
 
 def _untinted(part: Part) -> Iterator[MaterialMesh]:
     """Split a part by the clothes that come nearest to its faces' tints."""
-    if part.tint is None:
+    if part.tint is None or part.role == OWN:
         yield part.material, part.mesh
         return
-    names, known = list(CLOTHES), np.array(list(CLOTHES.values()))
+    names = _NEAR.get(part.material, _WORN)
+    known = np.array([CLOTHES[name] for name in names])
     apart = np.log(part.tint[:, None] + 0.01) - np.log(known + 0.01)
-    nearest = np.linalg.norm(apart, axis=2).argmin(axis=1)
+    # Hue tells more than brightness, as shades are in the tints.
+    bright = apart.mean(axis=2, keepdims=True)
+    far = 3.0 * np.linalg.norm(apart - bright, axis=2) + np.abs(bright[..., 0])
+    nearest = far.argmin(axis=1)
     for k in np.unique(nearest):
         yield names[k], _faces_of(part.mesh, nearest == k)
 

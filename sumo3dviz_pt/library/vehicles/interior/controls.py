@@ -1,8 +1,7 @@
-"""What a driver looks at inside: dials, the screen in the middle, the steering wheel.
+"""What a driver looks at inside: dials under their hood, the steering wheel.
 
 Places are given from the driver's eye, so that they show at the lower edge of a picture that looks
-at the road: instruments, under their hood, some 17 degrees under the horizon. They are made of
-smooth surfaces, rings and flat figures, as all insides of vehicles are.
+at the road: instruments, under their hood, some 17 degrees under the horizon.
 
 Two dials before the driver: speed to the left, the engine's revolutions to the right. Their
 needles are bodies of their own, turned in every frame as the vehicle moves. There is no log of
@@ -16,52 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import box, moved, tube
+from sumo3dviz_pt.library.mesh.solids import superellipsoid, tube
 from sumo3dviz_pt.library.street.lettering import lettering
+from sumo3dviz_pt.library.vehicles.interior.flats import flat, rim, ring, sheet
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
-
-
-def sheet(points: Floats, *, normals: Floats | None = None) -> Mesh:
-    """Build a smooth surface through a grid of points, (n, m, 3), that faces rows x columns."""
-    rows, columns = points.shape[:2]
-    index = np.arange(rows * columns).reshape(rows, columns)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, d, c), (a, c, b))])
-    if normals is None:
-        down, right = np.gradient(points, axis=0), np.gradient(points, axis=1)
-        normals = np.cross(down, right)
-        normals /= np.linalg.norm(normals, axis=-1, keepdims=True) + 1e-20
-    return Mesh(points.reshape(-1, 3), faces, normals.reshape(-1, 3))
-
-
-def ring(middle: Floats, radius: float, thick: float) -> Mesh:
-    """Build a ring of round section that faces the driver."""
-    across, up = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    return rim(middle, across=radius * across, up=radius * up, thick=thick)
-
-
-def rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
-    """Build a ring of round section; `across` and `up` reach from its centre to its middle line."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 65)[:, None, None]
-    section = np.linspace(0.0, 2.0 * np.pi, 12)[None, :, None]
-    radius = float(np.linalg.norm(up))
-    out = (np.sin(turn) * across + np.cos(turn) * up) / radius
-    axis = np.cross(across, up) / radius**2
-    normals = np.cos(section) * out - np.sin(section) * axis
-    return sheet(centre + radius * out + thick * normals, normals=normals)
-
-
-def flat(corners: Floats, place: Floats) -> Mesh:
-    """Build triangles in an upright plane that faces the driver, (3m, 2) to the right, up."""
-    points = np.column_stack([np.zeros(len(corners)), -corners[:, 0], corners[:, 1]]) + place
-    faces = np.arange(len(points)).reshape(-1, 3)
-    a, b, c = points[faces].transpose(1, 0, 2)
-    backwards = np.cross(b - a, c - a)[:, 0] > 0.0
-    faces[backwards] = faces[backwards][:, ::-1]
-    return Mesh(points, faces, np.broadcast_to([-1.0, 0.0, 0.0], points.shape).copy())
-
 
 FACE = 0.625
 """Of the dials, ahead of the eye [m]."""
@@ -83,6 +42,25 @@ _TOP_SPEED = 260.0 / 3.6  # of the last tick [m/s]
 _TOP_REVS, _IDLE, _CRUISE, _RISE = 6.5, 0.8, 1.4, 6.0
 """Of the last tick, at a stand and beyond it when driving [1000/min]; and the speed by which most
 of that has been reached [m/s]."""
+
+_DIGIT = 0.0064  # height of a dial's numbers [m]
+
+
+class _Scale(NamedTuple):
+    """What is written on a dial.
+
+    Attributes:
+        step: From a long tick to the next.
+        red: The first tick that warns.
+        unit: Of its numbers.
+    """
+
+    step: int
+    red: int
+    unit: str
+
+
+_SCALES = (_Scale(40, 99, "km/h"), _Scale(1, 12, "x1000"))
 
 _REVS_PER_SPEED = 0.028  # and how much it grows with each m/s [1000/min]
 
@@ -109,30 +87,34 @@ def dial_middles(eye: Floats) -> Floats:
 
 
 def dials(eye: Floats) -> Iterator[MaterialMesh]:
-    """Build both dials without their needles: rings, ticks, and the numbers of the scale of speed.
+    """Build both dials without their needles: rings, ticks, numbers, and what stands between them.
 
     Args:
         eye: The driver's, (3,) [m].
     """
-    for number, left in enumerate(_LEFT):
+    for left, scale in zip(_LEFT, _SCALES, strict=True):
         middle = eye + np.array([FACE, left, _HEIGHT])
-        yield "chrome", ring(middle, _RADIUS, 0.0022)
+        yield "chrome", ring(middle, _RADIUS, 0.0016)
+        face = middle - np.array([0.003, 0.0, 0.0])
         for tick, angle in enumerate(_TICKS):
-            long = 0.010 if tick % 2 == 0 else 0.005
-            span = (0.93 * _RADIUS - long, 0.93 * _RADIUS)
-            yield "plate", _stroke(middle - [0.003, 0.0, 0.0], float(angle), span, 0.0011)
-        if number == 0:
-            yield from _numbers(middle - np.array([0.003, 0.0, 0.0]))
+            long = 0.0075 if tick % 2 == 0 else 0.0045
+            span = (0.95 * _RADIUS - long, 0.95 * _RADIUS)
+            colour = "plate" if tick < scale.red else "dial_red"
+            yield colour, _stroke(face, float(angle), span, 0.0009)
+            if tick % 2 == 0:
+                at = 0.6 * _RADIUS * np.array([np.sin(angle), np.cos(angle)])
+                yield "plate", _text(str(scale.step * tick // 2), _DIGIT, at, face)
+        yield "plate", _text(scale.unit, 0.0034, np.array([0.0, 0.26 * _RADIUS]), face)
+    between = eye + np.array([FACE - 0.003, 0.0, _HEIGHT])
+    yield "plate", _text("D", 0.009, np.array([0.0, 0.011]), between)
+    yield "plate", _text("412 km", 0.0042, np.array([0.0, -0.003]), between)
 
 
-def _numbers(middle: Floats) -> Iterator[MaterialMesh]:
-    """Every 40 km/h, inside the ticks."""
-    for tick, angle in enumerate(_TICKS):
-        if tick % 2:
-            continue
-        drawn = lettering(str(20 * tick), height=0.0052, weight=0.17, gap=0.3).reshape(-1, 2)
-        at = 0.56 * _RADIUS * np.array([np.sin(angle), np.cos(angle)])
-        yield "plate", flat(drawn - drawn.min(axis=0) - 0.5 * np.ptp(drawn, axis=0) + at, middle)
+def _text(text: str, height: float, at: Floats, face: Floats) -> Mesh:
+    """A line of text about a point of a plane that faces the driver."""
+    drawn = lettering(text, height=height, weight=0.17, gap=0.28)
+    low, high = drawn.min(axis=(0, 1)), drawn.max(axis=(0, 1))
+    return flat((drawn - 0.5 * (low + high) + at).reshape(-1, 2), face)
 
 
 def needle() -> Prototype:
@@ -177,31 +159,8 @@ _LIP = 0.56
 _HOOD = (0.185, -0.139)
 """Half width of the hood at its foot and height of its lip over the eye [m]."""
 
-
-class _Street(NamedTuple):
-    """A bar on the screen's map, from the screen's middle [m]."""
-
-    left: float
-    up: float
-    width: float
-    height: float
-
-
-_SCREEN = (0.69, 0.345, -0.214)
-"""The screen's middle: ahead of the eye, towards the car's middle, over the eye [m]."""
-
-_SCREEN_HALF = (0.115, 0.041)
-"""Half its width and height [m]."""
-
-_STREETS = (
-    # left, up, width, height
-    _Street(-0.02, 0.004, 0.007, 0.064),
-    _Street(0.045, 0.004, 0.004, 0.064),
-    _Street(-0.01, 0.016, 0.17, 0.005),
-    _Street(-0.06, -0.012, 0.09, 0.004),
-    _Street(0.085, 0.02, 0.004, 0.03),
-)
-"""What the screen shows."""
+_BEAD = 0.0045
+"""Half as thick is its lip [m]."""
 
 
 def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[MaterialMesh]:
@@ -220,9 +179,18 @@ def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[MaterialMesh]:
     yield "leather_rim", rim(centre, across=radius * across, up=radius * up, thick=0.0155)
     for angle in (np.pi / 2, np.pi, 3 * np.pi / 2):
         out = np.sin(angle) * across + np.cos(angle) * up
-        yield "trim", tube(np.stack([centre, centre + radius * out]), radius=0.013, sides=7)
-    hub = np.stack([centre - 0.035 * np.cross(across, up), centre])
-    yield "interior", tube(hub, radius=0.06, sides=16)
+        spoke = np.stack([centre + share * radius * out for share in (0.25, 0.6, 1.0)])
+        yield "trim", tube(spoke, radius=[0.028, 0.017, 0.013], sides=10)
+    cushion = superellipsoid((0.03, 0.088, 0.066), squareness=3.0, segments=32, rings=14)
+    turned = Transform.from_pose(centre - 0.01 * np.cross(across, up), pitch=-_LEAN)
+    yield "leather_rim", turned.mesh(cushion)
+    badge = ring(np.zeros(3), 0.017, 0.0014)
+    yield (
+        "chrome",
+        Transform.from_pose(turned.points(np.array([[-0.0305, 0.0, 0.0]]))[0], pitch=-_LEAN).mesh(
+            badge
+        ),
+    )
 
 
 def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[MaterialMesh]:
@@ -237,50 +205,18 @@ def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[MaterialMesh
     yield from dials(eye)
 
 
-def screen(eye: Floats, *, belt: float) -> Iterator[MaterialMesh]:
-    """Build a flat screen in the middle, with a map on it; arguments as in `binnacle`."""
-    middle, (wide, high) = _screen_at(eye), _SCREEN_HALF
-    yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
-    edge = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
-    yield "trim", moved(edge, *middle)
-    foot = box((0.011, -0.04, belt - middle[2] - 0.03), (0.03, 0.04, 0.0))
-    yield "trim", moved(foot, *middle)
-    for y, z, width, height in _STREETS:
-        low, top = (-0.001, y - width / 2, z - height / 2), (0.001, y + width / 2, z + height / 2)
-        yield "screen_map", moved(box(low, top), *middle)
-
-
-def screen_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
-    """Return the screen's map, which glows at night."""
-    middle = _screen_at(eye)
-    return tuple(
-        _lamp("screen", middle + np.array([-0.003, y, z]), (width, height))
-        for y, z, width, height in _STREETS
-    )
-
-
-def _screen_at(eye: Floats) -> Floats:
-    """Middle of the screen, (3,) [m]."""
-    ahead, inwards, up = _SCREEN
-    side = float(np.sign(eye[1]) or 1.0)
-    return np.asarray(eye + np.array([ahead, -side * inwards, up]))
-
-
-def _lamp(role: str, at: Floats, size: tuple[float, float]) -> VehicleLamp:
-    """A lamp that shines at the driver."""
-    x, y, z = (float(value) for value in at)
-    return VehicleLamp(role, (x, y, z), size, float(np.pi))
-
-
 def _hood(eye: Floats, *, foot: float, end: float) -> Iterator[MaterialMesh]:
     """The hood's skin from the dashboard to the lip, the lip and the dark under it."""
     wide, top = _HOOD
     along = np.linspace(0.0, 1.0, 14)
-    turn = np.linspace(np.pi, 0.0, 41)
+    turn = np.linspace(np.pi, 0.0, 57)
     # A flat arch: |cos| and |sin| to 2/3.4 are a superellipse of exponent 3.4.
     y = -wide * np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** (2 / 3.4)
     arch = np.abs(np.sin(turn)) ** (2 / 3.4)
-    height = (top - foot) * np.sin(0.5 * np.pi * along) ** 1.3
+    # It rises from the pad, and runs nearly level to the lip, so that a driver sees light on it.
+    risen = np.minimum(along / 0.7, 1.0)
+    level = np.maximum(along - 0.7, 0.0) / 0.3
+    height = (top - foot) * (0.96 * np.sin(0.5 * np.pi * risen) ** 1.3 + 0.04 * level)
     x = end + (_LIP - end) * along
 
     def ring(x: Floats, height: Floats, shrink: float = 0.0) -> Floats:
@@ -289,11 +225,14 @@ def _hood(eye: Floats, *, foot: float, end: float) -> Iterator[MaterialMesh]:
         return eye + np.stack([np.broadcast_to(x[:, None], z.shape), across, z], axis=-1)
 
     yield "dash_pad", sheet(ring(x, height))
-    ends = np.array([_LIP, _LIP - 0.006, _LIP - 0.006, _LIP])
-    steps = [(0.0, ends[:1]), (0.003, ends[1:2]), (0.009, ends[2:3]), (0.012, ends[3:])]
-    lip = np.concatenate([ring(at, height[-1:], shrink) for shrink, at in steps])
-    yield "dash_pad", sheet(lip)
-    inner = [ring(np.array([at]), height[-1:], 0.012) for at in (_LIP, FACE + 0.004)]
+    # The lip is half a round bead.
+    bead = np.linspace(0.0, np.pi, 7)
+    lip = [
+        ring(np.array([_LIP - _BEAD * np.sin(t)]), height[-1:], _BEAD * (1.0 - np.cos(t)))
+        for t in bead.tolist()
+    ]
+    yield "dash_pad", sheet(np.concatenate(lip))
+    inner = [ring(np.array([at]), height[-1:], 2.0 * _BEAD) for at in (_LIP, FACE + 0.004)]
     yield "gap", sheet(np.concatenate(inner))
     back = inner[1] * [1.0, 1.0, 0.0] + [0.0, 0.0, eye[2] + foot - 0.06]
     yield "gloss_black", sheet(np.concatenate([inner[1], back]))

@@ -1,8 +1,9 @@
-"""Opens a vehicle for a camera inside it: no glass, no roof, no cabin.
+"""Opens a vehicle for a camera inside it: its glass and cabin go, and one for a driver is built.
 
-What remains is the bonnet, the low body (so that its shadow stays plausible) and a
-dashboard with the wheel, which hides the road under the cabin. Ships, aircraft and such have no
-such cabin: of them remains what lies well below the eye and faces it.
+What remains of it is the bonnet and the low body (so that its shadow stays plausible). Dashboard,
+wheel, pillars, doors and roof are built anew; nothing is before the road but what a driver has.
+Ships, aircraft and such have no such cabin: of them remains what lies well below the eye and faces
+it.
 """
 
 from __future__ import annotations
@@ -14,8 +15,14 @@ from itertools import chain
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps, desk
+from sumo3dviz_pt.library.vehicles.interior.cockpit import (
+    cockpit,
+    cockpit_lamps,
+    desk,
+    half_dashboard,
+)
 from sumo3dviz_pt.library.vehicles.interior.mirrors import outer_mirrors
+from sumo3dviz_pt.library.vehicles.interior.shell import shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, area_vectors, areas
 from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
 
@@ -26,7 +33,7 @@ _BONNET_ABOVE_BELT = 0.06
 """What is ahead of the windscreen and higher is a mirror or a wiper [m]; `mirrors` makes mirrors
 anew, with panes that show the scene."""
 
-_TRIM_ABOVE_BELT = 0.012
+_TRIM_ABOVE_BELT = 0.0
 """Unpainted parts ahead of the windscreen are left out above this, since the cockpit brings its own
 wipers [m]."""
 
@@ -106,7 +113,13 @@ def cutaway(
         made = desk(across, front=front, belt=belt, edge=edge, eye=eye)
         if cabin is CutawayCabin.ROAD:
             made = cockpit(across, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
-            made = chain(made, outer_mirrors(flank, front=front, belt=belt, eye=eye))
+            top = float(bounds[:, 1, 2].max())
+            half = half_dashboard(across)
+            made = chain(
+                made,
+                shell(half, front=front, belt=belt, eye=eye, top=top),
+                outer_mirrors(flank, front=front, belt=belt, eye=eye),
+            )
             lamps = cockpit_lamps(belt=belt, eye=eye)
         parts = (*parts, *(Part(mesh, material) for material, mesh in made))
     far = tuple(_opened(prototype.far, cowl=cowl, low=cut, high=high))

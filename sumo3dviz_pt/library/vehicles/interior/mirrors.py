@@ -74,7 +74,7 @@ class _Outer:
 
 
 _INNER = _Pane((0.108, 0.028), _FLAT, down=float(np.radians(1.0)))
-_INNER_PLACE = (0.66, 0.255, 0.135)
+INNER_PLACE = (0.66, 0.255, 0.135)
 """Of the inner mirror: ahead of the eye, towards the middle, over the eye [m]."""
 
 _DEGREE = float(np.radians(1.0))
@@ -120,7 +120,7 @@ def inner_mirror(eye: Floats) -> Iterator[MaterialMesh]:
         eye: The driver's, (3,) [m].
     """
     side = float(np.sign(eye[1]) or 1.0)
-    ahead, inwards, up = _INNER_PLACE
+    ahead, inwards, up = INNER_PLACE
     place = eye + np.array([ahead, -side * inwards, up])
     shell = superellipsoid((0.02, 0.115, 0.034), squareness=4.0, segments=36, rings=18)
     turned = aimed(place, eye, _looking(_INNER, side))

@@ -208,6 +208,36 @@ def test_driver_sits_on_the_right_side(view, left_hand, y):
     assert seen.forward[0] > 0.99
 
 
+@pytest.mark.parametrize("left_hand", [False, True])
+def test_a_dash_camera_hangs_in_the_middle_below_the_mirror(left_hand):
+    seen = ride("dashcam", left_hand=left_hand)
+    np.testing.assert_allclose(seen.position, [48.55, 0.0, 1.14], atol=1e-9)
+    assert seen.cutaway and seen.mirrors is None
+    assert seen.lens.opening == pytest.approx(np.radians(92))
+    assert seen.lens.distortion[0] < 0.0, "a barrel"
+
+
+def test_a_lens_of_the_scene_file_wins_over_that_of_a_dash_camera():
+    wide = ride("dashcam", lens=LensSettings(fov=110)).lens
+    assert wide.opening == pytest.approx(np.radians(110)) and not any(wide.distortion)
+    straight = ride("dashcam", lens=LensSettings(distortion=0)).lens
+    assert straight.opening == pytest.approx(np.radians(92)) and not any(straight.distortion)
+    sharp = ride("dashcam", lens=LensSettings(f_number=2.0)).lens
+    assert sharp.opening == pytest.approx(np.radians(92)) and any(sharp.distortion)
+    assert not any(ride("driver").lens.distortion)
+
+
+def test_unknown_views_and_anchors_are_said_with_what_there_is(monkeypatch):
+    with pytest.raises(ConfigError, match="did you mean 'dashcam'"):
+        ride("dash_cam")
+    with pytest.raises(ConfigError, match=r"known: .*chase, .*dashcam, .*driver"):
+        ride("nothing_alike_at_all")
+    content = {"anchor": "engine", "fov": 50}
+    monkeypatch.setattr("sumo3dviz_pt.shot.cameras.riding.template", lambda *_: content)
+    with pytest.raises(ConfigError, match=r"no anchor is called 'engine'; known: .*mirror"):
+        ride("mine")
+
+
 def test_eye_height_heading_pitch_and_lens_override():
     seen = ride("driver", eye_height=1.6, heading=90, pitch=0, lens=LensSettings(fov=33))
     assert seen.position[2] == pytest.approx(1.6)

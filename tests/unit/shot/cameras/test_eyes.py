@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.bodies import Body, build_body
+from sumo3dviz_pt.cast.bodies import Body, build_body, cabin_of
 from sumo3dviz_pt.cast.choice import Choice, FigureChoice, ModelChoice, models_for
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
@@ -144,6 +147,35 @@ def test_no_own_wall_is_seen_from_inside(name: str) -> None:
     fleet = fleet_of(build_body(CHOICES[name], {}))
     for view in ("driver", "passenger"):
         check_from_inside(fleet, view)
+
+
+ROAD = [each for each in ALL if each.values[0] not in PEOPLE]
+
+
+@pytest.mark.parametrize("name", ROAD)
+@pytest.mark.parametrize(("left_hand", "stretched"), [(False, 1.0), (True, 0.9), (False, 1.15)])
+def test_a_dash_camera_sees_the_road_and_at_most_a_bonnet(
+    name: str, left_hand: bool, stretched: float
+) -> None:
+    """No mirror, dial or screen is in its picture, and no more than its lowest part is hidden."""
+    choice = CHOICES[name]
+    assert isinstance(choice, ModelChoice)
+    length, width, height = choice.size
+    body = build_body(replace(choice, size=(stretched * length, width, height)), {})
+    if cabin_of(body) is not CutawayCabin.ROAD or width < 1.3:
+        return
+    fleet = fleet_of(body).with_cockpit("vehicle:ego", left_hand=left_hand)
+    settings = LagrangianCamera(mode="lagrangian", vehicle="ego", view="dashcam")
+    camera = build_ride(settings, fleet=fleet, left_hand=left_hand)
+    # A barrel shows a little more than its opening says.
+    reach = 1.08 * np.tan(camera.lens.opening / 2.0)
+    left, up = np.meshgrid(np.linspace(reach, -reach, WIDE), reach * np.linspace(0.56, -0.56, TALL))
+    rays = np.stack([np.ones(left.size), left.ravel(), up.ravel()], axis=1)
+    far, _ = first_hits(camera, drawn(fleet, camera), rays)
+    hits = np.isfinite(far).reshape(TALL, WIDE)
+    assert not hits[: TALL * 2 // 3].any(), "the road is hidden"
+    if body.seat.cowl[0] < -1.0:
+        assert hits[-1].mean() > 0.5, "no bonnet"
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -51,9 +51,11 @@ def build(
     budget=700_000,
     textured=True,
     dark=False,
+    weathered=False,
     **around,
 ):
-    where = replace(surroundings(network or road(), seed=seed, **around), dark=dark)
+    where = surroundings(network or road(), seed=seed, **around)
+    where = replace(where, dark=dark, weathered=weathered)
     settings = settings or ObjectsSettings()
     return build_scenery(pois, polygons, settings, around=where, budget=budget, textured=textured)
 
@@ -246,7 +248,8 @@ def test_what_no_camera_sees_is_left_out():
     camera_path = CameraPath(
         np.array([(0.0, 0.0, 2.0)]), np.array([(1.0, 0.0, 0.0)]), np.array([0.5])
     )
-    scenery = build([poi("tree", 300, 20), poi("tree", -300, 20)], camera_path=camera_path)
+    trees = [poi("tree", 300, 20), poi("tree", -300, 20)]
+    scenery = build(trees, camera_path=camera_path, weathered=True)
     assert bounds(scenery, "trees")[0][0] > 0
     assert any("no camera" in item.why for item in scenery.left_out)
 
@@ -446,7 +449,9 @@ def looking_along(x):
 def test_far_crowns_have_half_the_leaves_where_the_camera_is_known():
     one, anywhere = looking_along(100.0)
     trees = [poi("tree", 100.0 + away, 20.0) for away in (70.0, 120.0, 200.0)]
-    seen, whole = (leaves_of(build(trees, camera_path=path)) for path in (one, anywhere))
+    seen, whole = (
+        leaves_of(build(trees, camera_path=path, weathered=True)) for path in (one, anywhere)
+    )
     assert seen[0] < 0.65 * whole[0]
     assert seen[1] == pytest.approx(whole[1], rel=1e-6)
     assert seen[2] == pytest.approx(whole[2], rel=1e-6)
@@ -455,7 +460,7 @@ def test_far_crowns_have_half_the_leaves_where_the_camera_is_known():
 def test_near_crowns_keep_every_leaf():
     one, anywhere = looking_along(100.0)
     trees = [poi("tree", 112.0, 8.0, name="near")]
-    seen, whole = (build(trees, camera_path=path) for path in (one, anywhere))
+    seen, whole = (build(trees, camera_path=path, weathered=True) for path in (one, anywhere))
     (a,), (b,) = ([s.part for s in one.static if s.id == "trees/leaf"] for one in (seen, whole))
     assert np.array_equal(a.mesh.vertices, b.mesh.vertices)
     assert np.array_equal(a.tint, b.tint)

@@ -114,6 +114,21 @@ def test_the_mirror_shows_the_driver_what_is_behind():
     assert way[0] < -0.97 and abs(way[2]) < 0.1
 
 
+def test_the_dashboard_follows_the_bent_glass_and_its_seam_is_sewn():
+    pieces = made()
+    shelf = shelf_of(pieces).vertices
+    ends = shelf[np.abs(shelf[:, 1]) > 0.99 * shelf[:, 1].max()]
+    assert shelf[:, 0].max() - ends[:, 0].max() == pytest.approx(0.1, abs=0.01)
+    thread = [mesh for material, mesh in pieces if material == "stitch"]
+    assert len(thread) == 1 and len(thread[0].faces) > 400
+    assert np.ptp(thread[0].vertices[:, 1]) > 1.2
+
+
+def test_a_car_costs_few_triangles_more_than_its_pad():
+    """A bare pad is 19,000; all else before the driver is as much again."""
+    assert sum(len(mesh.faces) for _, mesh in made()) < 43_000
+
+
 def test_wipers_are_left_out_where_moving_ones_are_drawn():
     """Two arms, two blades and two knobs lie at the windscreen's foot, and nothing else goes."""
     with_wipers, without = made(), made(wipers=False)
