@@ -442,8 +442,7 @@ class SceneData:
         tracks: Where wheels have passed, if snow lies on roads; else None.
         ruts: Where lanes are worn down by wheels, if puddles stand there; else None.
         swaying: How wind moves parts of `static`, by their ids; all others stand still.
-        origin: What of the world the scenario's files tell, what follows from them, and what is
-            invented, in words; empty where no town is invented.
+        origin: What is from files, derived or invented, in words; empty without a town.
     """
 
     materials: Mapping[str, Bsdf]
