@@ -174,6 +174,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         "weather": weather_report(job).as_dict(),
         "motion": lawfulness(motion).as_dict(),
         "missing_files": [str(path) for path in files.missing],
+        "origin": {},
         "nobody": idle(job.vehicles.by_id, types),
         "unseen": [],
         "shots": [],
@@ -190,6 +191,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
             name: _traced(quality_preset(name, together=len(times) > 1), job.cameras[window.camera])
             for name in names
         }
+        report["origin"] = dict(production.shot.data.origin)
         shot = _shot(production, qualities, len(times)) | {"about": outlook is not None}
         about = {"camera": window.camera, "from": window.start, "to": window.end}
         report["shots"].append({**about, **shot})
@@ -309,6 +311,8 @@ def in_words(report: dict[str, Any], *, details: bool = True) -> str:
         f" {users or 'empty'}",
     ]
     lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
+    origin = "; ".join(f"{how}: {what}" for how, what in report.get("origin", {}).items())
+    lines += [f"town     {origin}"] if origin else []
     weather = report["weather"]
     lines += [f"weather  {weather['text']}"]
     if weather["moments"] and weather["left_out"]:

@@ -222,6 +222,11 @@ class StreetSettings(Settings):
     fronts: Literal["auto", "none"] = Field(
         "auto", description="closed rows of houses along city streets without building polygons"
     )
+    town: Literal["auto", "none"] = Field(
+        "none",
+        description="auto: a town invented by what roads tell",
+    )
+    parked: Literal["auto", "none"] = Field("auto", description="parked cars in an invented town")
     lamps: Literal["auto", "none"] = Field("auto", description="street lamps along urban roads")
     signs: Literal["auto", "none"] = Field(
         "auto", description="speed limits, stop, give way, priority, exits, gantries"

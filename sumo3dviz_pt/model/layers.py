@@ -141,6 +141,7 @@ _OF_KIND: Mapping[str, str] = {
     "shrub": "vegetation",
     "hedge": "vegetation",
     "fence": "fence",
+    "parked": "car",
     "home": "building",
     "shop": "building",
     "block": "building",

@@ -442,6 +442,7 @@ class SceneData:
         tracks: Where wheels have passed, if snow lies on roads; else None.
         ruts: Where lanes are worn down by wheels, if puddles stand there; else None.
         swaying: How wind moves parts of `static`, by their ids; all others stand still.
+        origin: What is from files, derived or invented, in words; empty without a town.
     """
 
     materials: Mapping[str, Bsdf]
@@ -457,6 +458,7 @@ class SceneData:
     tracks: TyreTracks | None = None
     ruts: TyreTracks | None = None
     swaying: Mapping[str, Swaying] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

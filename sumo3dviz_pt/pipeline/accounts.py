@@ -396,6 +396,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "scene": with_files(job.model_dump(by_alias=True), inputs.name),
         "inputs": dict(sorted(inputs.hashes.items())),
         **({"companions": inputs.companions} if inputs.companions else {}),
+        **({"origin": dict(data.origin)} if data.origin else {}),
         "world": world_digest(data),
         "light": light_digest(data),
         "plan": plan_digest(data, production.shot.full_models),

@@ -40,6 +40,7 @@ from sumo3dviz_pt.proposals.views import (
     overview,
 )
 from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.town.layout import lacks_town
 
 REACH = 500.0
 """Roads within this distance of a place decide [m]."""
@@ -293,6 +294,7 @@ def scene_text(
         "# sky: {preset: sky_blue}       # or:",
         f'# sky: {{sun: {{date: 2026-06-21, time: "17:30", place: {_here(scenario)}}}}}',
         "# ground: {texture: ground_grass}",
+        *_town_lines(scenario),
         *type_lines(scenario.guesses),
         *_place_lines(proposal.spot),
         "cameras:",
@@ -304,6 +306,16 @@ def scene_text(
         f"output: {{size: {list(default('output.size'))}, fps: {default('output.fps')}}}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _town_lines(scenario: Scenario) -> list[str]:
+    """Ask for a town where a scenario brings none."""
+    if not lacks_town(scenario):
+        return []
+    return [
+        "# The scenario has no houses: a town is invented, by what the roads tell of it.",
+        "street: {town: auto}            # or none",
+    ]
 
 
 def _here(scenario: Scenario) -> str:

@@ -28,12 +28,12 @@ from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
-from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
+from sumo3dviz_pt.world.areas.slabs import Paving, slab_polygons
 from sumo3dviz_pt.world.land.cuts import laid_beside
 from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.horizon import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
-from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.objects.kinds import INVENTED, kind_of
 from sumo3dviz_pt.world.objects.lines import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.lines import Rails, guard_rails
 from sumo3dviz_pt.world.objects.objects import BUDGET, Scenery, build_scenery
@@ -72,6 +72,8 @@ from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.street.street import build_street, site_of, standing_height
 from sumo3dviz_pt.world.structures.tunnels import DAY_SET
+from sumo3dviz_pt.world.town.layout import Town, near_cameras, with_town
+from sumo3dviz_pt.world.town.parked import parked_cars
 from sumo3dviz_pt.world.weather import in_weather, weather_over
 
 _LEAF = "leaf"
@@ -244,7 +246,7 @@ class World:
     """What exists, whatever looks at it.
 
     Attributes:
-        scenario: Roads, objects and signals; its road users belong to the cast.
+        scenario: Roads, objects and signals, also invented; its road users belong to the cast.
         job: The scene file; its shots, output and quality have no effect here.
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
@@ -253,6 +255,7 @@ class World:
         weather: Over time; None for a dry and clear summer.
         driven: Where all vehicles of the log were, if snow lies.
         outlook: Of a report, which counts and does not render; None builds all.
+        town: What of it is invented, if anything.
     """
 
     scenario: Scenario
@@ -264,6 +267,7 @@ class World:
     weather: WeatherCourse | None = None
     driven: DrivenWays | None = None
     outlook: Outlook | None = None
+    town: Town | None = None
 
     @classmethod
     def of(
@@ -293,7 +297,9 @@ class World:
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
         weather = weather_over(job.weather, scenario.network, memory)
         sky = in_weather(sky, weather)
-        return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
+        clear = clearance or Clearance()
+        scenario, town = with_town(scenario, job, clear, memory)
+        return cls(scenario, job, sky, clear, memory, key, weather, town=town)
 
     @property
     def dark(self) -> bool:
@@ -324,6 +330,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     region = region_of(world, camera_path)
     land, areas = _land(world, scenario, camera_path, region)
     roads, around = land.roads, land.around
+    scenario = near_cameras(scenario, around)
     islands, areas = _islands(world, land, areas)
     grown = _grown(scenario, job, land, areas)
     # What stands along the roads.
@@ -349,6 +356,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     made = (roads, land.ground, grown.meadow, grown.planting, grown.fronts, *beside)
     fixed = [part for some in made for part in some.static]
     fixed += [*grown.pits, *areas.static, *areas.grown.static]
+    fixed += parked_cars(() if world.town is None else world.town.cars, around)
     taken = sum(len(part.part.mesh.faces) for part in fixed)
     scenery = build_scenery(
         grown.scenario.pois,
@@ -358,7 +366,6 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         textured=job.textured,
         budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
     )
-    # All of it together.
     sources = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, *beside)
     season = season_of(job)
     return BuiltPlace(
@@ -428,18 +435,14 @@ def _land(
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
-    rows = _rows(whole, job, roads, around)
+    rows = _rows(world, whole, roads, around)
     if not roads.layout.cells.is_flat:
-        ground = laid_beside(ground, _pavings(slabs, rows, roads), solid=_solid(rows, roads))
+        courts = Paving(rows.forecourts, court_height(roads.layout))
+        ground = laid_beside(ground, [*slabs.pavings, courts], solid=_solid(rows, roads))
         around = replace(around, height_at=ground.height_at)
     below = Below(roads, ground, slabs)
     areas = build_areas(scenario, job, below=below, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around, rows), areas
-
-
-def _pavings(slabs: SlabParts, rows: Rows, roads: RoadParts) -> list[Paving]:
-    """All that is paved beside roads."""
-    return [*slabs.pavings, Paving(rows.forecourts, court_height(roads.layout))]
 
 
 def _solid(rows: Rows, roads: RoadParts) -> list[shapely.Geometry]:
@@ -464,7 +467,7 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     roads, around = land.roads, land.around
     rows, fronts = _fronts(scenario, land)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
-    drawn = [poi for poi in scenario.pois if _is_drawn(poi, job)]
+    drawn = [k for k in scenario.pois if k.source != INVENTED and _is_drawn(k, job)]
     lost = before_cameras(drawn, scenario.network, around)
     planting = _planting(scenario, job, roads, around)
     planting = replace(planting, left_out=(*planting.left_out, *lost))
@@ -496,18 +499,18 @@ def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str
     }
 
 
-def _rows(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Rows:
+def _rows(world: World, scenario: Scenario, roads: RoadParts, around: Surroundings) -> Rows:
     """Rows of houses along city streets where the scenario has no buildings."""
-    why = why_none(scenario.polygons)
-    if not job.textured:
+    why, paved, network = why_none(scenario.polygons), roads.layout.paved, scenario.network
+    if not world.job.textured:
         why = "everything is shown in plain colours"
-    if job.street.fronts == "none":
+    if world.job.street.fronts == "none":
         why = "switched off by `street.fronts`"
     if why is not None:
         return Rows(why=why)
-    paved, network = roads.layout.paved, scenario.network
     shapes = (*scenario.polygons, *stop_areas(network, scenario.stops))
-    return grow_rows(network, paved, Given(scenario.pois, shapes), around=around)
+    given = Given(scenario.pois, shapes, world.town.characters if world.town else None)
+    return grow_rows(network, paved, given, around=around)
 
 
 def _fronts(scenario: Scenario, land: _PreparedLand) -> tuple[Rows, Fronts]:
@@ -528,6 +531,13 @@ def _why_barren(job: Job) -> str | None:
     return why_nowhere(job.ground.texture)
 
 
+def _why_unfurnished(job: Job) -> str | None:
+    """Why no islands and guard rails stand, or None."""
+    if job.street.furniture == "none":
+        return "switched off by `street.furniture`"
+    return None if job.textured else "everything is shown in plain colours"
+
+
 def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Planting:
     """Trees and shrubs where the scenario has none."""
     if (why := _why_barren(job)) is not None:
@@ -535,8 +545,8 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     plot = plot_of(roads.layout.paved, scenario.pois, scenario.polygons)
     belts, far = wayside(scenario.network, plot, scenario.pois, around=around)
     far = (*far, *verges(scenario.network, plot, around=around))
-    own = [item for item in scenario.polygons if item.source != SOURCE]
-    why = why_bare(scenario.pois, own, around)
+    own = [item for item in scenario.polygons if item.source not in (SOURCE, INVENTED)]
+    why = why_bare([poi for poi in scenario.pois if poi.source != INVENTED], own, around)
     if why is not None:
         return Planting(belts, (LeftOut("planting away from fast roads", why),), far)
     plot = replace(plot, objects=np.array([*plot.objects, *(poi.position for poi in belts)]))
@@ -548,10 +558,7 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
 def _islands(world: World, land: _PreparedLand, areas: AreaParts) -> tuple[IslandParts, AreaParts]:
     """Kerbed islands between roads, and areas with what grows on those."""
     job, roads, around = world.job, land.roads, land.around
-    why = None if job.textured else "everything is shown in plain colours"
-    if job.street.furniture == "none":
-        why = "switched off by `street.furniture`"
-    if why is not None:
+    if (why := _why_unfurnished(job)) is not None:
         return island_parts((), roads.layout, why=why), areas
     find = partial(islands_of, world.scenario.network, roads.layout, around.index)
     islands = roads.layout.memory.of(("islands",), find)
@@ -563,12 +570,7 @@ def _islands(world: World, land: _PreparedLand, areas: AreaParts) -> tuple[Islan
 
 def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
     """Guard rails where the scenario has no fences; none where everything is plain."""
-    why = None
-    if not job.textured:
-        why = "everything is shown in plain colours"
-    if job.street.furniture == "none":
-        why = "switched off by `street.furniture`"
-    if why is not None:
+    if (why := _why_unfurnished(job)) is not None:
         return Rails(left_out=(LeftOut(RAILS, why),))
     slabs = [shapely.Polygon(k.shape) for k in scenario.polygons if k.source == SLABS]
     paved = [*land.roads.layout.paved, *slabs]

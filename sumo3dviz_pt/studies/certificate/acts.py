@@ -20,6 +20,10 @@ _ROADS = (
     *("label:sidewalk", "label:ground", "label:parking"),
 )
 _GROUND = ("terrain*", "ground*", "label:terrain", "label:ground")
+_TOWN = (
+    *("fence:*", "label:fence", "court*", "label:sidewalk", "label:parking", "parked:*"),
+    *("label:static", "lamp:*", "sign:*"),
+)
 _USERS = ("vehicle:*", "person:*", "container:*")
 _KINDS_OF_USERS = tuple(pattern.removesuffix("*") for pattern in _USERS)
 _POLES = ("label:pole", "label:polegroup", "label:traffic light", "label:traffic sign")
@@ -190,6 +194,11 @@ _RULES: tuple[tuple[str, str, Acts], ...] = (
         r"objects\.(?P<id>homes|shops|blocks|buildings)\b.*",
         "houses",
         Acts(things=("label:building",)),
+    ),
+    (
+        r"street\.(town|parked)",
+        "the town",
+        Acts(things=("label:building", *_GROUND, *_PLANTS, *_POLES, *_TOWN)),
     ),
     (r"street\.fronts", "houses", Acts(things=("label:building", *_GROUND))),
     (

@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.model.random import dice_of, share_of
 from sumo3dviz_pt.model.scene import LeftOut, Part
 from sumo3dviz_pt.model.traffic import Polygon
-from sumo3dviz_pt.world.objects.kinds import FENCES, Kind, Staging, colour_in, kind_of
+from sumo3dviz_pt.world.objects.kinds import FENCES, INVENTED, Kind, Staging, colour_in, kind_of
 from sumo3dviz_pt.world.placement.lanes import LaneIndex
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, thing_of
 from sumo3dviz_pt.world.plants.trees import is_fast
@@ -76,7 +76,8 @@ def guard_rails(
         polygons: The scenario's: where it has fences, there are no others.
         around: Cameras; without any there are no rails.
     """
-    if any(kind_of(item.type, item.source) == "fences" for item in polygons):
+    own = [item for item in polygons if item.source != INVENTED]
+    if any(kind_of(item.type, item.source) == "fences" for item in own):
         return Rails(left_out=(LeftOut(FAMILY, "the scenario has fences of its own"),))
     lanes = _fast_lanes(network, around)
     rails = _rails_along(lanes, paved, around) if lanes else []

@@ -24,8 +24,10 @@ from sumo3dviz_pt.world.objects.houses import (
     house_parts,
     lamp_sets,
     plan_of,
+    rectangles,
 )
 from sumo3dviz_pt.world.objects.kinds import (
+    INVENTED,
     KINDS,
     PLANTS,
     Kind,
@@ -291,7 +293,7 @@ def _placed(
     places = places_of(points)
     names = [f"{kind.name}:{item.id}" for item in points]
     levels = staging.levels(kind, level_distances(kind, points, around))
-    heights = around.height_at(places)
+    heights = np.array(around.height_at(places))
     yaws = _yaws(kind, points, places, around)
     sizes = _sizes(names, settings, around.seed)
     # Storeys vary less than ground plans; trees keep their shape.
@@ -299,6 +301,11 @@ def _placed(
     if kind.name in STYLES:
         plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
         sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
+        made = np.array([item.source == INVENTED for item in points], dtype=np.bool_)
+        if made.any():  # slopes: they stand on the lowest corner of the ground
+            scaled = np.array(plans)[made] * sizes[made, None, None]
+            corners = shapely.get_coordinates(rectangles(places[made], yaws[made], scaled))
+            heights[made] = around.height_at(corners).reshape(-1, 5).min(axis=1)
     placed = [
         Transform.from_pose((*places[i], heights[i]), yaw=yaws[i], scale=(size, size, tall[i]))
         for i, size in enumerate(sizes)

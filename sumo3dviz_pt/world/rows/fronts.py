@@ -12,7 +12,7 @@ that is larger than `MARGIN` is divided along the borders of tiles.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -26,11 +26,14 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.lanes import Nearest
 from sumo3dviz_pt.world.placement.sightlines import hides
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, Tile, edges_in, tiles_seen
+from sumo3dviz_pt.world.town.character import Character
+from sumo3dviz_pt.world.town.pavements import pavements
 
 SOURCE = "street_fronts"
 """The `source` of areas that rows take."""
@@ -198,18 +201,24 @@ class Streets:
         return np.asarray(good)
 
 
-def streets_in(network: Network, box: shapely.Polygon, memory: Memory) -> Streets | None:
+def streets_in(
+    network: Network,
+    box: shapely.Polygon,
+    memory: Memory,
+    characters: Mapping[str, Character] | None = None,
+) -> Streets | None:
     """Sample the streets in a box.
 
     Args:
         network: The road network.
         box: Upright [m].
         memory: Of the network's world.
+        characters: As those of `Given`.
 
     Returns:
         None where no street runs.
     """
-    points, rank, length, fast = [], [], [], []
+    points, rank, length, fast, central = [], [], [], [], []
     for edge in edges_in(network, box, memory):
         roads = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus", "delivery"}]
         if edge.function != "normal" or not roads:
@@ -228,12 +237,14 @@ def streets_in(network: Network, box: shapely.Polygon, memory: Memory) -> Street
             rank += [(not quick, len(roads) > 1, walks)] * len(at)
             own = lane is roads[0]
             length += [line.length / len(at) * own] * len(at)
+            central += [(characters or {}).get(edge.id) == "centre"] * len(at)
     if not points:
         return None
     places, kinds = settled(np.concatenate(points)), np.array(rank, dtype=np.bool_)
     tree = Nearest(places)
     total = _density(places, np.array(length) * kinds[:, 0])
-    city = kinds[:, 0] & (kinds[:, 2] | (total > _DENSE))
+    dense = kinds[:, 2] | (total > _DENSE) if characters is None else np.array(central)
+    city = kinds[:, 0] & dense
     return Streets(tree, city, kinds[:, 1], kinds[:, 2], shapely.union_all(fast))
 
 
@@ -289,10 +300,18 @@ _LAND = ("boundary", "place", "admin", "landuse.residential", "landuse.commercia
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Given:
-    """What a scenario has put somewhere; it keeps its place."""
+    """What a scenario has put somewhere; it keeps its place.
+
+    Attributes:
+        pois: All points of interest.
+        polygons: All areas and lines.
+        characters: What edges run through, where that says which streets are a city's; None where
+            their density and their footways do.
+    """
 
     pois: Sequence[Poi] = ()
     polygons: Sequence[Polygon] = ()
+    characters: Mapping[str, Character] | None = None
 
 
 def why_none(polygons: Sequence[Polygon]) -> str | None:
@@ -370,8 +389,9 @@ def _in_tile(
     around: Surroundings,
 ) -> Rows:
     """Rows of houses in one tile; they do not depend on the cameras that look at it."""
-    streets = streets_in(network, tile.box(MARGIN + 2.0 * AROUND), around.memory)
-    if streets is None or not streets.city.any():
+    known = fixed.characters
+    streets = streets_in(network, tile.box(MARGIN + 2.0 * AROUND), around.memory, known)
+    if streets is None or (known is None and not streets.city.any()):
         return Rows()
     # Find the land between what is paved, a setback away from it.
     box = tile.box(MARGIN)
@@ -394,6 +414,13 @@ def _in_tile(
     rim = _RIM if streets.walks.mean() > 0.5 else 0.0
     inner = ground.buffer(-rim, join_style="mitre")
     courts = _forecourts(lots, setback, ground=inner, houses=houses)
+    if known is not None:
+        edges = edges_in(network, tile.box(10.0), around.memory)
+        bays = [shapely.Polygon(k.shape[:, :2]) for k in fixed.polygons if k.source == SLABS]
+        beside = [bay for bay in bays if bay.intersects(box)]
+        strips = pavements(network, edges, known, ground, beside)
+        strips = list(shapely.intersection(strips, tile.box()))
+        courts = tuple(polygon_parts(union([*courts, *polygon_parts(union(strips))])))
     courts = _beside(courts, around.memory.of((SOURCE, "laid"), partial(_laid, fixed)))
     return Rows(tuple(houses), courts, tuple(growth.yards))
 

@@ -69,18 +69,10 @@ def build_fronts(
         around: Cameras, ground and the seed.
         near: A point of the network [m] near which texture coordinates are small.
     """
-    if not rows.houses:
-        return Fronts(left_out=(LeftOut(FAMILY, "no city street near the camera has room"),))
-    # Ask for all heights at once: each request for heights of a sloped road is expensive.
-    spots = [house.plan[: house.fronts + 1] for house in rows.houses]
-    ends = np.cumsum([len(some) for some in spots])[:-1]
-    heights = np.split(heights_near(layout.cells, np.concatenate(spots)) + SIDEWALK_HEIGHT, ends)
-    # Build the houses.
-    levels = _levels(rows.houses, around)
-    parts: list[Part] = []
-    for house, own, level in zip(rows.houses, heights, levels, strict=True):
-        make = partial(house_of_row, house, own, around=around, level=level)
-        parts += around.memory.of((FAMILY, *house.name, own.tobytes(), level), make)
+    none = (LeftOut(FAMILY, "no city street near the camera has room"),)
+    if not rows.houses and not rows.forecourts:
+        return Fronts(left_out=none)
+    parts = _house_parts(rows, layout, around) if rows.houses else []
     shining = [part for part in parts if part.material.startswith("lamp:")]
     plain = [part for part in parts if not part.material.startswith("lamp:")]
     static = merged(FAMILY, plain)
@@ -97,7 +89,22 @@ def build_fronts(
         static.append(StaticPart(f"{FAMILY}/sides", "roads", Part(concrete(sides), MATERIAL)))
         materials[MATERIAL] = surface_material(SURFACE, textured=True)
     lamps = tuple(replace(some, id=f"{FAMILY}_{some.id}") for some in lamp_sets(shining))
-    return Fronts(tuple(static), materials, lamps)
+    return Fronts(tuple(static), materials, lamps, () if rows.houses else none)
+
+
+def _house_parts(rows: Rows, layout: RoadLayout, around: Surroundings) -> list[Part]:
+    """The houses of rows in the world."""
+    # Ask for all heights at once: each request for heights of a sloped road is expensive.
+    spots = [house.plan[: house.fronts + 1] for house in rows.houses]
+    ends = np.cumsum([len(some) for some in spots])[:-1]
+    heights = np.split(heights_near(layout.cells, np.concatenate(spots)) + SIDEWALK_HEIGHT, ends)
+    # Build the houses.
+    levels = _levels(rows.houses, around)
+    parts: list[Part] = []
+    for house, own, level in zip(rows.houses, heights, levels, strict=True):
+        make = partial(house_of_row, house, own, around=around, level=level)
+        parts += around.memory.of((FAMILY, *house.name, own.tobytes(), level), make)
+    return parts
 
 
 def house_of_row(

@@ -1,0 +1,1 @@
+"""The town that is invented beside the roads of a network without polygons."""
