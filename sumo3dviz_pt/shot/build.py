@@ -169,6 +169,7 @@ class Shot:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
         parts = self._parts(present, choice, view)
+        weather = None if self.data.weather is None else self.data.weather.at(time)
         frame = FrameState(
             time,
             view,
@@ -176,8 +177,8 @@ class Shot:
             tuple(parts.far),
             {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
-            (*self.railway.movers_at(time), *self.stands.movers),
-            None if self.data.weather is None else self.data.weather.at(time),
+            (*self.railway.movers_at(time), *self.stands.movers_at(time, weather)),
+            weather,
         )
         if self.flying is None:
             return frame

@@ -424,6 +424,8 @@ def _land(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
     # What objects are placed by.
+    weather = world.weather
+    falls = weather is not None and (weather.rains or weather.snows)
     around = lay(height_at=ground.height_at)
     around = replace(
         around,
@@ -431,7 +433,8 @@ def _land(
         memory=world.memory,
         season=season_of(world.job),
         language=language_at(network.location),
-        weathered=world.weather is not None,
+        windy=weather is not None and weather.strongest_wind > 0.0,
+        weathered=weather is not None and (weather.is_wet or weather.is_snowy or falls),
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)

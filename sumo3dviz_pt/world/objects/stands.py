@@ -10,15 +10,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.plants.tree import fine_leaves, fine_tree
 from sumo3dviz_pt.model.camera import CameraPath, in_picture
-from sumo3dviz_pt.model.geometry import Colour, Floats, settled
-from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, settled
+from sumo3dviz_pt.model.random import seed_of, share_of
 from sumo3dviz_pt.model.scene import Mover, Prototype
+from sumo3dviz_pt.model.swaying import Sway, Swaying
+from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.world.objects.kinds import Kind, Plant, leaf_tint
 from sumo3dviz_pt.world.objects.plants import CROWN, PlantSpot, middles_of
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
@@ -46,17 +49,19 @@ _HALF = {"trees": 2.5, "shrubs": 0.8}  # half width of a usual crown [m]
 _GREY: Colour = (0.5, 0.5, 0.5)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Stands:
     """Plants that share models.
 
     Attributes:
         prototypes: The models, by name.
-        movers: Where each stands; none of them ever moves.
+        movers: Where each stands when no wind blows.
+        seeds: Of how wind moves each.
     """
 
     prototypes: Mapping[str, Prototype] = field(default_factory=dict)
     movers: tuple[Mover, ...] = ()
+    seeds: tuple[int, ...] = ()
 
     @property
     def slots(self) -> Mapping[str, int]:
@@ -70,7 +75,48 @@ class Stands:
 
     def joined(self, other: Stands) -> Stands:
         """Return both together."""
-        return Stands({**self.prototypes, **other.prototypes}, (*self.movers, *other.movers))
+        return Stands(
+            {**self.prototypes, **other.prototypes},
+            (*self.movers, *other.movers),
+            (*self.seeds, *other.seeds),
+        )
+
+    def movers_at(self, time: float, weather: Weather | None) -> tuple[Mover, ...]:
+        """Return the plants at a time [s]: they lean as their stems do, and keep their shape."""
+        wind = None if weather is None else weather.wind
+        if wind is None or not wind.speed or not self.movers:
+            return self.movers
+        tips = self._sway.mesh.vertices
+        moved = self._sway.at(time, wind)[0] - tips
+        return tuple(map(_leant, self.movers, moved, tips[:, 2]))
+
+    @cached_property
+    def _sway(self) -> Sway:
+        """How the plants' tips move."""
+        tops = {
+            name: max(float(part.mesh.bounds[1, 2]) for part in body.parts)
+            for name, body in self.prototypes.items()
+        }
+        matrices = np.stack([mover.world_from_body.matrix for mover in self.movers])
+        feet = matrices[:, :3, 3]
+        tips = feet + matrices[:, :3, 2] * np.array([[tops[k.prototype]] for k in self.movers])
+        plants = Swaying(
+            feet,
+            np.maximum(tips[:, 2] - feet[:, 2], 0.3),
+            np.array(self.seeds),
+            np.ones(len(feet)),
+            np.ones(len(feet), np.int64),
+            leaves=False,
+        )
+        return Sway(Mesh(tips, np.zeros((0, 3), np.int64)), plants)
+
+
+def _leant(mover: Mover, moved: Floats, top: float) -> Mover:
+    """Return a plant whose tip, so high [m], has moved, (3,) [m], and whose foot has not."""
+    matrix = mover.world_from_body.matrix
+    up = matrix[2] - np.array([0.0, 0.0, 0.0, matrix[2, 3]])
+    leant = matrix + np.outer([*(moved / (top - matrix[2, 3])), 0.0], up)
+    return replace(mover, world_from_body=Transform(leant))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,8 +156,8 @@ def shared(
     Args:
         kind: One of `PLANTS`.
         spots: All of that kind.
-        around: Cameras, chance and season; where cameras may go anywhere, and in wind, rain or
-            snow, none share models.
+        around: Cameras, chance and season; where cameras may go anywhere, and in rain or snow,
+            none share models.
     """
     path = around.camera_path
     if path is None or around.eyes is None or around.weathered or not spots:
@@ -129,10 +175,14 @@ def shared(
             own = spot.settings.colour
             models[number] = _Model(plant.crown[0], variant, size, around.season, own)
     finest = _affordable(models.values(), TRIANGLES[kind.name])
-    bodies = [_body(m, finest, m.plant(kind, around.seed)) for m in dict.fromkeys(models.values())]
+    bodies = [
+        _body(model, finest, model.plant(kind, around.seed), rooted=not around.windy)
+        for model in dict.fromkeys(models.values())
+    ]
     movers = [_mover(spots[number], model) for number, model in sorted(models.items())]
     rest = [spot for number, spot in enumerate(spots) if number not in models]
-    return Stands({body.name: body for body in bodies}, tuple(movers)), rest
+    seeds = tuple(seed_of(around.seed, mover.id, "wind") for mover in movers)
+    return Stands({body.name: body for body in bodies}, tuple(movers), seeds), rest
 
 
 def _mover(spot: PlantSpot, model: _Model) -> Mover:
@@ -168,9 +218,9 @@ def _triangles(model: _Model, finest: float) -> int:
     return fine_leaves(model.species, leaf=finest * 2.0**model.size, season=model.season)
 
 
-def _body(model: _Model, finest: float, plant: Plant) -> Prototype:
+def _body(model: _Model, finest: float, plant: Plant, *, rooted: bool) -> Prototype:
     """Build a model."""
     leaf = finest * 2.0**model.size
     bark, leaves = fine_tree(model.species, seed=model.variant, leaf=leaf, season=model.season)
     parts = (bark, replace(leaves, tint=leaf_tint(leaves, plant)))
-    return Prototype(model.name, parts, parts, rooted=True)
+    return Prototype(model.name, parts, parts, rooted=rooted)

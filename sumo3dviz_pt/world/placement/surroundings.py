@@ -70,7 +70,8 @@ class Surroundings:
         memory: What was built of the world.
         season: What leaves look like.
         language: Of what is written on shops.
-        weathered: Whether wind moves plants, or rain or snow falls on them.
+        windy: Whether wind moves plants.
+        weathered: Whether rain or snow falls or lies on them.
     """
 
     index: LaneIndex
@@ -83,6 +84,7 @@ class Surroundings:
     memory: Memory = field(default_factory=Memory)
     season: str = "summer"
     language: str = ENGLISH
+    windy: bool = False
     weathered: bool = False
 
     @property

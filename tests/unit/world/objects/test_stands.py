@@ -11,6 +11,7 @@ from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import areas
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.traffic import Poi
+from sumo3dviz_pt.model.weather import Weather, Wind
 from sumo3dviz_pt.world.objects import stands
 from sumo3dviz_pt.world.objects.objects import build_scenery
 from sumo3dviz_pt.world.placement.surroundings import surroundings
@@ -133,3 +134,27 @@ def test_who_does_not_share(why):
     evergreen = ("spruce", "pine")
     assert all(any(species in name for species in evergreen) for name in names)
     assert why == "bare" or not names
+
+
+def test_plants_lean_with_the_wind_about_their_feet_and_never_jump():
+    still = planted(grove("tree", 20), drive([0.0]), windy=True).stands
+    assert not any(body.rooted for body in still.prototypes.values())
+    calm = still.movers_at(3.0, Weather(wind=Wind(0.0, 0.0)))
+    assert calm == still.movers_at(3.0, None) == still.movers
+    gale = Weather(wind=Wind(9.0, 0.0))
+    tips = []
+    for time in np.arange(0.0, 3.0, 0.04).tolist():
+        moved = still.movers_at(time, gale)
+        for one, rest in zip(moved, still.movers, strict=True):
+            here, there = one.world_from_body.matrix, rest.world_from_body.matrix
+            np.testing.assert_allclose(here[:3, 3], there[:3, 3])
+            np.testing.assert_allclose(here[:3, :2], there[:3, :2])
+        tips.append([(k.world_from_body.matrix @ [0.0, 0.0, 8.0, 1.0])[:3] for k in moved])
+    ways = np.array(tips)
+    # To leeward on the whole, by a thousandth to a tenth of the height, and smoothly.
+    away = ways - [(k.world_from_body.matrix @ [0.0, 0.0, 8.0, 1.0])[:3] for k in still.movers]
+    assert 0.02 < away[..., 0].mean() < 0.4
+    assert np.abs(away).max() < 0.8
+    assert np.abs(np.diff(ways, axis=0)).max() < 0.06
+    # Not all alike.
+    assert np.std(away[-1, :, 0] - away[0, :, 0]) > 0.002
