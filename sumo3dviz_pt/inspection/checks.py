@@ -105,7 +105,11 @@ def _way(
 
 
 TRIANGLE_BUDGET = 1_500_000
-"""Unique triangles per shot that keep the update of a frame below half a CPU-second."""
+"""Unique triangles per shot that keep the update of a frame below half a CPU-second; those of
+plants that share models do not count."""
+
+SHARED = "models of plants"
+"""What near plants that share models are called."""
 
 MOMENTS = "moments of an open shutter"
 """What a camera without a shutter does without: nothing is moved more than once a frame."""
@@ -216,11 +220,12 @@ def _traced(quality: Quality, camera: CameraSettings) -> Quality:
 def _shot(production: Production, qualities: Mapping[str, Quality], frames: int) -> dict[str, Any]:
     """Return what one shot holds and costs."""
     output = production.job.output
-    data = production.shot.data
+    data, stands = production.shot.data, production.shot.stands
     families = Counter[str]()
     for part in data.static:
         families[part.family] += len(part.part.mesh.faces)
-    bodies = sum(data.prototypes[name].triangles for name in data.slots.near)
+    users = data.slots.near.keys() - stands.prototypes.keys()
+    bodies = sum(data.prototypes[name].triangles for name in users)
     far = sum(
         count * sum(len(part.mesh.faces) for part in data.prototypes[name].far)
         for name, count in data.slots.far.items()
@@ -228,17 +233,19 @@ def _shot(production: Production, qualities: Mapping[str, Quality], frames: int)
     far += sum(
         count * data.prototypes[name].triangles for name, count in data.slots.deforming.items()
     )
+    families[SHARED] += stands.triangles
     total = sum(families.values()) + bodies + far
+    moved = total - stands.triangles
     factor = conditions_factor(output.size, dark=production.shot.dark, weather=data.weather)
     return {
         "frames": frames,
         "fps": in_short(output.fps),
         "size": list(output.size),
         "triangles": {**families, "road users": bodies + far, "total": total},
-        "over_budget": total > TRIANGLE_BUDGET,
+        "over_budget": moved > TRIANGLE_BUDGET,
         "parts": _parts(data),
         "left_out": [_left_out(item) for item in data.left_out],
-        "not_compiled": _not_compiled(production, total),
+        "not_compiled": _not_compiled(production, moved),
         "forecast": {
             name: film_cost(
                 quality, output, triangles=total, frames=frames, factor=factor

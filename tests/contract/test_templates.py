@@ -9,7 +9,7 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.inspection.checks import TRIANGLE_BUDGET, check_scene
+from sumo3dviz_pt.inspection.checks import SHARED, TRIANGLE_BUDGET, check_scene
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 
@@ -50,5 +50,7 @@ def test_check_proves_the_budget() -> None:
     report = check_scene(load_job(CROSSING, {"template": "city_night", "shots": shots}))
     (shot,) = report["shots"]
     assert not shot["over_budget"]
-    assert 500_000 < shot["triangles"]["total"] <= TRIANGLE_BUDGET
+    triangles = shot["triangles"]
+    assert 500_000 < triangles["total"] - triangles[SHARED] <= TRIANGLE_BUDGET
+    assert triangles["total"] <= 1.6 * TRIANGLE_BUDGET
     assert "lit windows" not in {item["what"] for item in shot["left_out"]}
