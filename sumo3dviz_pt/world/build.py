@@ -425,7 +425,6 @@ def _land(
     )
     # What objects are placed by.
     weather = world.weather
-    falls = weather is not None and (weather.rains or weather.snows)
     around = lay(height_at=ground.height_at)
     around = replace(
         around,
@@ -434,7 +433,6 @@ def _land(
         season=season_of(world.job),
         language=language_at(network.location),
         windy=weather is not None and weather.strongest_wind > 0.0,
-        weathered=weather is not None and (weather.is_wet or weather.is_snowy or falls),
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)

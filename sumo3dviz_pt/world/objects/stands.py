@@ -156,11 +156,10 @@ def shared(
     Args:
         kind: One of `PLANTS`.
         spots: All of that kind.
-        around: Cameras, chance and season; where cameras may go anywhere, and in rain or snow,
-            none share models.
+        around: Cameras, chance and season; where cameras may go anywhere, none share models.
     """
     path = around.camera_path
-    if path is None or around.eyes is None or around.weathered or not spots:
+    if path is None or around.eyes is None or not spots:
         return Stands(), list(spots)
     wanted = _sizes(kind, spots, path)
     models: dict[int, _Model] = {}

@@ -71,7 +71,6 @@ class Surroundings:
         season: What leaves look like.
         language: Of what is written on shops.
         windy: Whether wind moves plants.
-        weathered: Whether rain or snow falls or lies on them.
     """
 
     index: LaneIndex
@@ -85,7 +84,6 @@ class Surroundings:
     season: str = "summer"
     language: str = ENGLISH
     windy: bool = False
-    weathered: bool = False
 
     @property
     def eyes(self) -> Floats | None:

@@ -51,11 +51,9 @@ def build(
     budget=700_000,
     textured=True,
     dark=False,
-    weathered=False,
     **around,
 ):
-    where = surroundings(network or road(), seed=seed, **around)
-    where = replace(where, dark=dark, weathered=weathered)
+    where = replace(surroundings(network or road(), seed=seed, **around), dark=dark)
     settings = settings or ObjectsSettings()
     return build_scenery(pois, polygons, settings, around=where, budget=budget, textured=textured)
 
@@ -249,7 +247,7 @@ def test_what_no_camera_sees_is_left_out():
         np.array([(0.0, 0.0, 2.0)]), np.array([(1.0, 0.0, 0.0)]), np.array([0.5])
     )
     trees = [poi("tree", 300, 20), poi("tree", -300, 20)]
-    scenery = build(trees, camera_path=camera_path, weathered=True)
+    scenery = build(trees, camera_path=camera_path, textured=False)
     assert bounds(scenery, "trees")[0][0] > 0
     assert any("no camera" in item.why for item in scenery.left_out)
 
@@ -450,7 +448,7 @@ def test_far_crowns_have_half_the_leaves_where_the_camera_is_known():
     one, anywhere = looking_along(100.0)
     trees = [poi("tree", 100.0 + away, 20.0) for away in (70.0, 120.0, 200.0)]
     seen, whole = (
-        leaves_of(build(trees, camera_path=path, weathered=True)) for path in (one, anywhere)
+        leaves_of(build(trees, camera_path=path, textured=False)) for path in (one, anywhere)
     )
     assert seen[0] < 0.65 * whole[0]
     assert seen[1] == pytest.approx(whole[1], rel=1e-6)
@@ -460,7 +458,7 @@ def test_far_crowns_have_half_the_leaves_where_the_camera_is_known():
 def test_near_crowns_keep_every_leaf():
     one, anywhere = looking_along(100.0)
     trees = [poi("tree", 112.0, 8.0, name="near")]
-    seen, whole = (build(trees, camera_path=path, weathered=True) for path in (one, anywhere))
+    seen, whole = (build(trees, camera_path=path, textured=False) for path in (one, anywhere))
     (a,), (b,) = ([s.part for s in one.static if s.id == "trees/leaf"] for one in (seen, whole))
     assert np.array_equal(a.mesh.vertices, b.mesh.vertices)
     assert np.array_equal(a.tint, b.tint)

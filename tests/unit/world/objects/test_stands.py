@@ -125,11 +125,11 @@ def test_small_leaves_have_the_area_and_bounds_of_the_crown(species):
     assert fine_leaves(species, leaf=0.1) == pytest.approx(4 * leaves, rel=0.01)
 
 
-@pytest.mark.parametrize("why", ["weather", "anywhere", "bare"])
+@pytest.mark.parametrize("why", ["anywhere", "bare"])
 def test_who_does_not_share(why):
     path = CameraPath.all_round(np.zeros((1, 3))) if why == "anywhere" else drive([0.0])
     season = "winter" if why == "bare" else "summer"
-    found = planted(grove("tree", 12), path, weathered=why == "weather", season=season).stands
+    found = planted(grove("tree", 12), path, season=season).stands
     names = [mover.prototype for mover in found.movers]
     evergreen = ("spruce", "pine")
     assert all(any(species in name for species in evergreen) for name in names)
