@@ -24,6 +24,7 @@ from any_network.proposed import (
     planted,
     poses_of,
 )
+from any_network.shared import unshared
 from any_network.towns import PICTURED, Town, made_town, name_of
 from needed import skip_if
 
@@ -66,7 +67,8 @@ def built(
     job = town.job(default("template"))
     time = 0.5 * (job.shots[0].start + job.shots[0].end)
     made = prepare(job, Request(camera="overview"), np.array([time]))
-    yield Built(town, job, time, made.shot.data.static)
+    static = (*made.shot.data.static, *unshared(made.shot.stands))
+    yield Built(town, job, time, static)
 
 
 def test_nothing_stands_where_vehicles_drive(built, request):

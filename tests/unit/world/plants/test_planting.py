@@ -7,6 +7,7 @@ import pytest
 import shapely
 from any_network.proposed import Pose
 from any_network.proposed import planted as planted_before
+from any_network.shared import unshared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
@@ -219,7 +220,8 @@ def test_no_plant_of_ours_hides_much_of_a_picture_whoever_chose_the_camera(plant
             for poi in PLANTERS[planter](network, here)
             if np.hypot(*(way.positions[:, :2] - poi.position).T).min() < 60.0
         ]
-        static = build_scenery(pois, (), ObjectsSettings(), around=here, budget=90_000).static
+        built = build_scenery(pois, (), ObjectsSettings(), around=here, budget=90_000)
+        static = (*built.static, *unshared(built.stands))
         faults[clear] = [
             fault for pose in poses for fault in planted_before(pose, static, here.index)
         ]
