@@ -2,7 +2,7 @@
 
 The map looks ahead: the road on which the car is runs up from the arrow that stands for it. Nobody
 can read names at this size, so there are none; its streets, a river and a park are drawn, not taken
-from the network. It has the brightness that a lit screen has by day; by night its roads are lamps.
+from the network. It has the brightness that a lit screen has by day; by night the way ahead glows.
 """
 
 from __future__ import annotations
@@ -79,14 +79,7 @@ _HEAD = ((-0.0835, 0.0085), (-0.077, 0.013), (-0.0835, 0.0175))
 
 _GLOWS = (
     # left, up, width, height: where the map glows by night
-    (-0.012, -0.012, 0.005, 0.05),
-    (-0.009, 0.018, 0.004, 0.03),
-    (-0.06, 0.018, 0.10, 0.0036),
-    (0.03, 0.016, 0.08, 0.003),
-    (0.02, -0.012, 0.09, 0.003),
-    (-0.08, -0.019, 0.06, 0.003),
-    (0.048, 0.0, 0.0026, 0.06),
-    (-0.054, 0.0, 0.0026, 0.06),
+    (-0.012, -0.0095, 0.0034, 0.023),  # the way straight on, then the next turn
     (0.097, 0.006, 0.003, 0.018),
     (0.09, 0.013, 0.016, 0.003),
 )
