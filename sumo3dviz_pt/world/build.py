@@ -424,7 +424,6 @@ def _land(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
     # What objects are placed by.
-    weather = world.weather
     around = lay(height_at=ground.height_at)
     around = replace(
         around,
@@ -432,7 +431,7 @@ def _land(
         memory=world.memory,
         season=season_of(world.job),
         language=language_at(network.location),
-        windy=weather is not None and weather.strongest_wind > 0.0,
+        windy=world.weather is not None and world.weather.strongest_wind > 0.0,
     )
     # What is paved beside roads decides where the ground shows.
     slabs = slabs_on(scenario, job, roads=roads, ground=ground, around=around)
