@@ -322,7 +322,7 @@ class ShotBuilder:
             tracks=wheel_tracks(weather, self.world.driven, eyes, seed=job.seed),
             ruts=ruts(weather, scenario.network.lanes.values(), eyes),
             swaying=windswept.swaying,
-            origin={} if self.world.town is None else self.world.town.origin(),
+            origin={} if self.world.town is None else self.world.town.origin(scenario),
         )
         return Shot(
             data=data,

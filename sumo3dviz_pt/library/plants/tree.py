@@ -397,7 +397,7 @@ _DETAILS = (
 LEVELS = len(_DETAILS)
 """Levels of detail: 0 within reach, 5 far."""
 
-_USUAL = 1.8  # leaves are about so many times longer than wide
+_USUAL = 1.8  # length of most leaves, by their width
 _NEEDLE = 4.0  # leaves this many times longer than wide are needles
 
 _KNOWN: Mapping[str, Species] = MappingProxyType({**SPECIES, **SHRUBS})

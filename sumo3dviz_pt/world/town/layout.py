@@ -36,6 +36,7 @@ from sumo3dviz_pt.world.placement.sightlines import SHRUB, TREE, hides, in_the_w
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
 from sumo3dviz_pt.world.town.character import URBAN, Character, characters_of
 from sumo3dviz_pt.world.town.parked import CAR, ParkedCar, in_bays
+from sumo3dviz_pt.world.town.pavements import lacks_walk
 from sumo3dviz_pt.world.town.streets import (
     VERGE,
     Side,
@@ -77,7 +78,7 @@ class Town:
             parking=(*scenario.parking, *self.parking),
         )
 
-    def origin(self) -> Mapping[str, str]:
+    def origin(self, scenario: Scenario) -> Mapping[str, str]:
         """Return what is from files, what follows from them and what is invented, in words."""
         along = Counter[Character](self.characters.values())
         derived = [f"{some} edges of {name}" for name in _ORDER if (some := along[name])]
@@ -85,10 +86,14 @@ class Town:
         made = [f"{some:,} {name}" for name, some in counts.items()]
         if along["centre"]:
             made.append("rows of houses in centres")
-        if URBAN & set(along):
+        edges = scenario.network.edges
+        if any(what in URBAN and lacks_walk(edges[k]) for k, what in self.characters.items()):
             made.append("pavements of urban streets without any")
+        sources = {k.source for k in scenario.pois} | {k.source for k in scenario.polygons}
+        own = bool(sources - {SOURCE})
+        given = {"signals": scenario.signals, "stops": scenario.stops, "objects": own}
         return {
-            "from files": "roads, traffic, signals, stops",
+            "from files": ", ".join(["roads", "traffic", *(k for k, v in given.items() if v)]),
             "derived": ", ".join(derived) or "nothing",
             "invented": ", ".join(made) or "nothing",
         }

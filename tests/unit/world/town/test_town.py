@@ -197,7 +197,11 @@ def test_nothing_is_invented_where_the_word_does_not_ask_for_it(made):
     asked = World.of(scenario, Job.model_validate(job(street={"town": "auto"})))
     assert asked.town is not None
     assert {k.source for k in asked.scenario.pois} == {INVENTED}
-    assert asked.town.origin()["from files"].startswith("roads")
+    origin = asked.town.origin(asked.scenario)
+    # Only what files really brought is said to be from files.
+    assert origin["from files"] == ", ".join(
+        ["roads", "traffic", *(["signals"] if asked.scenario.signals else [])]
+    )
     bare = World.of(scenario, Job.model_validate(job(street={"town": "auto", "parked": "none"})))
     assert bare.town is not None
     assert not bare.town.cars
