@@ -209,6 +209,9 @@ _BOXES = frozenset({"container", "cable_car"})
 _BARS = frozenset({"rickshaw"})
 """What is steered with a handlebar of its own behind a windscreen."""
 
+_WITH_ROWS = frozenset({"bus", "coach"})
+"""What has rows of seats behind its driver."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cockpit:
@@ -254,6 +257,8 @@ def cabin_of(body: Body) -> CutawayCabin:
         return CutawayCabin.BOX
     if body.vclass in _BARS:
         return CutawayCabin.BARS
+    if body.vclass in _WITH_ROWS:
+        return CutawayCabin.BUS
     return CutawayCabin.RAIL if body.vclass in RAIL_CLASSES else CutawayCabin.ROAD
 
 

@@ -27,7 +27,7 @@ from sumo3dviz_pt.cast.poses import effort, first_frame, head_rise, links_of, st
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, LagrangianCamera, LensSettings
-from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin, has_dashboard
+from sumo3dviz_pt.library.vehicles.interior.cutaway import has_dashboard
 from sumo3dviz_pt.library.vehicles.interior.mirrors import INNER_PLACE
 from sumo3dviz_pt.model.camera import INSTANT, Shutter
 from sumo3dviz_pt.model.falling import Cabin, Pane, Windscreen
@@ -464,7 +464,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         body,
         fleet.suspension,
         first_step=fleet.first_step(trajectory.key) if settings.bobbing else None,
-        mirrors=inside and preset.mirrors and cabin is CutawayCabin.ROAD,
+        mirrors=inside and preset.mirrors and cabin.is_driven,
         pane=pane_of(body) if inside and settings.reflections else None,
     )
 

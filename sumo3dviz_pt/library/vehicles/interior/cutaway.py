@@ -22,7 +22,8 @@ from sumo3dviz_pt.library.vehicles.interior.cockpit import (
     half_dashboard,
 )
 from sumo3dviz_pt.library.vehicles.interior.mirrors import outer_mirrors
-from sumo3dviz_pt.library.vehicles.interior.shell import shell
+from sumo3dviz_pt.library.vehicles.interior.saloon import saloon
+from sumo3dviz_pt.library.vehicles.interior.shell import BEHIND, shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, area_vectors, areas
 from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
 
@@ -48,6 +49,9 @@ _TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome
 _DOORS = 0.14
 """By how much both doors together are thinner than a cockpit takes them to be [m]."""
 
+_SKIN = 0.03
+"""From a bus's side to the wall of its passengers' room [m]."""
+
 _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
@@ -55,10 +59,12 @@ _NARROWEST_DASHBOARD = 1.2
 class CutawayCabin(Enum):
     """What stands before who steers: a dashboard with wheel and mirrors, a desk, or only the body.
 
-    That has a handlebar and a windscreen, or nothing, or is a closed box.
+    Behind a bus's driver is the passengers' room. Bodies that stay as they are have a handlebar
+    and a windscreen, or nothing, or are closed boxes.
     """
 
     ROAD = "road"
+    BUS = "bus"
     RAIL = "rail"
     BARS = "bars"
     NONE = "none"
@@ -67,7 +73,12 @@ class CutawayCabin(Enum):
     @property
     def is_built(self) -> bool:
         """Whether anything is built anew in it."""
-        return self in (CutawayCabin.ROAD, CutawayCabin.RAIL)
+        return self.is_driven or self is CutawayCabin.RAIL
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether it has a steering wheel and mirrors."""
+        return self in (CutawayCabin.ROAD, CutawayCabin.BUS)
 
 
 def cutaway(
@@ -111,7 +122,7 @@ def cutaway(
         # The dashboard ends at the doors' own panels.
         across = 2.0 * flank + _DOORS
         made = desk(across, front=front, belt=belt, edge=edge, eye=eye)
-        if cabin is CutawayCabin.ROAD:
+        if cabin.is_driven:
             made = cockpit(across, front=front, belt=belt, edge=edge, eye=eye, wipers=wipers)
             top = float(bounds[:, 1, 2].max())
             half = half_dashboard(across)
@@ -121,6 +132,9 @@ def cutaway(
                 outer_mirrors(flank, front=front, belt=belt, eye=eye),
             )
             lamps = cockpit_lamps(belt=belt, eye=eye)
+            if cabin is CutawayCabin.BUS:
+                room = {"front": float(eye[0]) - BEHIND, "rear": float(bounds[:, 0, 0].min())}
+                made = chain(made, saloon(flank - _SKIN, **room, eye=eye, top=top))
         parts = (*parts, *(Part(mesh, material) for material, mesh in made))
     far = tuple(_opened(prototype.far, cowl=cowl, low=cut, high=high))
     return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))

@@ -24,7 +24,7 @@ between the road and the mirror [m]."""
 _HEAVY = 1.08
 """Dashboards that are wider on either side are those of buses and lorries [m]."""
 
-_BEHIND = 1.1
+BEHIND = 1.1
 """And to where the roof ends [m]."""
 
 _LINING = 0.055
@@ -67,7 +67,7 @@ def shell(
     van = eye[2] - belt >= DEEP and half < _HEAVY
     head = min(float(eye[0]) + (_VAN_HEAD if van else _HEAD), front - 0.1)
     wide = half - (_VAN_LEAN if van else _LEAN)
-    yield from _roof(wide + 0.03, head=head, end=eye[0] - _BEHIND, roof=roof)
+    yield from _roof(wide + 0.03, head=head, end=eye[0] - BEHIND, roof=roof)
     yield from _visors(wide, head=head, roof=roof)
     for side in (1.0, -1.0):
         foot = (front - 0.1, side * half, belt - 0.08)

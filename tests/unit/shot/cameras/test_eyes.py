@@ -13,7 +13,6 @@ from sumo3dviz_pt.cast.bodies import Body, build_body, cabin_of
 from sumo3dviz_pt.cast.choice import Choice, FigureChoice, ModelChoice, models_for
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import LagrangianCamera
-from sumo3dviz_pt.library.vehicles.interior.cutaway import CutawayCabin
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
@@ -162,7 +161,7 @@ def test_a_dash_camera_sees_the_road_and_at_most_a_bonnet(
     assert isinstance(choice, ModelChoice)
     length, width, height = choice.size
     body = build_body(replace(choice, size=(stretched * length, width, height)), {})
-    if cabin_of(body) is not CutawayCabin.ROAD or width < 1.3:
+    if not cabin_of(body).is_driven or width < 1.3:
         return
     fleet = fleet_of(body).with_cockpit("vehicle:ego", left_hand=left_hand)
     settings = LagrangianCamera(mode="lagrangian", vehicle="ego", view="dashcam")

@@ -10,6 +10,7 @@ from alike import assert_outward
 from sumo3dviz_pt.library.materials import MATERIALS
 from sumo3dviz_pt.library.vehicles.interior.controls import dials
 from sumo3dviz_pt.library.vehicles.interior.mirrors import outer_mirrors
+from sumo3dviz_pt.library.vehicles.interior.saloon import saloon
 from sumo3dviz_pt.library.vehicles.interior.screen import screen, screen_lamps, screen_middle
 from sumo3dviz_pt.library.vehicles.interior.shell import roof_over, shell
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -121,3 +122,36 @@ def test_both_dials_have_numbers_that_neither_touch_nor_leave_the_dial() -> None
         assert (apart.any(axis=2) | np.eye(8, dtype=bool)).all()
         reach = [np.hypot(at[:, 1] - left, at[:, 2] + 0.204).max() for at in texts]
         assert max(reach) < 0.036
+
+
+def seats_of_a_bus() -> tuple[Floats, list[tuple[str, Mesh]]]:
+    """The driver's eye and the passengers' room of a city bus."""
+    half, _, _, place, top = CABINS["bus"]
+    eye = np.array(place)
+    return eye, list(saloon(half, front=eye[0] - 1.1, rear=-12.0, eye=eye, top=top))
+
+
+def test_passengers_room_is_closed_pieces_behind_the_driver_with_a_free_gangway() -> None:
+    eye, pieces = seats_of_a_bus()
+    for material, mesh in pieces:
+        assert_outward(mesh, least=0.95)
+        assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=True).is_watertight, material
+        assert material in MATERIALS
+        low, high = mesh.bounds
+        assert low[0] > -12.0 and high[0] <= eye[0] - 1.1 + 1e-9
+        through = low[1] < 0.0 < high[1]
+        assert not through or material in ("headliner", "trim") or high[0] < -11.8
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_passengers_see_the_street_through_their_windows(side: float) -> None:
+    """Most of what lies to a seat's side and a little ahead is free."""
+    eye, pieces = seats_of_a_bus()
+    triangles = triangles_of(pieces)
+    yaw, pitch = np.meshgrid(np.radians([50.0, 70.0, 90.0]), np.radians([-12.0, 0.0, 8.0]))
+    ways = np.stack(
+        [np.cos(yaw) * np.cos(pitch), side * np.sin(yaw) * np.cos(pitch), np.sin(pitch)], axis=-1
+    ).reshape(-1, 3)
+    seats = [eye + [-back, side * 0.55 - eye[1], -0.2] for back in np.arange(3.0, 9.0, 0.76)]
+    shares = [hidden(seat, seat + 6.0 * ways, triangles).mean() for seat in seats]
+    assert np.mean(shares) < 0.35 and max(shares) < 0.6
