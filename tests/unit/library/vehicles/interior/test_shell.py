@@ -152,6 +152,8 @@ def test_passengers_see_the_street_through_their_windows(side: float) -> None:
     ways = np.stack(
         [np.cos(yaw) * np.cos(pitch), side * np.sin(yaw) * np.cos(pitch), np.sin(pitch)], axis=-1
     ).reshape(-1, 3)
-    seats = [eye + [-back, side * 0.55 - eye[1], -0.2] for back in np.arange(3.0, 9.0, 0.76)]
+    seats = [
+        eye + np.array([-back, side * 0.55 - eye[1], -0.2]) for back in np.arange(3.0, 9.0, 0.76)
+    ]
     shares = [hidden(seat, seat + 6.0 * ways, triangles).mean() for seat in seats]
     assert np.mean(shares) < 0.35 and max(shares) < 0.6
