@@ -32,8 +32,9 @@ FINEST = 0.04
 PIXELS = 3.0
 """Leaves are about as long, in a picture of usual size [px]."""
 
-SIZES = 5
-"""How many sizes of leaves there are; each is twice the one before."""
+SIZES = 10
+"""How many sizes of leaves there are, in steps that double their area: much smaller than wanted
+they are noise, which a denoiser smears."""
 
 MOST = {"trees": 320, "shrubs": 320}
 """Plants of a kind that share models, at most."""
@@ -43,7 +44,7 @@ TRIANGLES = {"trees": 800_000, "shrubs": 80_000}
 
 _DIAGONAL = 1468.0  # of a picture of 1280 x 720 [px]
 _WIDEST = 0.60  # half the angle of a usual picture's diagonal [rad]; wider ones count as such
-_VARIANTS = (1, 1, 2, 2, 2)  # crowns of a species, by the size of their leaves
+_VARIANTS = (1, 1, 1, 1, 2, 2, 2, 2, 2, 2)  # crowns of a species, by the size of their leaves
 _MOST_VIEWS = 60  # that tell how near plants are
 _HALF = {"trees": 2.5, "shrubs": 0.8}  # half width of a usual crown [m]
 _GREY: Colour = (0.5, 0.5, 0.5)
@@ -142,6 +143,11 @@ class _Model:
         """Unique among all bodies."""
         return f"plant/{self.species}/{self.variant}/{self.size}{self.colour or ''}"
 
+    @property
+    def size_of_leaves(self) -> float:
+        """How much longer than the finest its leaves are."""
+        return float(2.0 ** (0.5 * self.size))
+
     def plant(self, kind: Kind, seed: int) -> Plant:
         """Return what a plant of that name would be."""
         settings = ObjectSettings(model=(self.species,), colour=self.colour)
@@ -198,10 +204,12 @@ def _sizes(kind: Kind, spots: Sequence[PlantSpot], path: CameraPath) -> Floats:
     seen = in_picture(some, middles, radius=CROWN)
     points = np.broadcast_to(middles[:, None], (len(middles), len(some.positions), 3))
     away = np.maximum(some.away(points) - _HALF[kind.name], 0.1)
-    # A leaf of a length takes up PIXELS at the narrowest and nearest.
+    # A leaf of a length takes up PIXELS at the narrowest and nearest; a young tree's model is
+    # drawn smaller, and its leaves with it.
     pixel = 2.0 * np.minimum(some.half_angles, _WIDEST) / _DIAGONAL
-    leaf = np.where(seen, PIXELS * pixel * away, np.inf).min(axis=1)
-    return settled(np.log2(np.maximum(leaf / FINEST, 1e-3)))
+    scale = np.array([np.linalg.norm(spot.world_from_body.matrix[:3, 2]) for spot in spots])
+    leaf = np.where(seen, PIXELS * pixel * away, np.inf).min(axis=1) / scale
+    return settled(2.0 * np.log2(np.maximum(leaf / FINEST, 1e-3)))
 
 
 def _affordable(models: Iterable[_Model], budget: int) -> float:
@@ -214,12 +222,12 @@ def _affordable(models: Iterable[_Model], budget: int) -> float:
 
 def _triangles(model: _Model, finest: float) -> int:
     """Return about how many triangles a model has."""
-    return fine_leaves(model.species, leaf=finest * 2.0**model.size, season=model.season)
+    return fine_leaves(model.species, leaf=finest * model.size_of_leaves, season=model.season)
 
 
 def _body(model: _Model, finest: float, plant: Plant, *, rooted: bool) -> Prototype:
     """Build a model."""
-    leaf = finest * 2.0**model.size
+    leaf = finest * model.size_of_leaves
     bark, leaves = fine_tree(model.species, seed=model.variant, leaf=leaf, season=model.season)
     parts = (bark, replace(leaves, tint=leaf_tint(leaves, plant)))
     return Prototype(model.name, parts, parts, rooted=rooted)
