@@ -58,6 +58,7 @@ class Edge:
         type: SUMO's edge type, such as `highway.motorway`; may be empty.
         priority: SUMO's priority.
         crossed_edges: For a crossing, the edges that it crosses.
+        name: Of its street; may be empty.
     """
 
     id: str
@@ -68,6 +69,7 @@ class Edge:
     type: str = ""
     priority: int = -1
     crossed_edges: tuple[str, ...] = ()
+    name: str = ""
 
     @property
     def told_speed(self) -> float:

@@ -231,6 +231,7 @@ def _edge(element: Element, lanes: list[Lane]) -> Edge:
         type=element.text("type", ""),
         priority=element.integer("priority", -1, within=values.PRIORITY),
         crossed_edges=tuple(element.text("crossingEdges", "").split()),
+        name=element.text("name", "").strip(),
     )
 
 

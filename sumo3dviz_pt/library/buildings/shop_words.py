@@ -1,4 +1,4 @@
-"""Words that are written on shops, by language, from `assets/shop_words`.
+"""Words that are written on shops and signs, by language, from `assets/shop_words`.
 
 The time zone in which a network lies tells its country, and so its language; zones that no
 language lists speak English. Where people of a country speak several, one stands for all.
@@ -20,17 +20,21 @@ ENGLISH = "english"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShopWords(RecipeValue):
-    """What is written on the shops of a language.
+    """What is written in a language.
 
     Attributes:
         zones: Time zones of the places where it is spoken, by their names in the tz database.
         shops: Words for shops of a few metres, as in the middle of a sentence's beginning.
         large: Words for one board along a whole front.
+        towards: Where roads lead that have no names.
+        leaving: What is written at an exit.
     """
 
     zones: tuple[str, ...]
     shops: tuple[str, ...]
     large: tuple[str, ...]
+    towards: tuple[str, ...]
+    leaving: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,10 @@ from functools import partial
 
 import numpy as np
 
+from sumo3dviz_pt.library.buildings.shop_words import LANGUAGES
 from sumo3dviz_pt.library.street import national
 from sumo3dviz_pt.library.street import signs as shapes
+from sumo3dviz_pt.library.street.lettering import can_write
 from sumo3dviz_pt.library.street.road_styles import SignStyle
 from sumo3dviz_pt.model.geometry import Transform, arc_length, belonging
 from sumo3dviz_pt.model.network import Connection, Edge, Network
@@ -37,7 +39,8 @@ _GANTRY_TOP = 6.7  # about how high one is [m]
 _GANTRY_SHIFTS = np.array([0.0, 20.0, -20.0, 40.0, -40.0])  # other places of one [m]
 _NOSE_TOP = 3.0  # about how high the board at an exit is [m]
 _BEFORE_EXIT = 180.0
-_TOWNS = ("NORD", "ZENTRUM", "HAFEN", "WEST", "ALTSTADT", "MESSE")
+_LONGEST = 22  # words on a board are cut to so many letters
+_HOPS = 8  # so many edges on, a road's name is looked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +218,43 @@ def _exit(network: Network, border: Border, links: EdgeLinks, site: Site) -> lis
     slow = sorted(t for t in targets if _leaves(network.edges[t], edge))
     if not slow or len(targets) < 2:
         return []
-    return [*_gantry(border, site), *_nose(network.edges[slow[0]], network, site)]
+    on = sorted(targets - set(slow)) or slow[1:]
+    ways = (
+        _led_to(network.edges[slow[0]], network, links),
+        _led_to(network.edges[on[0]], network, links) if on else edge.name,
+    )
+    words = _words(edge, ways, site)
+    return [*_gantry(border, words, site), *_nose(network.edges[slow[0]], network, site)]
+
+
+def _led_to(edge: Edge, network: Network, links: EdgeLinks) -> str:
+    """The name of the first street with one that an edge leads to; empty without any near."""
+    for _ in range(_HOPS):
+        if edge.name:
+            return edge.name
+        on = {network.lanes[link.to_lane].edge_id for link in links.out.get(edge.id, [])}
+        if not on:
+            break
+        edge = network.edges[min(on)]
+    return ""
+
+
+def _words(edge: Edge, ways: tuple[str, str], site: Site) -> tuple[str, str]:
+    """What is written for the exit and for straight on: streets' names, or whither by chance."""
+    seed, names = site.around.seed, list(LANGUAGES[site.around.language].towards)
+    chosen = []
+    for name, way in zip(ways, ("exit", "ahead"), strict=True):
+        place = names.pop(pick([1.0] * len(names), share_of(seed, edge.id, way)))
+        known = bool(name) and can_write(name) and name not in chosen
+        chosen.append(_shortened(name) if known else place)
+    return chosen[0], chosen[1]
+
+
+def _shortened(name: str) -> str:
+    """A name as a board has room for it: the whole, or its first words."""
+    while len(name) > _LONGEST and " " in name:
+        name = name.rsplit(" ", 1)[0]
+    return name[:_LONGEST]
 
 
 def _fastest(edge: Edge) -> float:
@@ -232,7 +271,7 @@ def _leaves(target: Edge, edge: Edge) -> bool:
     return slower and len(target.lanes) < len(edge.lanes)
 
 
-def _gantry(border: Border, site: Site) -> list[Sign]:
+def _gantry(border: Border, words: tuple[str, str], site: Site) -> list[Sign]:
     """A gantry over an edge, about 180 m before its end."""
     # Find room for the outer post.
     at = _unseen(border, max(border.length - _BEFORE_EXIT, min(20.0, border.length / 2)), site)
@@ -257,7 +296,7 @@ def _gantry(border: Border, site: Site) -> list[Sign]:
     site.use(places[int(np.argmax(good))][None])
     # In the frame of the border's point +y is left: away from the road on left-hand roads.
     side = float(-border.outward)
-    boards = [(side * y, face) for y, face in _boards(border, site.around.seed)]
+    boards = [(side * y, face) for y, face in _boards(border, words)]
     ends = (side * reach, -side * out)
     made = shapes.gantry(*ends, boards, portal=portal)
     return [Sign(stand, lambda level: made, GANTRY_REACH, radius=20.0 + span)]
@@ -274,16 +313,24 @@ def _unseen(border: Border, wanted: float, site: Site) -> float | None:
     return None
 
 
-def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
+def _boards(border: Border, words: tuple[str, str]) -> list[tuple[float, tuple[Part, ...]]]:
     """Boards by their distance from the outer border [m]: the exit's, and straight on."""
-    names = list(_TOWNS)
-    exit_name = names.pop(pick([1.0] * len(names), share_of(seed, border.edge.id, "exit")))
-    ahead = names[pick([1.0] * len(names), share_of(seed, border.edge.id, "ahead"))]
     span = border.road
+    exit_name, ahead = words
     return [
-        (min(2.2, span / 4), shapes.board((exit_name,), "exit", height=0.5)),
-        (0.68 * span, shapes.board((ahead,), "down", height=0.5)),
+        (min(2.2, span / 4), _fitted(exit_name, "exit", room=0.5 * span)),
+        (0.68 * span, _fitted(ahead, "down", room=0.5 * span)),
     ]
+
+
+def _fitted(word: str, pointer: str, *, room: float) -> tuple[Part, ...]:
+    """A board that is at most so wide [m]."""
+    height = 0.5
+    board = shapes.board((word,), pointer, height=height)
+    wide, _ = shapes.board_size(board)
+    if wide > room:
+        board = shapes.board((word,), pointer, height=height * room / wide)
+    return board
 
 
 def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
@@ -302,7 +349,8 @@ def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     stand = site.stand(places, points[:, 2], yaw, among=free)
     if stand is None:
         return []
-    return [Sign(stand, lambda level: shapes.exit_board(("EXIT",)), GANTRY_REACH / 2)]
+    leaving = LANGUAGES[site.around.language].leaving
+    return [Sign(stand, lambda level: shapes.exit_board((leaving,)), GANTRY_REACH / 2)]
 
 
 def _moved(parts: Sequence[Part], stand: Transform) -> list[Part]:

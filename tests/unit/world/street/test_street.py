@@ -10,6 +10,7 @@ import shapely
 from any_network.proposed import Pose, furnished
 
 from sumo3dviz_pt.job.settings import StreetSettings
+from sumo3dviz_pt.library.street import signs as shapes
 from sumo3dviz_pt.library.street.furniture import LENS
 from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.library.street.signs import YELLOW
@@ -405,6 +406,31 @@ def test_motorways_have_a_gantry_before_exits_only(exits):
         assert over[:, 1].min() < -1.0 and over[:, 1].max() > 9.6, "it spans the carriageway"
         posts = points[(points[:, 2] < 5.0) & (points[:, 0] < 140) & (points[:, 0] > 100)]
         assert not ((posts[:, 1] > 0.0) & (posts[:, 1] < 9.6)).any()
+
+
+def test_boards_show_the_names_of_the_streets_that_an_exit_leads_to():
+    """The exit's own name, or that of the next street with one; long ones are cut at a word."""
+    net = motorway()
+    bridge = edge("y", -8.0, kinds="c", x=(455, 600), ends=("C", "D"))
+    further = [*net.connections, Connection("x_0", "y_0", "", "", -1, "s", "M")]
+
+    def faces(ramp: str, after: str) -> int:
+        edges = {**net.edges, "y": replace(bridge, name=after)}
+        edges["x"] = replace(edges["x"], name=ramp)
+        named = replace(net, edges=edges, connections=tuple(further))
+        parts = built(named, lamps="none", furniture="none").static
+        return sum(len(p.part.mesh.faces) for p in parts if p.family == "signs")
+
+    def board(word: str) -> int:
+        return sum(len(part.mesh.faces) for part in shapes.board((word,), "exit"))
+
+    short = faces("Calle Ñ", "")
+    assert faces("Via Łódź", "") - short == board("Via Łódź") - board("Calle Ñ")
+    assert faces("", "Calle Ñ") == faces("Calle Ñ", "Other") == short
+    long = faces("Allee der Kosmonauten und Astronauten", "")
+    assert long - short == board("Allee der Kosmonauten") - board("Calle Ñ")
+    # What no hand can write is left out, and a place by chance stands there.
+    assert faces("東京", "") == faces("", "")
 
 
 def test_the_same_seed_gives_the_same_things():
