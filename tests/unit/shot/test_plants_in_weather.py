@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from builders import write_scenario
@@ -17,7 +19,7 @@ TIMES = np.array([4.0, 5.0])
 CALM = {"wind": {"speed": 0.0}}
 
 
-def shot_in(weather: dict[str, object] | None, file: str) -> Shot:
+def shot_in(weather: dict[str, object] | None, file: Path) -> Shot:
     """Cars and trees seen from a post beside a road, in a weather of the scene file."""
     job = load_job(file)
     given = None if weather is None else WeatherSettings.model_validate(weather)
@@ -50,7 +52,7 @@ def _leafy(family: str) -> bool:
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> str:
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("weather")
     scene = write_scenario(folder, vehicles=2, trees=True)
     plants = [
@@ -61,11 +63,11 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> str:
     text = "\n".join(("<additional>", *plants, "</additional>"))
     (folder / "trees.add.xml").write_text(text, encoding="utf-8")
     scene.write_text(scene.read_text().replace("template: abstract", "template: village_day"))
-    return scene
+    return Path(scene)
 
 
 @pytest.fixture(scope="module")
-def dry(file: str) -> Shot:
+def dry(file: Path) -> Shot:
     return shot_in(None, file)
 
 
@@ -79,7 +81,7 @@ def dry(file: str) -> Shot:
     ],
     ids=str,
 )
-def test_weather_changes_no_crown(weather: dict[str, object], dry: Shot, file: str) -> None:
+def test_weather_changes_no_crown(weather: dict[str, object], dry: Shot, file: Path) -> None:
     other = shot_in(weather, file)
     mine, theirs = crowns(dry), crowns(other)
     assert len(mine) > 8 and mine.keys() == theirs.keys()
