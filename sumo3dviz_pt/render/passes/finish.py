@@ -26,6 +26,7 @@ from sumo3dviz_pt.model.geometry import Bools, Image, Ints
 from sumo3dviz_pt.model.layers import LUMINANCE, Layers
 from sumo3dviz_pt.model.lens import planes_of_rays
 from sumo3dviz_pt.model.scene import Haze, View
+from sumo3dviz_pt.render.passes.regression import regressed
 from sumo3dviz_pt.render.sky.baked import horizon_towards
 
 _LUMINANCE = LUMINANCE.astype(np.float32)
@@ -260,6 +261,8 @@ def _denoised(seen: Layers, how: Finishing) -> Image:
     if not raw.size:
         return radiance
     smooth = denoise(raw, quality=how.denoiser, **guides)
+    if len(guides) == 2:
+        smooth = regressed(smooth, raw, hit=hit[box], **guides)
     picture = radiance.copy()
     picture[box] = mixed(smooth, raw, hit=hit[box], share=how.raw_share)
     return picture
