@@ -438,23 +438,22 @@ def _garden(
         yield plant(f"{lot.name}:t{k}", "tree", place, kinds[pick(weights, rng.random())])
 
 
+def _to_ends(name: str, network: Network) -> Iterator[Floats]:
+    """Yield an edge's line, and straight ones from the junctions at its ends to it."""
+    edge = network.edges[name]
+    line = edge.lanes[-1].shape[:, :2]
+    yield line
+    for junction, end in ((edge.from_junction, line[0]), (edge.to_junction, line[-1])):
+        if junction in network.junctions:
+            yield np.stack([network.junctions[junction].position[:2], end])
+
+
 def _parks(
     network: Network, characters: Mapping[str, Character], solid: shapely.STRtree, seed: int
 ) -> list[shapely.Polygon]:
     """Some of the blocks between streets, without what lies beside these."""
     some = [name for name, character in characters.items() if character != "motorway"]
-    lines = [shapely.LineString(network.edges[k].lanes[-1].shape[:, :2]) for k in some]
-    joined = {k: network.junctions.get(network.edges[k].to_junction) for k in some}
-    lines += [
-        shapely.LineString([network.edges[k].lanes[-1].shape[-1, :2], end.position[:2]])
-        for k, end in joined.items()
-        if end is not None
-    ]
-    lines += [
-        shapely.LineString([start.position[:2], network.edges[k].lanes[-1].shape[0, :2]])
-        for k in some
-        if (start := network.junctions.get(network.edges[k].from_junction)) is not None
-    ]
+    lines = [shapely.LineString(line) for name in some for line in _to_ends(name, network)]
     chance = max(_PARKS.values())
     parks = []
     for face in polygon_parts(shapely.polygonize([shapely.union_all(lines)])):
