@@ -261,7 +261,7 @@ def _denoised(seen: Layers, how: Finishing) -> Image:
     if not raw.size:
         return radiance
     smooth = denoise(raw, quality=how.denoiser, **guides)
-    if len(guides) == 2:
+    if how.denoiser == "high" and len(guides) == 2:
         smooth = regressed(smooth, raw, hit=hit[box], **guides)
     picture = radiance.copy()
     picture[box] = mixed(smooth, raw, hit=hit[box], share=how.raw_share)

@@ -3,8 +3,9 @@
 A denoiser takes small leaves in the shade for noise, for their raw pixels look like it. Yet the
 first surfaces that the camera sees are almost without noise: normals, reflectance, coverage. In
 windows of about twenty pixels, what the denoiser took is therefore fitted by these guides, and the
-fitted part, which follows surfaces and no noise, is added again. Where guides do not vary or what
-was taken does not follow them, nothing is added; the mean of a window never changes.
+fitted part, which follows surfaces and no noise, is added again. Where normals do not vary or what
+was taken does not follow them, nothing is added; a window's mean hardly changes. Pixel by pixel such
+a crown is no nearer to the truth, but it is made of leaves and not of brush strokes.
 
 References:
     Bitterli et al., "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
@@ -30,6 +31,9 @@ _WINDOW = 5
 
 _RIDGE = 3e-3
 """Variance of a guide that counts as none."""
+
+_CALM, _RUFFLED = 0.03, 0.08
+"""Variances of normals in a window below which nothing is added, and above which all is."""
 
 _BRIGHTEST = 4.0
 """A raw pixel counts as at most so many times the smooth one."""
@@ -62,7 +66,7 @@ def regressed(smooth: Image, raw: Image, *, albedo: Image, normal: Image, hit: I
 
 
 def _fitted(guides: Sequence[Image], taken: Image) -> Image:
-    """Return the part of a picture that guides explain, nowhere more than by a window's mean."""
+    """Return the part of a picture that guides explain; the first three are normals."""
     shape = taken.shape
     means = [_windowed(guide) for guide in guides]
     mean = _windowed(taken)
@@ -70,12 +74,15 @@ def _fitted(guides: Sequence[Image], taken: Image) -> Image:
         [_windowed(guides[i] * guides[j]) - means[i] * means[j] for j in range(i + 1)]
         for i in range(len(guides))
     ]
+    # Only crowns and hedges have normals at all angles within a window.
+    ruffled = sum((covariance[i][i] for i in range(3)), np.zeros_like(mean))
+    share = np.clip((ruffled - _CALM) / (_RUFFLED - _CALM), 0, 1).astype(np.float32)
     for i in range(len(guides)):
         covariance[i][i] = covariance[i][i] + np.float32(_RIDGE)
     shared = [
         _windowed(guide * taken) - own * mean for guide, own in zip(guides, means, strict=True)
     ]
-    slopes = _solved(covariance, shared)
+    slopes = [share * slope for slope in _solved(covariance, shared)]
     offset = np.zeros_like(mean)
     for slope, own in zip(slopes, means, strict=True):
         offset -= slope * own
