@@ -4,8 +4,8 @@ A denoiser takes small leaves in the shade for noise, for their raw pixels look 
 first surfaces that the camera sees are almost without noise: normals, reflectance, coverage. In
 windows of about twenty pixels, what the denoiser took is therefore fitted by these guides, and the
 fitted part, which follows surfaces and no noise, is added again. Where normals do not vary or what
-was taken does not follow them, nothing is added; a window's mean hardly changes. Pixel by pixel such
-a crown is no nearer to the truth, but it is made of leaves and not of brush strokes.
+was taken does not follow them, nothing is added; a window's mean hardly changes. Pixel by pixel
+such a crown is no nearer to the truth, but it is made of leaves and not of brush strokes.
 
 References:
     Bitterli et al., "Nonlinearly Weighted First-order Regression for Denoising Monte Carlo
