@@ -1,13 +1,12 @@
 """Walls with windows and balconies, in wall coordinates: (along, inward, up) [m].
 
 Every pane is tilted by millimetres: reflections that break up pane by pane are what makes a facade
-look real. Panes are opaque; what would be seen behind them (rooms, blinds, curtains) is their
-colour, under the same reflection.
+look real. Panes are opaque; what is seen behind them (rooms, blinds, curtains) is their colour,
+which the renderer finds by the ray, under the same reflection.
 
-Every window belongs to one of `CLASSES` classes, which is the number in the roles
-`room` and `low` (glass before a dark room, and before its lower part) and `drape`
-(glass before a blind or curtain); a palette gives each class its colour, and lights
-some of them at night.
+Every window belongs to one of `CLASSES` classes, which is the number in the roles `room` (with a
+blind or curtains) and `bare`; a palette gives the rooms of each class the colour of their walls,
+and lights some of them at night.
 """
 
 from __future__ import annotations
@@ -121,7 +120,7 @@ def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
 def windows(
     openings: Floats, facade: Facade, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """Fill the openings of a wall; rooms and drapes are the same at all levels of detail.
+    """Fill the openings of a wall; rooms are the same at all levels of detail.
 
     Args:
         openings: (k, 4) as u0, u1, z0, z1 [m].
@@ -142,12 +141,11 @@ def windows(
     tilt = rng.normal(0.0, _TILT, (len(panes), 2)).clip(-SLACK, SLACK)
     panes[:, 1:3, 1] += tilt[:, :1]
     panes[:, 2:, 1] += tilt[:, 1:]
-    ribbon = level == FAR and facade.width <= 0.0
     ajar = np.zeros(len(panes), dtype=np.bool_)
     if level == NEAR and facade.width > 0.0:
         ajar = own.random(len(panes)) < facade.ajar
         panes[ajar, 2:, 1] += _TIPPED
-    filled = glazed(panes, 0.0 if ribbon else facade.drapes, level=level, rng=rng)
+    filled = glazed(panes, facade.drapes, rng=rng)
     if level == FAR:
         return filled
     filled["frame"] = _frames(openings, inward - 0.02, facade, edges=level == NEAR)
@@ -155,56 +153,24 @@ def windows(
         deep = facade.inset + np.where(ajar, _TIPPED + 0.02, 0.0)
         filled["reveal"] = _reveals(openings, deep)
         dark = rectangles(*openings[ajar].T, inward=facade.inset + _TIPPED + 0.02)
-        filled = joined([filled, {"low0": dark}, _dressing(openings, facade)])
+        filled = joined([filled, {"gap": dark}, _dressing(openings, facade)])
         if facade.shutters:
             filled = joined([filled, _shutters(openings, own)])
     return filled
 
 
-def glazed(
-    panes: Floats, drapes: float, *, level: int, rng: np.random.Generator
-) -> dict[str, Floats]:
-    """Sort panes by what is behind them: `room`, `low` and `drape` with the number of a class.
+def glazed(panes: Floats, drapes: float, *, rng: np.random.Generator) -> dict[str, Floats]:
+    """Sort panes: `room` and `bare` with the number of a class.
 
     Args:
         panes: (k, 4, 3) [m], lower left corner first.
         drapes: Share of panes with a blind or curtains, [0, 1].
-        level: From afar each pane has one colour.
         rng: Chooses.
     """
-    count = len(panes)
-    classes = rng.integers(0, CLASSES, count)
-    kind = np.where(rng.random(count) < drapes, rng.integers(1, 5, count), 0)
-    share = rng.choice([0.12, 0.3, 0.42, 0.55, 0.9], count)
-    if level == FAR:
-        closed = (kind == 1) & (share > 0.6)
-        return by_class({"room": (panes[~closed], classes[~closed])}) | by_class(
-            {"drape": (panes[closed], classes[closed])}
-        )
-    # Kind 1 is a blind from above, 2 a pair of curtains, 3 a net before the lower half, 4 a
-    # net with a gap.
-    one, zero = np.ones(count), np.zeros(count)
-    side = np.where(kind == 2, 0.12 + 0.2 * share, np.where(kind == 4, 0.36 + 0.13 * share, 0.0))
-    low = np.where(kind == 3, 0.35 + 0.2 * share, 0.0)
-    high = np.where(kind == 1, 1.0 - share, 1.0)
-    # Ceilings catch the light, the lower part of a room is furniture.
-    split = np.clip(0.42 * one if level == NEAR else low, low, high)
-    rooms = share_of_panes(panes, side, 1 - side, split, high)
-    below = share_of_panes(panes, side, 1 - side, low, split)[split > low]
-    covers = (
-        (kind == 1, (zero, one, high, one)),
-        (side > 0.0, (zero, side, zero, one)),
-        (side > 0.0, (1 - side, one, zero, one)),
-        (kind == 3, (zero, one, zero, low)),
-    )
-    drawn = [(share_of_panes(panes, *edges)[at], classes[at]) for at, edges in covers]
-    cloth = np.concatenate([quads for quads, _ in drawn])
+    classes = rng.integers(0, CLASSES, len(panes))
+    draped = rng.random(len(panes)) < drapes
     return by_class(
-        {
-            "room": (rooms, classes),
-            "low": (below, classes[split > low]),
-            "drape": (cloth, np.concatenate([c for _, c in drawn])),
-        }
+        {"room": (panes[draped], classes[draped]), "bare": (panes[~draped], classes[~draped])}
     )
 
 
@@ -215,25 +181,6 @@ def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
         for number in np.unique(classes).tolist():
             parts[f"{role}{number}"] = some[classes == number]
     return parts
-
-
-def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """Cut a part out of each pane.
-
-    Args:
-        panes: (n, 4, 3) [m].
-        a0: Where the part begins, as a share of the pane's width, (n,).
-        a1: Where it ends.
-        b0: Where it begins, as a share of the pane's height, (n,).
-        b1: Where it ends.
-
-    Returns:
-        (n, 4, 3) [m].
-    """
-    origin = panes[:, 0]
-    along, up = panes[:, 1] - origin, panes[:, 3] - origin
-    corners = ((a0, b0), (a1, b0), (a1, b1), (a0, b1))
-    return np.stack([origin + along * a[:, None] + up * b[:, None] for a, b in corners], axis=1)
 
 
 def wall(

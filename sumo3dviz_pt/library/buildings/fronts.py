@@ -1,22 +1,21 @@
 """What a street sees on a wall: doors, shops, gates, down-pipes, machines.
 
-In wall coordinates: (along, inward, up) [m]. Shop windows show what lies behind them as colours of
-the pane (`shop0` ... `shop5`), which shine at night.
+In wall coordinates: (along, inward, up) [m]. The renderer finds what shop windows (`shop0` ...
+`shop5`) show, which shine at night.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, share_of_panes, storey
+from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, by_class, storey
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
 from sumo3dviz_pt.library.buildings.sign_boards import Boards, sign_boards
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats
 
 GOODS = 6
-"""How many sorts of things behind shop windows are told apart; 0 is the ceiling."""
+"""How many shops of a building are told apart."""
 
-_THINGS = 5  # behind each pane
 _BAY = 3.4  # between the piers of shops, about [m]
 
 FOOT = -1.0
@@ -163,7 +162,7 @@ def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
     inward = 0.3 if level == NEAR else -PROUD
     panes = rectangles(u0, u1, z0, z1, inward=inward)
     panes[:, 1:3, 1] += rng.normal(0.0, 0.004, (len(panes), 1)).clip(-SLACK, SLACK)
-    shown = _goods(panes, level, rng)
+    shown = _goods(panes, rng)
     if level == FAR:
         return shown
     bar, middle = 0.05, (u0 + u1) / 2
@@ -188,30 +187,11 @@ def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
     return {**shown, "joint": np.concatenate(bars), "reveal": np.concatenate(walls)}
 
 
-def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
-    """Sort panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
-    count = len(panes)
-    sorts = rng.integers(1, GOODS, (count, _THINGS + 1))
-    tall = rng.uniform(0.16, 0.5, (count, _THINGS))
-    goods: dict[str, list[Floats]] = {}
-
-    def show(quads: Floats, sort: Ints) -> None:
-        """Give quads to the roles of their sorts."""
-        for number in np.unique(sort).tolist():
-            goods.setdefault(f"shop{number}", []).append(quads[sort == number])
-
-    if level == FAR:
-        show(panes, sorts[:, 0])
-    else:
-        zero, one = np.zeros(count), np.ones(count)
-        for column in range(_THINGS):
-            left, right = one * column / _THINGS, one * (column + 1) / _THINGS
-            top = tall[:, column]
-            show(share_of_panes(panes, left, right, zero, top), sorts[:, column])
-            show(share_of_panes(panes, left, right, top, 0.84 * one), sorts[:, _THINGS])
-        # Sort 0 is the ceiling with its lamps.
-        show(share_of_panes(panes, zero, one, 0.84 * one, one), np.zeros(count, np.int64))
-    return {role: np.concatenate(quads) for role, quads in goods.items()}
+def _goods(panes: Floats, rng: np.random.Generator) -> Shell:
+    """Sort panes by the shops behind them: neighbours are often one shop."""
+    starts = rng.random(len(panes)) < 0.6
+    shop = np.cumsum(starts) + rng.integers(0, GOODS)
+    return by_class({"shop": (panes, (shop * 5 % GOODS).astype(np.int64))})
 
 
 def _footing(length: float, openings: Floats) -> Shell:

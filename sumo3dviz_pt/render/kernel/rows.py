@@ -55,6 +55,7 @@ class MaterialKind(IntFlag):
     PAVED = ROAD | SLABS
     SEASONED = 4096
     MIRROR = 8192
+    ROOMS = 16384
 
 
 PLAIN = MaterialKind(0)
@@ -190,6 +191,8 @@ class RowMaker:
                 "kind": kind
                 | (MaterialKind.PAINTED if painted and word == "tint" else MaterialKind.TINTED)
             }
+        if word == "rooms":
+            return {"kind": kind | MaterialKind.TINTED | MaterialKind.ROOMS}
         if word == "untiled" and "roughness" not in base:
             return self._laid(base, kind | MaterialKind.UNTILED | _paving(base))
         if word == "bitmap":

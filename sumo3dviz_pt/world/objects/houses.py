@@ -318,7 +318,8 @@ def painted(
     """
     colours = _colours(style, settings, chance, textured=level != FAR)
     shift = 5.0 * chance.share("shift")
-    parts = paint(shell, colours, tiles=_tiles(), shift=shift)
+    office = style.colours.use == "office"
+    parts = paint(shell, colours, tiles=_tiles(), shift=shift, office=office)
     if level == NEAR:
         return parts
     return tuple(
