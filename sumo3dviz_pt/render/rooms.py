@@ -33,26 +33,26 @@ _STEEPEST = 0.02  # cosine of the flattest ray that is told from flatter ones
 _BRIGHTEST = 0.75
 
 _CLOTHS = (
-    (0.48, 0.47, 0.44),
-    (0.42, 0.38, 0.31),
+    (0.58, 0.57, 0.54),
+    (0.5, 0.45, 0.37),
     (0.34, 0.35, 0.36),
     (0.36, 0.27, 0.18),
     (0.22, 0.09, 0.07),
     (0.13, 0.19, 0.24),
     (0.17, 0.2, 0.12),
-    (0.46, 0.45, 0.43),
+    (0.56, 0.55, 0.52),
 )
 """Reflectance of curtains and blinds behind glass."""
 
 _WARES = (
-    (0.42, 0.1, 0.07),
-    (0.5, 0.42, 0.2),
-    (0.1, 0.2, 0.36),
-    (0.5, 0.49, 0.46),
-    (0.16, 0.28, 0.13),
+    (0.34, 0.12, 0.09),
+    (0.4, 0.35, 0.24),
+    (0.14, 0.2, 0.3),
+    (0.46, 0.45, 0.42),
+    (0.2, 0.24, 0.17),
     (0.06, 0.06, 0.065),
-    (0.3, 0.19, 0.11),
-    (0.44, 0.3, 0.34),
+    (0.24, 0.17, 0.12),
+    (0.33, 0.3, 0.29),
 )
 """Reflectance of what stands in shops and on shelves."""
 
@@ -206,24 +206,45 @@ def _room(pane: Pane, box: Box, ray: Any, colour: Any, size: Any) -> tuple[Any, 
     own = dr.select(on_level | on_side, own, _back(pane, box, (px, py), wall))
     own = dr.select(on_side & (pane.chance(6) < 0.5), own * 0.75, own)
     # Windows light what lies near them; lamps light all of a room, most below them.
-    daylight = 0.02 + 0.2 * dr.exp(-0.85 * pz)
+    daylight = 0.035 + 0.3 * dr.exp(-0.85 * pz)
     daylight *= dr.select(on_side, 0.75, dr.select(overhead, 0.7, 1.0))
-    middle = 0.5 * (box.left + box.right)
-    lamp_x, lamp_y, lamp_z = px - middle, py - box.ceiling + 0.35, pz - 0.5 * box.depth
-    near = lamp_x * lamp_x + lamp_y * lamp_y + lamp_z * lamp_z
+    near = dr.squared_norm(
+        mi.Vector3f(
+            px - 0.5 * (box.left + box.right), py - box.ceiling + 0.35, pz - 0.5 * box.depth
+        )
+    )
     lit = dr.select(shop | office, 1.05, 0.42 + 1.6 / (1.0 + 1.4 * near))
     on = (shop & (pane.chance(7) < 0.85)) | (office & (pane.chance(7) < 0.4))
-    steady = dr.select(on, dr.select(shop, 0.14, 0.06), 0.0)
-    day, glow = own * (daylight + steady), own * (lit * 1.75)
-    # Lamps: rows of tubes in shops and offices, one shade in homes.
+    steady = dr.select(on, dr.select(shop, 0.2, 0.07), 0.0)
+    open_ = _open(box, (px, py, pz), on_side, on_level)
+    facing = dr.select(overhead, 1.1, dr.select(on_side, 0.72, dr.select(underfoot, 0.8, 1.0)))
+    day, glow = own * (open_ * (daylight + steady)), own * (open_ * facing * lit * 1.9)
+    # Rows of tubes hang under the ceilings of shops and offices.
     row = pz * 0.55 - dr.floor(pz * 0.55)
     tube = overhead & (row > 0.3) & (row < dr.select(size > 0.2, 0.5, 0.45)) & (shop | office)
-    globe = ~(shop | office) & (pane.chance(8) < 0.6)
+    day = dr.select(tube & on, mi.Color3f(0.5), day)
+    glow = dr.select(tube, mi.Color3f(4.5), glow)
+    globe = _globe(pane, box, ray, far)
+    return dr.select(globe, day * 1.35, day), dr.select(globe, mi.Color3f(3.6), glow)
+
+
+def _open(box: Box, at: tuple[Any, Any, Any], on_side: Any, on_level: Any) -> Any:
+    """Return how much of a room's light comes to a point on its walls: less in corners."""
+    x, y, z = at
+    across = dr.select(on_side, 9.0, dr.minimum(x - box.left, box.right - x))
+    upwards = dr.select(on_level, 9.0, dr.minimum(y - box.floor, box.ceiling - y))
+    behind = dr.select(on_level | on_side, box.depth - z, 9.0)
+    corner = dr.maximum(dr.minimum(dr.minimum(across, upwards), behind), 0.0)
+    return 1.0 - 0.5 * dr.exp(-3.5 * corner)
+
+
+def _globe(pane: Pane, box: Box, ray: Any, far: Any) -> Any:
+    """Return whether the lamp that hangs in the middle of some homes is met before the walls."""
     t = 0.5 * box.depth / ray.z
-    gx, gy = pane.x + t * ray.x - middle, pane.y + t * ray.y - box.ceiling + 0.5
-    globe &= (t < far) & (gx * gx + gy * gy * 1.6 < 0.05)
-    day = dr.select(tube & on, mi.Color3f(0.5), dr.select(globe, mi.Color3f(0.06), day))
-    return day, dr.select(tube, mi.Color3f(4.5), dr.select(globe, mi.Color3f(3.2), glow))
+    x = pane.x + t * ray.x - 0.5 * (box.left + box.right)
+    y = pane.y + t * ray.y - box.ceiling + 0.5
+    hangs = (pane.kind == 0) & (pane.chance(8) < 0.45)
+    return hangs & (t < far) & (x * x + y * y * 1.6 < pane.among(0.012, 0.04, 9))
 
 
 def _back(pane: Pane, box: Box, at: tuple[Any, Any], wall: Any) -> Any:
@@ -237,12 +258,15 @@ def _back(pane: Pane, box: Box, at: tuple[Any, Any], wall: Any) -> Any:
     picture = (dr.abs(u - hung - 0.1) < 0.1) & (dr.abs(up - 1.6) < pane.among(0.15, 0.4, 13))
     own = dr.select(picture, _one_of(_WARES, pane.bits + 14) * 0.8, wall)
     own = dr.select(door, inner, own)
-    # Shelves: boards with goods of many colours.
-    board, across = up * 2.3, x * 3.1
-    cell = mixed(pane.bits + mi.UInt32(dr.floor(board) * 57.0 + dr.floor(across + 64.0)))
-    tall = board - dr.floor(board) < 0.35 + 0.5 * unit(mixed(cell + 1))
-    stock = dr.select(tall, _one_of(_WARES, cell), wall * 0.3)
-    stocked = (pane.kind == 2) & (up < 2.2) & (pane.chance(15) < 0.75)
+    # Shelves: boards with rows of goods, some gaps, one sort beside the other.
+    board, across = up * 2.6, x * 6.0
+    level, column = dr.floor(board), dr.floor(across + 64.0)
+    cell = mixed(pane.bits + mi.UInt32(level * 57.0 + column))
+    sort = _one_of(_WARES, mixed(pane.bits + mi.UInt32(level * 31.0 + dr.floor(column * 0.28))))
+    tall = board - level < 0.5 + 0.32 * unit(mixed(cell + 1))
+    stock = dr.select(tall, sort * (0.6 + 0.7 * unit(cell)), wall * 0.35)
+    stock = dr.select(board - level < 0.07, mi.Color3f(0.35), stock)
+    stocked = (pane.kind == 2) & (up < 2.3) & (pane.chance(15) < 0.6)
     return dr.select(stocked, stock, own)
 
 
@@ -265,19 +289,28 @@ def _thing(
     far = leaves(box, pane.x, pane.y, ray)[0]
     x, up = pane.x + t * ray.x - box.left, pane.y + t * ray.y - box.floor
     # In shops there is one thing in each cell of a row, else one or none in the room.
-    cells = dr.select(shop, 0.85, box.right - box.left)
+    cells = dr.select(shop, 1.15, box.right - box.left)
     cell = dr.floor(x / cells)
     bits = mixed(pane.bits + salt + mi.UInt32(cell + 32.0) * 977)
-    wide = dr.select(shop, 0.24, 0.35 + 0.5 * unit(mixed(bits + 1)))
-    spot = cells * (0.3 + 0.4 * unit(mixed(bits + 2)))
-    tall = dr.select(shop, 0.8 + unit(mixed(bits + 3)), 0.75 + 1.1 * unit(mixed(bits + 3)))
+    figure = shop & (unit(mixed(bits + 5)) < 0.3)
+    wide = dr.select(figure, 0.22, 0.3 + 0.3 * unit(mixed(bits + 1)))
+    spot = cells * (0.4 + 0.2 * unit(mixed(bits + 2)))
+    tall = dr.select(shop, 0.5, 0.75) + dr.select(shop, 0.6, 1.1) * unit(mixed(bits + 3))
+    tall = dr.select(figure, 1.72, tall)
     off = dr.abs(x - cell * cells - spot)
-    # Shoulders and heads of figures, rounded tops of chairs.
-    slim = dr.select(shop & (up > tall - 0.3), 0.4, 1.0)
-    there = (t < far) & (off < wide * slim) & (up < tall) & (unit(bits) < 0.75)
-    own = _one_of(_WARES, mixed(bits + 4)) * dr.select(shop, 0.9, 0.5)
-    light = 0.02 + 0.2 * dr.exp(-0.85 * depth * box.depth) + dr.select(shop, 0.12, 0.0)
-    return dr.select(there, own * light, day), dr.select(there, own * 1.3, glow)
+    # Figures have legs, shoulders and a head; the rest are tables, racks, chairs and cupboards.
+    head = up - (tall - 0.12)
+    slim = dr.select(up > tall - 0.3, 0.3, dr.select(up < 0.85, 0.62, 1.0))
+    body = (off < wide * slim) & (up < tall - 0.24)
+    body |= off * off + head * head * 0.7 < 0.0115
+    block = (off < wide) & (up < tall)
+    there = (t < far) & dr.select(figure, body, block) & (unit(bits) < 0.7)
+    own = _one_of(_WARES, mixed(bits + 4)) * dr.select(figure, 0.7, 0.55)
+    # Goods lie on tables in rows.
+    band = mi.UInt32(dr.floor(up * 6.0) * 13.0 + dr.floor((off + 2.0) * 5.0))
+    own = dr.select(shop & ~figure, own * (0.5 + unit(mixed(bits + band))), own)
+    light = 0.035 + 0.3 * dr.exp(-0.85 * depth * box.depth) + dr.select(shop, 0.22, 0.0)
+    return dr.select(there, own * light, day), dr.select(there, own * 1.7, glow)
 
 
 def _covers(pane: Pane, size: Any) -> tuple[Any, Any, Any]:
@@ -286,7 +319,7 @@ def _covers(pane: Pane, size: Any) -> tuple[Any, Any, Any]:
     u, v = pane.x / pane.width, pane.y / pane.height
     sort = pane.chance(40)
     cloth = _one_of(_CLOTHS, pane.bits + 41) * pane.among(0.65, 1.1, 42)
-    pale = mi.Color3f(0.44, 0.435, 0.42) * pane.among(0.75, 1.1, 42)
+    pale = mi.Color3f(0.56, 0.55, 0.53) * pane.among(0.75, 1.1, 42)
     fine = dr.clip(1.6 - size * 16.0, 0.0, 1.0)
     edge = 0.012 * dr.sin(9.0 * v + 6.0 * pane.chance(43))
     folds = 1.0 + fine * 0.22 * dr.sin(pane.x * pane.among(45.0, 75.0, 44) + 2.0 * dr.sin(5.0 * v))
@@ -307,7 +340,7 @@ def _covers(pane: Pane, size: Any) -> tuple[Any, Any, Any]:
     share = dr.select(is_curtain & curtains, 1.0, dr.select(is_lace & lace, 0.8, 0.0))
     share = dr.select(is_veil, veil, dr.select(is_blind & blind, 1.0, share))
     shadow = 1.0 - 0.45 * dr.exp(-9.0 * (1.0 - v))
-    return colour * (0.75 * shadow), share, dr.select(is_blind, 0.9, 2.2)
+    return colour * shadow, share, dr.select(is_blind, 0.9, 2.2)
 
 
 def _sill(pane: Pane, day: Any, glow: Any, home: Any) -> tuple[Any, Any]:

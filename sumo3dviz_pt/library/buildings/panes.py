@@ -51,6 +51,18 @@ def pane_places(quads: Floats, role: str, *, office: bool) -> Floats:
     return np.concatenate([along, room], axis=-1)
 
 
+def room_walls(places: Floats) -> Floats:
+    """Return the reflectance of the walls of lit rooms, (n, 3); of what is no pane, dark glass.
+
+    Args:
+        places: Of one corner of each pane, as `pane_places` returns them, (n, 3).
+    """
+    number = np.floor(places[:, 2:] * (8 * ROOMS)).astype(np.int64)
+    shade = 0.4 + 0.3 * (number * 37 % ROOMS) / ROOMS
+    warmth = (number * 53 % ROOMS) / ROOMS * np.array([0.0, 0.06, 0.2])
+    return np.where(number < 6 * ROOMS, shade * (1.0 - warmth), 0.03)
+
+
 def room_numbers(quads: Floats) -> Ints:
     """Return a hash of the places of panes, (n,), below `ROOMS`."""
     cells = np.floor(settled(quads.mean(axis=1)) * _GRID).astype(np.int64)

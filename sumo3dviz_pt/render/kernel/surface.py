@@ -304,8 +304,7 @@ class Surfaces:
         first, lamps, there = tables.mesh_of(hit, active & hit.is_valid())
         face = first + hit.prim_index
         corners, material, smooth = tables.corners(face, there)
-        uv = mi.Point2f(hit.prim_uv)
-        weights = mi.Vector3f(1.0 - uv.x - uv.y, uv.x, uv.y)
+        weights = mi.Vector3f(1.0 - hit.prim_uv.x - hit.prim_uv.y, hit.prim_uv.x, hit.prim_uv.y)
         a, b, c = (dr.gather(mi.Vector4f, tables.points, corners[k], there) for k in range(3))
         p = _mixed(weights, a, b, c)
         normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))

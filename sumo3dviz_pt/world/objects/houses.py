@@ -19,6 +19,7 @@ from sumo3dviz_pt.library.buildings.building import Walls
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
 from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, WINDOWS, cladding, palette
 from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
+from sumo3dviz_pt.library.buildings.panes import room_walls
 from sumo3dviz_pt.library.buildings.shell import Palette, Shell, paint
 from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, Writing
 from sumo3dviz_pt.library.buildings.styles import (
@@ -289,16 +290,18 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
         luminance = np.concatenate([part.tint for part in some if part.tint is not None])
         each, lamp_of_face = np.unique(settled(luminance).round(3), axis=0, return_inverse=True)
         family = material.removeprefix("lamp:")
+        mesh = merge_meshes([part.mesh for part in some])
         sets.append(
             LampSet(
                 f"buildings_{family}",
                 "buildings",
-                merge_meshes([part.mesh for part in some]),
+                mesh,
                 lamp_of_face.ravel(),
                 tuple(f"{family}/{k}" for k in range(len(each))),
                 sampled=weight > 0.0,
                 radiance=each / CANDELAS_PER_UNIT,
                 weight=weight,
+                tint=None if mesh.wear is None else room_walls(mesh.wear[mesh.faces[:, 0]]),
             )
         )
     return tuple(sets)
