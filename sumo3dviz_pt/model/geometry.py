@@ -31,6 +31,9 @@ UNWORN = (1.0, 0.0, 0.0)
 PANE_KINDS = ("home", "office", "shop", "plain")
 """What may lie behind a pane; a plain one has one colour."""
 
+WALL_REACH = 64.0
+"""Height of walls up to which they tell how high above the foot a point lies [m]."""
+
 PANE_SIZES, PANE_STEP = 128, 0.05
 """How many widths and heights of panes are told apart, and their step [m]."""
 

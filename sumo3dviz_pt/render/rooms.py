@@ -213,7 +213,7 @@ def _room(pane: Pane, box: Box, ray: Any, colour: Any, size: Any) -> tuple[Any, 
             px - 0.5 * (box.left + box.right), py - box.ceiling + 0.35, pz - 0.5 * box.depth
         )
     )
-    lit = dr.select(shop | office, 1.05, 0.42 + 1.6 / (1.0 + 1.4 * near))
+    lit = dr.select(shop | office, 1.05, 0.57 + 2.1 / (1.0 + 1.4 * near))
     on = (shop & (pane.chance(7) < 0.85)) | (office & (pane.chance(7) < 0.4))
     steady = dr.select(on, dr.select(shop, 0.2, 0.07), 0.0)
     open_ = _open(box, (px, py, pz), on_side, on_level)
@@ -340,7 +340,7 @@ def _covers(pane: Pane, size: Any) -> tuple[Any, Any, Any]:
     share = dr.select(is_curtain & curtains, 1.0, dr.select(is_lace & lace, 0.8, 0.0))
     share = dr.select(is_veil, veil, dr.select(is_blind & blind, 1.0, share))
     shadow = 1.0 - 0.45 * dr.exp(-9.0 * (1.0 - v))
-    return colour * shadow, share, dr.select(is_blind, 0.9, 2.2)
+    return colour * shadow, share, dr.select(is_blind, 1.1, 2.6)
 
 
 def _sill(pane: Pane, day: Any, glow: Any, home: Any) -> tuple[Any, Any]:

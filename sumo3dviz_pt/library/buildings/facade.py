@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
-from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
+from sumo3dviz_pt.library.buildings.shell import BELOW, Shell, box, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 NEAR, MIDDLE, FAR = 0, 1, 2
@@ -100,21 +100,24 @@ class Facade(RecipeValue):
         return np.stack([edges[:-1], edges[1:], low, low + self.height], axis=1)
 
 
-def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
-    """Build the wall around a row of openings, (n, 4, 3) [m].
+def storey(
+    length: float, low: float, high: float, openings: Floats, role: str = "wall"
+) -> dict[str, Floats]:
+    """Build the wall around a row of openings; below each, where sills drip, it has its own role.
 
     Args:
         length: Of the wall [m].
         low: Where the storey begins [m].
         high: Where it ends [m].
         openings: Within the storey, sorted along the wall, (k, 4) as u0, u1, z0, z1 [m].
+        role: Of the wall; that below openings ends with `BELOW`.
     """
     u0, u1, z0, z1 = openings.T
     starts, ends = np.append(0.0, u1), np.append(u0, length)
     piers = rectangles(starts, ends, low, high)[ends > starts + 1e-6]
     below = rectangles(u0, u1, low, z0)[z0 > low + 1e-6]
     above = rectangles(u0, u1, z1, high)[z1 < high - 1e-6]
-    return np.concatenate([piers, below, above])
+    return {role: np.concatenate([piers, above]), role + BELOW: below}
 
 
 def windows(
@@ -213,7 +216,7 @@ def wall(
         if french is not None and low > floors[0]:
             openings[french, 2] = low + 0.08
         if level == NEAR:
-            parts.append({"wall": storey(length, low, high, openings)})
+            parts.append(storey(length, low, high, openings))
         parts.append(windows(openings, facade, level=level, rng=rng))
     return joined(parts)
 

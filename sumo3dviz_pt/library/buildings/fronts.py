@@ -89,7 +89,7 @@ def shops(
     parts: list[Shell] = [_glazing(openings, level, rng)]
     parts.append(sign_boards(edges, height, boards, level=level, rng=rng))
     if level == NEAR:
-        parts.append({"front": storey(length, 0.0, height, openings)})
+        parts.append(storey(length, 0.0, height, openings, "front"))
         parts.append(_awnings(openings, rng))
         parts.append(_footing(length, openings))
     else:
@@ -114,7 +114,7 @@ def gates(length: float, height: float, *, level: int) -> Shell:
     if level != NEAR:
         leaves = rectangles(openings[:, 0], openings[:, 1], 0.0, tall, inward=-PROUD)
         return {"wall": rectangles(0.0, length, 0.0, height), "door": leaves}
-    parts: list[Shell] = [{"wall": storey(length, 0.0, height, openings)}]
+    parts: list[Shell] = [storey(length, 0.0, height, openings)]
     for u0, u1, *_ in openings.tolist():
         z = np.arange(0.0, tall - 0.01, 0.5)
         slats = rectangles(u0, u1, z + 0.02, np.minimum(z + 0.5, tall), inward=0.22)

@@ -26,7 +26,7 @@ from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_asset
 from sumo3dviz_pt.library.buildings.facade import CLASSES
 from sumo3dviz_pt.library.buildings.fronts import GOODS
 from sumo3dviz_pt.library.buildings.panes import PANE
-from sumo3dviz_pt.library.buildings.shell import Palette
+from sumo3dviz_pt.library.buildings.shell import BELOW, Palette
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.layers import LUMINANCE
 
@@ -262,6 +262,7 @@ def palette(
     masonry = _masonry(wall, roof, stone)
     roles: dict[str, Role] = {name: _finish(coat, textured) for name, coat in masonry.items()}
     roles["front"] = _finish(stone, textured) if front is None else ("joinery", front)
+    roles |= {role + BELOW: roles[role] for role in ("wall", "base", "front")}
     roles |= _plain_walls(wall.colour, roof.colour)
     roles |= fittings
     roles |= _lettered(signs, awning, rng.spawn(1)[0])
@@ -368,9 +369,11 @@ def _coated(rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _drawn(coats: tuple[Coat, ...], rng: np.random.Generator) -> Coat:
-    """Draw one of some coats, a little lighter or darker."""
+    """Draw one of some coats, a little lighter or darker, and of a hue of its own."""
     coat = coats[int(rng.integers(len(coats)))]
-    return replace(coat, colour=_colour(np.array(coat.colour) * rng.uniform(0.88, 1.1)))
+    warm = rng.uniform(-0.05, 0.05)
+    tone = rng.uniform(0.82, 1.12) * np.array([1.0 + warm, 1.0, 1.0 - 1.6 * warm])
+    return replace(coat, colour=_colour(np.array(coat.colour) * tone))
 
 
 def _accent(colours: tuple[Colour, ...], rng: np.random.Generator) -> Colour:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sumo3dviz_pt.library.buildings.panes import PANE, pane_places
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, area_vectors, unit
+from sumo3dviz_pt.model.geometry import WALL_REACH, Colour, Floats, Mesh, area_vectors, unit
 from sumo3dviz_pt.model.scene import Part
 
 Shell = Mapping[str, Floats]
@@ -21,6 +21,9 @@ Shell = Mapping[str, Floats]
 
 Palette = Mapping[str, tuple[str, Colour | None]]
 """Material and, where it is tinted, colour of each role."""
+
+BELOW = "_below"
+"""What the role of a wall below openings ends with."""
 
 _FLAT = np.concatenate([np.arange(3), [0, 2, 3]])
 _TILES = 1024.0  # texture coordinates lie within half as many tiles of 0
@@ -115,6 +118,7 @@ def paint(
         office: Whether offices lie behind its windows, and no homes.
     """
     scales = tiles or {}
+    ends = _ends(shell)
     quads: dict[str, list[Floats]] = {}
     tints: dict[str, list[Floats]] = {}
     places: dict[str, list[Floats]] = {}
@@ -126,6 +130,8 @@ def paint(
         if material == PANE or material.startswith("lamp:"):
             own = pane_places(corners, role, office=office)
             places.setdefault(material, []).append(own)
+        elif material in scales:
+            places.setdefault(material, []).append(_weather(corners, ends, role))
     tinted = {material for material, colour in palette.values() if colour is not None}
     parts = []
     for material, some in quads.items():
@@ -137,6 +143,23 @@ def paint(
         wear = np.concatenate(places[material]) if material in places else None
         parts.append(_part(material, corners, colours, uvs, wear))
     return tuple(parts)
+
+
+def _ends(shell: Shell) -> tuple[float, float]:
+    """Return where the walls of a shell begin and end [m]."""
+    walls = [quads[..., 2] for role, quads in shell.items() if role in ("wall", "base", "front")]
+    if not walls:
+        return 0.0, WALL_REACH
+    return min(float(z.min()) for z in walls), max(float(z.max()) for z in walls)
+
+
+def _weather(quads: Floats, ends: tuple[float, float], role: str) -> Floats:
+    """Return what the corners of walls tell of how they weather, (n, 4, 3) in [0, 1]."""
+    foot, top = ends
+    z = quads[..., 2]
+    drip = np.broadcast_to([0.0, 0.0, 1.0, 1.0] if role.endswith(BELOW) else 0.0, z.shape)
+    high = [(z - foot) / WALL_REACH, np.maximum(top - z, 0.0) / WALL_REACH]
+    return np.clip(np.stack([*high, drip], axis=-1), 0.0, 1.0)
 
 
 def upright_uvs(quads: Floats, *, tile: float) -> Floats:

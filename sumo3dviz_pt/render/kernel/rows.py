@@ -56,6 +56,7 @@ class MaterialKind(IntFlag):
     SEASONED = 4096
     MIRROR = 8192
     ROOMS = 16384
+    WEATHERED = 32768
 
 
 PLAIN = MaterialKind(0)
@@ -201,6 +202,7 @@ class RowMaker:
             tinted = MaterialKind.STAINED | (
                 MaterialKind.PAINTED if painted else MaterialKind.TINTED
             )
+            tinted |= MaterialKind.WEATHERED if base.get("weathered") else PLAIN
             inner = self._coloured(base["texture"], kind | tinted, painted=painted)
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
         raise _ForeignError

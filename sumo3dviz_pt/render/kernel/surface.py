@@ -23,9 +23,10 @@ from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.paint import BRIGHTEST, dusty
+from sumo3dviz_pt.render.paint import BRIGHTEST, aged, dusty
 from sumo3dviz_pt.render.rooms import inward, seen_through
 from sumo3dviz_pt.render.textures import PLAIN, Pyramid, Untiled, pyramid_of, slide
+from sumo3dviz_pt.render.weathering import weathering
 
 _AMOUNTS = ("tile", "uneven", "patches", "fields", "roughness", "regular", "wear")
 _ROW = 16
@@ -334,6 +335,16 @@ class Surfaces:
         foreign = there & _has(kind, MaterialKind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face, shine)
 
+    def _aged(self, share: Any, kind: Any, spot: TextureSpot, there: Any) -> Any:
+        """Return textures over their means with what weather did to walls."""
+        if MaterialKind.WEATHERED not in self.kinds:
+            return share
+        old = there & _has(kind, MaterialKind.WEATHERED)
+        place = self._tables.wear(spot.corners, spot.weights, old)
+        args = (mi.Point2f(spot.uv), mi.Color3f(place))
+        (factor,) = where(old, args, weathering, (mi.Color3f(1.0),))
+        return dr.select(old, aged(share, factor), share)
+
     def _through_panes(
         self, finish: Finish, kind: Any, spot: TextureSpot, ray: Any, there: Any
     ) -> tuple[Finish, Any]:
@@ -376,7 +387,8 @@ class Surfaces:
                 rough=there & _has(kind, MaterialKind.ROUGH),
             )
             if MaterialKind.STAINED in self.kinds:
-                stained = colour * texel * mi.Color3f(gain.x, gain.y, gain.z)
+                share = self._aged(texel * mi.Color3f(gain.x, gain.y, gain.z), kind, spot, there)
+                stained = colour * share
                 stain = _has(kind, MaterialKind.STAINED)
                 texel = dr.select(stain, dr.minimum(stained, BRIGHTEST), texel)
             if MaterialKind.SEASONED in self.kinds:

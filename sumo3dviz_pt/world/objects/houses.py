@@ -274,6 +274,7 @@ def cladding_material(name: str, *, textured: bool) -> Bsdf:
         # Walls wear as one, not by vertices as roads do.
         "texture": {key: item for key, item in bsdf["base_color"].items() if key != "wear"},
         "tint": TINT,
+        "weathered": True,
         "mean": [float(value) for value in entry.meta["albedo"]],
     }
     return {**bsdf, "base_color": stained}
