@@ -108,7 +108,7 @@ def register_stained() -> None:  # noqa: C901 - the plugin's class needs the var
         def __init__(self, props: Any) -> None:
             mi.Texture.__init__(self, props)
             self.tint, self.texture = props["tint"], props["texture"]
-            self.place = props["place"] if "place" in props else None
+            self.place = props["place"] if "place" in props else None  # noqa: SIM401 - no dict
             self.gain = mi.Color3f([float(props[f"gain_{k}"]) for k in range(3)])
 
         def eval(self, si: Any, active: Any = True) -> Any:

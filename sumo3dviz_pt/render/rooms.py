@@ -207,7 +207,7 @@ def _room(pane: Pane, box: Box, ray: Any, colour: Any, size: Any) -> tuple[Any, 
     own = dr.select(on_side & (pane.chance(6) < 0.5), own * 0.75, own)
     # Windows light what lies near them; lamps light all of a room, most below them.
     daylight = 0.035 + 0.3 * dr.exp(-0.85 * pz)
-    daylight *= dr.select(on_side, 0.75, dr.select(overhead, 0.7, 1.0))
+    daylight *= pane.among(0.5, 1.8, 16) * dr.select(on_side, 0.75, dr.select(overhead, 0.7, 1.0))
     near = dr.squared_norm(
         mi.Vector3f(
             px - 0.5 * (box.left + box.right), py - box.ceiling + 0.35, pz - 0.5 * box.depth
@@ -215,7 +215,7 @@ def _room(pane: Pane, box: Box, ray: Any, colour: Any, size: Any) -> tuple[Any, 
     )
     lit = dr.select(shop | office, 1.05, 0.57 + 2.1 / (1.0 + 1.4 * near))
     on = (shop & (pane.chance(7) < 0.85)) | (office & (pane.chance(7) < 0.4))
-    steady = dr.select(on, dr.select(shop, 0.2, 0.07), 0.0)
+    steady = dr.select(on, dr.select(shop, 0.3, 0.09), 0.0)
     open_ = _open(box, (px, py, pz), on_side, on_level)
     facing = dr.select(overhead, 1.1, dr.select(on_side, 0.72, dr.select(underfoot, 0.8, 1.0)))
     day, glow = own * (open_ * (daylight + steady)), own * (open_ * facing * lit * 1.9)
@@ -324,14 +324,14 @@ def _covers(pane: Pane, size: Any) -> tuple[Any, Any, Any]:
     edge = 0.012 * dr.sin(9.0 * v + 6.0 * pane.chance(43))
     folds = 1.0 + fine * 0.22 * dr.sin(pane.x * pane.among(45.0, 75.0, 44) + 2.0 * dr.sin(5.0 * v))
     slats = 1.0 - fine * dr.select(dr.sin(pane.y * 125.0) > 0.5, 0.3, 0.0)
-    drawn = dr.select(pane.chance(45) < 0.12, 0.5, pane.among(0.08, 0.34, 46))
+    drawn = dr.select(pane.chance(45) < 0.12, 0.5, pane.among(0.12, 0.42, 46))
     other = dr.select(pane.chance(47) < 0.7, drawn, pane.among(0.0, 0.3, 47))
     down = dr.select(pane.chance(48) < 0.2, 1.0, pane.among(0.08, 0.75, 49))
     curtains = (u < drawn + edge) | (u > 1.0 - other + edge)
     lace = (v < pane.among(0.4, 0.6, 50) + 0.2 * edge) & (u > 0.02)
     blind = v > 1.0 - down
     # Homes have curtains, lace before the lower half or all, and blinds.
-    b, c, d = 0.42, 0.58, 0.76
+    b, c, d = 0.36, 0.5, 0.72
     is_curtain, is_lace = (sort > 0.0) & (sort < b) & ~office, (sort > b) & (sort < c) & ~office
     is_veil = (sort > c) & (sort < d) & ~office
     is_blind = office | (sort > d)

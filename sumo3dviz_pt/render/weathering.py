@@ -1,8 +1,8 @@
 """How walls of houses have weathered: stains, streaks, repairs, dirt at the foot.
 
 A factor on a wall's reflectance, from texture coordinates and from three numbers in [0, 1] that its
-corners tell: height above the foot and depth below the top (both over `WALL_REACH`), and how near it
-is to a sill above, from which dirty water runs.
+corners tell: height above the foot and depth below the top, both over `WALL_REACH`, and how near
+it is to a sill above, from which dirty water runs.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import mitsuba as mi
 from sumo3dviz_pt.model.geometry import WALL_REACH
 from sumo3dviz_pt.render.textures import PERIOD, corners, hashed, mixed, unit
 
-CONTRAST = 1.35
+CONTRAST = 1.25
 """How much more one brick differs from another than in the bitmap."""
 
-_SOOT = (0.6, 0.57, 0.53)  # what is left of a reflectance under most dirt
+_SOOT = (0.5, 0.48, 0.45)  # what is left of a reflectance under most dirt
 _SPLASH = (0.66, 0.61, 0.53)  # the same at the foot, where the street's dirt is
 
 
@@ -35,12 +35,12 @@ def weathering(uv: Any, place: Any) -> tuple[Any]:
     height, below, drip = place.x * WALL_REACH, place.y * WALL_REACH, place.z
     mottle = 0.55 * broad.noise(3) + 0.4 * small.noise(4)
     warm = 0.05 * broad.noise(6)
-    factor = mi.Color3f(1.0 + warm, 1.0, 1.0 - warm) * (1.0 + 0.2 * mottle)
+    factor = mi.Color3f(1.0 + warm, 1.0, 1.0 - warm) * (1.0 + 0.3 * mottle)
     factor *= _repairs(uv)
     streak = dr.clip(0.25 + 1.3 * thin.noise(5), 0.0, 1.0)
     soot = 0.85 * dr.exp(-below * 0.8) * (0.3 + 0.7 * streak)
-    soot = dr.maximum(soot, 0.8 * drip * (0.2 + 0.8 * streak))
-    soot = dr.maximum(soot, 0.22 * streak * dr.clip(0.4 + mottle, 0.0, 1.0))
+    soot = dr.maximum(soot, 1.1 * drip * drip * (0.25 + 0.75 * streak))
+    soot = dr.maximum(soot, 0.3 * streak * dr.clip(0.4 + mottle, 0.0, 1.0))
     factor = dr.lerp(factor, factor * mi.Color3f(*_SOOT), soot)
     splash = dr.exp(-height * (1.5 + 0.8 * small.noise(7))) * (0.75 + 0.25 * streak)
     return (dr.lerp(factor, factor * mi.Color3f(*_SPLASH), dr.clip(splash, 0.0, 1.0)),)

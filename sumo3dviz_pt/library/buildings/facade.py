@@ -68,7 +68,7 @@ class Facade(RecipeValue):
     height: float = 1.5
     sill: float = 0.9
     inset: float = 0.16
-    drapes: float = 0.6
+    drapes: float = 0.72
     mullions: int = 1
     transom: float = 0.0
     boards: bool = True
@@ -377,9 +377,40 @@ def balconies(
         )
     bays = french_doors(sort, seed) or slice(None)
     parts: list[Shell] = []
+    rng = np.random.default_rng([seed, 19])
     for u0, u1, *_ in openings[bays].tolist():
         wide = min(u0, length - u1, 0.5)
-        parts += [_balcony(u0 - wide, u1 + wide, float(z), sort, level) for z in floors[1:-1]]
+        for z in floors[1:-1].tolist():
+            parts.append(_balcony(u0 - wide, u1 + wide, z, sort, level))
+            if level == NEAR:
+                parts.append(_lived_on(u0 - wide, u1 + wide, z, sort, rng))
+    return joined(parts)
+
+
+_BLADES = 14  # of a flower box
+
+
+def _lived_on(u0: float, u1: float, z: float, sort: Balconies, rng: np.random.Generator) -> Shell:
+    """Build what people put on a balcony: flower boxes, a screen of cloth, a folded parasol."""
+    chance, start = rng.random(3), rng.uniform(0.0, 0.35)
+    u = u0 + 0.1 + (u1 - u0 - 0.2) * np.linspace(start, start + rng.uniform(0.4, 0.65), _BLADES)
+    lean, tall = rng.uniform(-0.09, 0.09, (2, _BLADES)), rng.uniform(0.08, 0.3, _BLADES)
+    parts: list[Shell] = []
+    if chance[0] < 0.55:
+        top, out = z + _RAIL, -_DEEP - 0.2
+        parts.append({"door": box((u[0], out, top - 0.2), (u[-1], -_DEEP - 0.02, top), skip="Y")})
+        leaves = rectangles(u - 0.07, u + 0.07, top - 0.09, top + tall, inward=out + 0.08)
+        leaves[:, 2:, 0] += lean[0][:, None]
+        leaves[:, 2:, 1] += lean[1][:, None]
+        leaves[:, :2, 1] -= 0.1
+        parts.append({"greens": np.concatenate([leaves, leaves[:, ::-1]])})
+    if chance[1] < 0.2 and sort == "iron":
+        cloth = rectangles(u0 + 0.04, u1 - 0.04, z + 0.1, z + 0.92, inward=-_DEEP + 0.035)
+        parts.append({"awning": cloth})
+    if chance[2] < 0.2:
+        foot = float(u[-1])
+        stand = box((foot - 0.07, -0.6, z + 0.05), (foot + 0.07, -0.46, z + 2.0), skip="b")
+        parts.append({"awning": stand})
     return joined(parts)
 
 

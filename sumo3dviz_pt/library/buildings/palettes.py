@@ -319,6 +319,7 @@ def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
         "rail": ("joinery", (0.03, 0.032, 0.034)),
         "panel": ("joinery", _mixed(panel, 0.8, wall)),
         "glazing": ("glazing", (0.1, 0.12, 0.12)),
+        "greens": ("wall", (0.045, 0.085, 0.024)),
         "door": ("joinery", door),
         "shutter": ("joinery", shutter),
     }
