@@ -55,7 +55,7 @@ def door(opening: Floats, *, step: float, level: int) -> Shell:
         "door": leaf,
         "panel": rebate,
         "frame": bars,
-        "room1": top[: int(light < z1)],
+        "bare1": top[: int(light < z1)],
         "reveal": recess(u0, u1, (z0, z1), depth),
         "metal": box((u1 - 0.2, depth - 0.07, z0 + 1.0), (u1 - 0.16, depth, z0 + 1.13), skip="Y"),
         "trim": box((u0 - 0.3, -0.85, z1 + 0.2), (u1 + 0.3, 0.0, z1 + 0.31), skip="Y"),

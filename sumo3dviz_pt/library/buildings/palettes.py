@@ -39,7 +39,7 @@ WINDOWS, SHOPS = "lamp:windows", "lamp:shops"
 _LIT = {"home": 0.35, "office": 0.3, "shop": 0.15}  # shares of lit rooms in the evening
 _LUMINANCE = {"home": 7.0, "office": 12.0, "shop": 12.0}  # median [cd/m2]
 _SPREAD = 0.65  # of its logarithm
-_SEEN = 0.75  # of a lit room's light that passes its furniture and cloth, about
+_SEEN = 0.85  # of a lit room's light that passes its furniture and cloth, about
 _SHOPS = (5.0, 8.0, 11.0, 16.0)  # means of lit shop windows, with goods and ceilings [cd/m2]
 _SIGNS = (np.log(10.0), np.log(60.0))  # of lit boards [log cd/m2]
 # Lamps of 2700 K, 3500 K and 5000 K, and a television, as a camera set to 5000 K sees them

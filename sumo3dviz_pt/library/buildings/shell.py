@@ -159,7 +159,7 @@ def _weather(quads: Floats, ends: tuple[float, float], role: str) -> Floats:
     z = quads[..., 2]
     drip = np.broadcast_to([0.0, 0.0, 1.0, 1.0] if role.endswith(BELOW) else 0.0, z.shape)
     high = [(z - foot) / WALL_REACH, np.maximum(top - z, 0.0) / WALL_REACH]
-    return np.clip(np.stack([*high, drip], axis=-1), 0.0, 1.0)
+    return np.asarray(np.clip(np.stack([*high, drip], axis=-1), 0.0, 1.0))
 
 
 def upright_uvs(quads: Floats, *, tile: float) -> Floats:

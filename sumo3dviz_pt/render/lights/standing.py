@@ -113,7 +113,8 @@ class Lamps:
     def _shape(self, each: _Standing, origin: Floats) -> Any:
         """Make the mesh of one lamp set."""
         lamps, mesh = each.lamps, each.mesh
-        emitter = lamp_emitter(len(lamps.lamps), len(mesh.faces), jit=self._jit)
+        rooms = mesh.wear is not None
+        emitter = lamp_emitter(len(lamps.lamps), len(mesh.faces), jit=self._jit, rooms=rooms)
         placed = Mesh(mesh.vertices - origin, mesh.faces, None, mesh.uvs, mesh.wear)
         tint = np.full((len(mesh.faces), 3), UNTINTED) if lamps.tint is None else lamps.tint
         return convert.make_lamps(
