@@ -33,8 +33,8 @@ def weathering(uv: Any, place: Any) -> tuple[Any]:
     small = corners(uv, cells=1.0, mask=PERIOD - 1)
     thin = corners(mi.Vector2f(8.0 * uv.x, 0.4 * uv.y), cells=1.0, mask=PERIOD - 1)
     height, below, drip = place.x * WALL_REACH, place.y * WALL_REACH, place.z
-    mottle = 0.55 * broad.noise(3) + 0.4 * small.noise(4)
-    warm = 0.05 * broad.noise(6)
+    wide, narrow = broad.noise(3), small.noise(4)
+    mottle, warm = 0.55 * wide + 0.4 * narrow, 0.05 * (wide - narrow)
     factor = mi.Color3f(1.0 + warm, 1.0, 1.0 - warm) * (1.0 + 0.3 * mottle)
     factor *= _repairs(uv)
     streak = dr.clip(0.25 + 1.3 * thin.noise(5), 0.0, 1.0)
@@ -42,7 +42,7 @@ def weathering(uv: Any, place: Any) -> tuple[Any]:
     soot = dr.maximum(soot, 1.1 * drip * drip * (0.25 + 0.75 * streak))
     soot = dr.maximum(soot, 0.3 * streak * dr.clip(0.4 + mottle, 0.0, 1.0))
     factor = dr.lerp(factor, factor * mi.Color3f(*_SOOT), soot)
-    splash = dr.exp(-height * (1.5 + 0.8 * small.noise(7))) * (0.75 + 0.25 * streak)
+    splash = dr.exp(-height * (1.5 + 0.8 * narrow)) * (0.75 + 0.25 * streak)
     return (dr.lerp(factor, factor * mi.Color3f(*_SPLASH), dr.clip(splash, 0.0, 1.0)),)
 
 
