@@ -205,7 +205,7 @@ def _footing(length: float, openings: Floats) -> Shell:
 
 def _awnings(openings: Floats, rng: np.random.Generator) -> Shell:
     """Build sloping cloth over some of the shop windows, seen from above and below."""
-    some = openings[rng.random(len(openings)) < 0.25]
+    some = openings[rng.random(len(openings)) < 0.35]
     if not len(some):
         return {}
     u0, u1, _, z1 = some.T

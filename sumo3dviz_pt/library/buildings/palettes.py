@@ -77,7 +77,7 @@ def lit_roles(
             lit = (WINDOWS, _shining(hue, _SEEN * luminance))
             roles[f"room{number}"] = roles[f"bare{number}"] = lit
     lamp = _HUES["shop"][rng.choice(3, p=_ODDS["shop"])]
-    if rng.random() < 0.75:
+    if rng.random() < 0.85:
         for number in range(GOODS):
             shown = float(rng.choice(_SHOPS))
             roles[f"shop{number}"] = (SHOPS, _shining(lamp, shown))
