@@ -389,7 +389,7 @@ def register_rooms() -> None:  # noqa: C901 - the plugin's class needs the varia
 
         def __init__(self, props: Any) -> None:
             mi.Texture.__init__(self, props)
-            self.tint, self.place = props["tint"], props["place"]
+            self.tint, self.place = props.get_texture("tint", 0.5), props["place"]
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return self.eval_3(si, active)
