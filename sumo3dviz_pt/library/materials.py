@@ -29,6 +29,8 @@ from sumo3dviz_pt.model.scene import Bsdf, Part
 
 TINT: Bsdf = {"type": "tint"}
 
+_ROOMS: Bsdf = {"type": "rooms", "tint": TINT}
+
 
 def principled(
     colour: Colour | Bsdf, *, roughness: float, metallic: float = 0.0, specular: float = 0.5
@@ -90,7 +92,8 @@ class MaterialRow(RecipeValue):
     """A material as numbers: a row of an `asset.yaml` in `assets/materials`.
 
     Attributes:
-        colour: Linear reflectance, or `tint` where every face has one of its own.
+        colour: Linear reflectance, `tint` where every face has one of its own, or `rooms` for
+            panes that show rooms whose walls have the face's.
         roughness: [0, 1].
         metallic: 0 for plastics, paints and stone, 1 for bare metal.
         specular: Strength of the reflection that has no colour, [0, 1].
@@ -103,7 +106,7 @@ class MaterialRow(RecipeValue):
         mirror: Whether it is a perfect mirror; it has no number but its colour.
     """
 
-    colour: Colour | Literal["tint"]
+    colour: Colour | Literal["tint", "rooms"]
     roughness: float = 0.5
     metallic: float = 0.0
     specular: float = 0.5
@@ -121,9 +124,12 @@ class MaterialRow(RecipeValue):
 
     def _one_sided(self) -> Bsdf:
         """Describe it as it looks from outside."""
-        if self.mirror and self.colour != "tint":
-            return mirror(self.colour)
-        colour = TINT if self.colour == "tint" else self.colour
+        if isinstance(self.colour, tuple):
+            colour: Colour | Bsdf = self.colour
+        else:
+            colour = TINT if self.colour == "tint" else _ROOMS
+        if self.mirror and isinstance(colour, tuple):
+            return mirror(colour)
         if self.transmitted is not None:
             return translucent(colour, transmitted=self.transmitted)
         plain = principled(

@@ -28,6 +28,15 @@ Colour = tuple[float, float, float]
 UNWORN = (1.0, 0.0, 0.0)
 """The `wear` of a road as it was built."""
 
+PANE_KINDS = ("home", "office", "shop", "plain")
+"""What may lie behind a pane; a plain one has one colour."""
+
+WALL_REACH = 64.0
+"""Height of walls up to which they tell how high above the foot a point lies [m]."""
+
+PANE_SIZES, PANE_STEP = 128, 0.05
+"""How many widths and heights of panes are told apart, and their step [m]."""
+
 
 GRID = 2.0**-20
 """Step of `settled` [m]: about a micrometre, and exact in binary."""
@@ -93,7 +102,8 @@ class Mesh:
         normals: Unit shading normals, (n, 3); None shades flat.
         uvs: Texture coordinates, (n, 2); None where no texture is used.
         wear: Of roads: factor of brightness, share of paint in [0, 1], yellowness of that
-            paint in [0, 1], (n, 3); None where nothing is worn or painted.
+            paint in [0, 1], (n, 3); None where nothing is worn or painted. Of panes: where on
+            which one a vertex lies, as `library/buildings/panes.py` writes it.
         things: What its faces belong to, in their order: runs of a name, empty where there is
             none, and a number of faces. Empty where nothing has a name.
     """

@@ -18,7 +18,8 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.paint import paint_texture, stained_texture
-from sumo3dviz_pt.render.textures import PERIOD, UNTILED, untiled_texture
+from sumo3dviz_pt.render.rooms import rooms_texture
+from sumo3dviz_pt.render.textures import PERIOD, ROOMS, UNTILED, WEAR_ATTRIBUTE, untiled_texture
 
 TINT_ATTRIBUTE = "face_tint"
 RADIANCE_ATTRIBUTE = "face_radiance"
@@ -44,6 +45,8 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
         return dict(tint)
     if value.get("type") == "stained":
         return stained_texture(value, tint=tint, texture=plugin(value["texture"], tint=tint))
+    if value.get("type") == ROOMS:
+        return rooms_texture(tint)
     if value.get("type") == UNTILED:
         return untiled_texture(value, worn=worn)
     return {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
@@ -133,6 +136,8 @@ def make_lamps(
     shape.add_attribute(RADIANCE_ATTRIBUTE, 3, np.zeros(3 * len(mesh.faces), np.float32))
     glass = np.full((len(mesh.faces), 3), _DARK_GLASS) if tint is None else tint
     shape.add_attribute(TINT_ATTRIBUTE, 3, flat(glass))
+    if mesh.wear is not None:
+        shape.add_attribute(WEAR_ATTRIBUTE, 3, flat(mesh.wear))
     _fill(shape, mesh)
     return shape
 

@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
-from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
+from sumo3dviz_pt.model.scene import Bsdf, FrameState, LampSet, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.backend import traces_by_optix
 from sumo3dviz_pt.render.compound import COMPOUND, MergedMesh, merged_meshes
@@ -34,6 +34,7 @@ from sumo3dviz_pt.render.sky.weathered import AirVeil
 from sumo3dviz_pt.render.textures import is_worn, wear_attributes
 
 _LEAVES = "principledthin"  # what lets rain through
+_PANE = "room_pane"  # material of panes before rooms
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +101,7 @@ class LoadedScene:
         self.veil: AirVeil | None = None
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
-        self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
+        self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit, pane=self._pane(data.lamps))
         still = [part.part for part in data.static if part.id not in data.swaying]
         self._static = merged_meshes(still, data.materials)
         self._windswept = windswept(data)
@@ -137,7 +138,9 @@ class LoadedScene:
                 yield HeldMesh(crowd.name, COMPOUND, moving=True)
         for name in (*self._lamps.names, *self.running.names):
             moving = name in self.running.names
-            yield HeldMesh(name, self._materials.bsdf("signal_lens"), moving=moving)
+            pane = _PANE in self._materials.dicts and self._lamps.is_pane(name)
+            bsdf = self._materials.bsdf(_PANE if pane else "signal_lens")
+            yield HeldMesh(name, bsdf, moving=moving)
         for body, meshes in self.pool.bodies.items() if self.pool is not None else ():
             for number, (material, painted) in enumerate(meshes):
                 bsdf = self._materials.bsdf(material)
@@ -315,6 +318,13 @@ class LoadedScene:
         wear = wear_attributes(self._materials.dicts.get(merged.material, {}), mesh)
         attributes = {**merged.attributes, **wear}
         return convert.make_mesh(name, mesh, bsdf=bsdf, attributes=attributes)
+
+    def _pane(self, lamps: Sequence[LampSet]) -> Any:
+        """Return the material of panes before lit rooms; None where there are none."""
+        lit = any(some.mesh.wear is not None for some in lamps)
+        if not lit or _PANE not in self._materials.dicts:
+            return None
+        return self._materials.get(_PANE, convert.face_tint())
 
     def _lens(self) -> Any:
         """Return the material of the lamps' glass."""

@@ -16,6 +16,8 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.render.textures import WEAR_ATTRIBUTE
+from sumo3dviz_pt.render.weathering import CONTRAST, weathering
 
 TABLE_SIZE = 1024
 """Entries of the colour table; a scene has fewer shapes."""
@@ -106,14 +108,18 @@ def register_stained() -> None:  # noqa: C901 - the plugin's class needs the var
         def __init__(self, props: Any) -> None:
             mi.Texture.__init__(self, props)
             self.tint, self.texture = props["tint"], props["texture"]
+            self.place = props["place"] if "place" in props else None  # noqa: SIM401 - no dict
             self.gain = mi.Color3f([float(props[f"gain_{k}"]) for k in range(3)])
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return self.eval_3(si, active)
 
         def eval_3(self, si: Any, active: Any = True) -> Any:
-            both = self.tint.eval_3(si, active) * self.texture.eval_3(si, active) * self.gain
-            return dr.minimum(both, BRIGHTEST)
+            share = self.texture.eval_3(si, active) * self.gain
+            if self.place is not None:
+                place = dr.clip(self.place.eval_3(si, active), 0.0, 1.0)
+                share = aged(share, weathering(si.uv, place)[0])
+            return dr.minimum(self.tint.eval_3(si, active) * share, BRIGHTEST)
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
             return mi.luminance(self.eval_3(si, active))
@@ -134,15 +140,24 @@ def register_stained() -> None:  # noqa: C901 - the plugin's class needs the var
     mi.register_texture(_STAINED_PLUGIN, lambda props: StainedTexture(props))
 
 
+def aged(share: Any, factor: Any) -> Any:
+    """Return a texture over its mean where a wall has weathered."""
+    return dr.maximum(1.0 + CONTRAST * (share - 1.0), 0.05) * factor
+
+
 def stained_texture(value: Mapping[str, Any], *, tint: Mapping[str, Any], texture: Any) -> Any:
     """Return the texture as a plugin dict.
 
     Args:
-        value: Our own word for it, with the texture's `mean` reflectance.
+        value: Our own word for it, with the texture's `mean` reflectance, and maybe `weathered`
+            for walls whose corners tell how.
         tint: Stands for the colour.
         texture: What stains it, as a plugin dict.
     """
     if "scalar" in mi.variant():
         return dict(tint)
     gains = {f"gain_{k}": 1.0 / max(float(mean), 0.01) for k, mean in enumerate(value["mean"])}
-    return {"type": _STAINED_PLUGIN, "tint": dict(tint), "texture": texture, **gains}
+    own = {"type": _STAINED_PLUGIN, "tint": dict(tint), "texture": texture, **gains}
+    if value.get("weathered"):
+        own["place"] = {"type": "mesh_attribute", "name": WEAR_ATTRIBUTE}
+    return own

@@ -33,6 +33,7 @@ from sumo3dviz_pt.render.passes import by_path
 from sumo3dviz_pt.render.passes.by_path import ByPath, register_capped
 from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.passes.samples import Tally, frame_seed, report
+from sumo3dviz_pt.render.rooms import register_rooms
 from sumo3dviz_pt.render.settings import AfterPass, Clock, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
 from sumo3dviz_pt.render.sky.baked import SkyMap, cached_sky, sky_light
@@ -234,6 +235,7 @@ class Session:
             if backend.jit:
                 register_paint()
                 register_stained()
+                register_rooms()
                 register_capped()
                 register_lamps()
                 register_untiled(settings.pixel)

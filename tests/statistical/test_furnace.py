@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.scene import Part, Prototype, Slots
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.compound import is_plain
 from sumo3dviz_pt.render.convert import plugin
+from sumo3dviz_pt.render.rooms import register_rooms
 from sumo3dviz_pt.render.textures import register_untiled
 
 pytestmark = pytest.mark.slow
@@ -263,6 +264,7 @@ def own_albedos():
     """Directional albedo of every material and surface in its own colours, by name."""
     choose_backend("llvm")
     register_untiled()
+    register_rooms()
     found = {}
     for name, bsdf in MATERIALS.items():
         found[name] = seen_along(plugin(bsdf, tint={"type": "rgb", "value": [0.8] * 3}))

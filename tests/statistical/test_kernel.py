@@ -26,14 +26,32 @@ from significance import sidak_t
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.lamps import running_lights
+from sumo3dviz_pt.library.buildings.building import raised, rectangle
+from sumo3dviz_pt.library.buildings.facade import NEAR
+from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, palette
+from sumo3dviz_pt.library.buildings.shell import paint
+from sumo3dviz_pt.library.buildings.styles import ROWS
 from sumo3dviz_pt.library.materials import MATERIALS, matt, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import Mesh, Transform
-from sumo3dviz_pt.model.scene import LampSet, Mover, Part, Prototype, Sky, Slots, VehicleLamp
+from sumo3dviz_pt.model.scene import (
+    LampSet,
+    Mover,
+    Part,
+    Prototype,
+    Sky,
+    Slots,
+    StaticPart,
+    VehicleLamp,
+)
 from sumo3dviz_pt.pipeline.production import Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.world.areas.covers import land_covers, water_material
+from sumo3dviz_pt.world.objects.houses import cladding_material, lamp_sets
 
 pytestmark = pytest.mark.slow
+
+ROW = next(row for row in ROWS if row.style.colours.walls[0].surface == "brick")
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 SIZE, BLOCK, PASSES, SPP = (90, 54), 9, 6, 64
 LAYERS = ("radiance", "depth", "hit", "albedo", "normal")
@@ -155,6 +173,21 @@ def test_all_materials_look_as_by_mitsuba(name):
 @pytest.mark.parametrize("name", ["coated and thin", "water and users' own"])
 def test_sun_and_sky_light_as_by_mitsuba(name):
     compared(scene_of_balls(SETS[name], sky=SUN), frame())
+
+
+@pytest.mark.parametrize("lit", [False, True], ids=["dark", "lit"])
+def test_rooms_and_old_walls_look_as_by_mitsuba(lit):
+    """A wall with windows and shops, some of them lit."""
+    colours = palette(ROW.style.colours, np.random.default_rng(2), textured=True, dark=lit)
+    walls = {f"cladding:{name}": 3.0 for name in CLADDINGS}
+    shell = raised(rectangle(8.0, 9.0), ROW.style.designs[0], height=13.0, level=NEAR, seed=3)
+    parts = paint({k: v @ QUARTER + (0, 6, 0) for k, v in shell.items()}, colours, tiles=walls)
+    materials = dict(MATERIALS) | {n: cladding_material(n, textured=True) for n in walls}
+    still = [StaticPart(p.material, "objects", p) for p in parts if "lamp:" not in p.material]
+    lamps = lamp_sets([p for p in parts if "lamp:" in p.material])
+    lamps = tuple(replace(some, sampled=False) for some in lamps)
+    scene = scene_of(still, materials, sky=constant_sky(0.1 if lit else 1.0), lamps=lamps)
+    compared(scene, frame_of(view_at((3, -12, 3), pitch=8, fov=60)))
 
 
 @pytest.mark.parametrize("name", ["coated and thin", "foreign"])

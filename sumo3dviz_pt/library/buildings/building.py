@@ -413,14 +413,13 @@ def _ground(one: _Wall) -> Shell:
         clear &= (openings[:, 1] < u0 - 0.2) | (openings[:, 0] > u1 + 0.2)
     row = np.concatenate([openings[clear], doors])
     row = row[np.argsort(row[:, 0], kind="stable")]
-    if level == NEAR:
-        face = storey(length, design.plinth, one.first, row)
-    else:
-        face = rectangles(0.0, length, design.plinth, one.first)
     role = "base" if design.ground else "wall"
+    face: Shell = {role: rectangles(0.0, length, design.plinth, one.first)}
+    if level == NEAR:
+        face = storey(length, design.plinth, one.first, row, role)
     made = windows(openings[clear], one.low, level=level, rng=one.chance(3))
     leaves = [door(leaf, step=design.plinth, level=level) for leaf in doors]
-    return joined([{role: face}, made, *leaves])
+    return joined([face, made, *leaves])
 
 
 def _door_places(one: _Wall, openings: Floats) -> Floats:

@@ -1,13 +1,12 @@
 """Walls with windows and balconies, in wall coordinates: (along, inward, up) [m].
 
 Every pane is tilted by millimetres: reflections that break up pane by pane are what makes a facade
-look real. Panes are opaque; what would be seen behind them (rooms, blinds, curtains) is their
-colour, under the same reflection.
+look real. Panes are opaque; what is seen behind them (rooms, blinds, curtains) is their colour,
+which the renderer finds by the ray, under the same reflection.
 
-Every window belongs to one of `CLASSES` classes, which is the number in the roles
-`room` and `low` (glass before a dark room, and before its lower part) and `drape`
-(glass before a blind or curtain); a palette gives each class its colour, and lights
-some of them at night.
+Every window belongs to one of `CLASSES` classes, which is the number in the roles `room` (with a
+blind or curtains) and `bare`; a palette gives the rooms of each class the colour of their walls,
+and lights some of them at night.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from typing import Literal
 import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
-from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
+from sumo3dviz_pt.library.buildings.shell import BELOW, Shell, box, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 NEAR, MIDDLE, FAR = 0, 1, 2
@@ -69,7 +68,7 @@ class Facade(RecipeValue):
     height: float = 1.5
     sill: float = 0.9
     inset: float = 0.16
-    drapes: float = 0.6
+    drapes: float = 0.72
     mullions: int = 1
     transom: float = 0.0
     boards: bool = True
@@ -101,27 +100,30 @@ class Facade(RecipeValue):
         return np.stack([edges[:-1], edges[1:], low, low + self.height], axis=1)
 
 
-def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
-    """Build the wall around a row of openings, (n, 4, 3) [m].
+def storey(
+    length: float, low: float, high: float, openings: Floats, role: str = "wall"
+) -> dict[str, Floats]:
+    """Build the wall around a row of openings; below each, where sills drip, it has its own role.
 
     Args:
         length: Of the wall [m].
         low: Where the storey begins [m].
         high: Where it ends [m].
         openings: Within the storey, sorted along the wall, (k, 4) as u0, u1, z0, z1 [m].
+        role: Of the wall; that below openings ends with `BELOW`.
     """
     u0, u1, z0, z1 = openings.T
     starts, ends = np.append(0.0, u1), np.append(u0, length)
     piers = rectangles(starts, ends, low, high)[ends > starts + 1e-6]
     below = rectangles(u0, u1, low, z0)[z0 > low + 1e-6]
     above = rectangles(u0, u1, z1, high)[z1 < high - 1e-6]
-    return np.concatenate([piers, below, above])
+    return {role: np.concatenate([piers, above]), role + BELOW: below}
 
 
 def windows(
     openings: Floats, facade: Facade, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """Fill the openings of a wall; rooms and drapes are the same at all levels of detail.
+    """Fill the openings of a wall; rooms are the same at all levels of detail.
 
     Args:
         openings: (k, 4) as u0, u1, z0, z1 [m].
@@ -142,12 +144,11 @@ def windows(
     tilt = rng.normal(0.0, _TILT, (len(panes), 2)).clip(-SLACK, SLACK)
     panes[:, 1:3, 1] += tilt[:, :1]
     panes[:, 2:, 1] += tilt[:, 1:]
-    ribbon = level == FAR and facade.width <= 0.0
     ajar = np.zeros(len(panes), dtype=np.bool_)
     if level == NEAR and facade.width > 0.0:
         ajar = own.random(len(panes)) < facade.ajar
         panes[ajar, 2:, 1] += _TIPPED
-    filled = glazed(panes, 0.0 if ribbon else facade.drapes, level=level, rng=rng)
+    filled = glazed(panes, facade.drapes, rng=rng)
     if level == FAR:
         return filled
     filled["frame"] = _frames(openings, inward - 0.02, facade, edges=level == NEAR)
@@ -155,56 +156,24 @@ def windows(
         deep = facade.inset + np.where(ajar, _TIPPED + 0.02, 0.0)
         filled["reveal"] = _reveals(openings, deep)
         dark = rectangles(*openings[ajar].T, inward=facade.inset + _TIPPED + 0.02)
-        filled = joined([filled, {"low0": dark}, _dressing(openings, facade)])
+        filled = joined([filled, {"gap": dark}, _dressing(openings, facade)])
         if facade.shutters:
             filled = joined([filled, _shutters(openings, own)])
     return filled
 
 
-def glazed(
-    panes: Floats, drapes: float, *, level: int, rng: np.random.Generator
-) -> dict[str, Floats]:
-    """Sort panes by what is behind them: `room`, `low` and `drape` with the number of a class.
+def glazed(panes: Floats, drapes: float, *, rng: np.random.Generator) -> dict[str, Floats]:
+    """Sort panes: `room` and `bare` with the number of a class.
 
     Args:
         panes: (k, 4, 3) [m], lower left corner first.
         drapes: Share of panes with a blind or curtains, [0, 1].
-        level: From afar each pane has one colour.
         rng: Chooses.
     """
-    count = len(panes)
-    classes = rng.integers(0, CLASSES, count)
-    kind = np.where(rng.random(count) < drapes, rng.integers(1, 5, count), 0)
-    share = rng.choice([0.12, 0.3, 0.42, 0.55, 0.9], count)
-    if level == FAR:
-        closed = (kind == 1) & (share > 0.6)
-        return by_class({"room": (panes[~closed], classes[~closed])}) | by_class(
-            {"drape": (panes[closed], classes[closed])}
-        )
-    # Kind 1 is a blind from above, 2 a pair of curtains, 3 a net before the lower half, 4 a
-    # net with a gap.
-    one, zero = np.ones(count), np.zeros(count)
-    side = np.where(kind == 2, 0.12 + 0.2 * share, np.where(kind == 4, 0.36 + 0.13 * share, 0.0))
-    low = np.where(kind == 3, 0.35 + 0.2 * share, 0.0)
-    high = np.where(kind == 1, 1.0 - share, 1.0)
-    # Ceilings catch the light, the lower part of a room is furniture.
-    split = np.clip(0.42 * one if level == NEAR else low, low, high)
-    rooms = share_of_panes(panes, side, 1 - side, split, high)
-    below = share_of_panes(panes, side, 1 - side, low, split)[split > low]
-    covers = (
-        (kind == 1, (zero, one, high, one)),
-        (side > 0.0, (zero, side, zero, one)),
-        (side > 0.0, (1 - side, one, zero, one)),
-        (kind == 3, (zero, one, zero, low)),
-    )
-    drawn = [(share_of_panes(panes, *edges)[at], classes[at]) for at, edges in covers]
-    cloth = np.concatenate([quads for quads, _ in drawn])
+    classes = rng.integers(0, CLASSES, len(panes))
+    draped = rng.random(len(panes)) < drapes
     return by_class(
-        {
-            "room": (rooms, classes),
-            "low": (below, classes[split > low]),
-            "drape": (cloth, np.concatenate([c for _, c in drawn])),
-        }
+        {"room": (panes[draped], classes[draped]), "bare": (panes[~draped], classes[~draped])}
     )
 
 
@@ -215,25 +184,6 @@ def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
         for number in np.unique(classes).tolist():
             parts[f"{role}{number}"] = some[classes == number]
     return parts
-
-
-def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """Cut a part out of each pane.
-
-    Args:
-        panes: (n, 4, 3) [m].
-        a0: Where the part begins, as a share of the pane's width, (n,).
-        a1: Where it ends.
-        b0: Where it begins, as a share of the pane's height, (n,).
-        b1: Where it ends.
-
-    Returns:
-        (n, 4, 3) [m].
-    """
-    origin = panes[:, 0]
-    along, up = panes[:, 1] - origin, panes[:, 3] - origin
-    corners = ((a0, b0), (a1, b0), (a1, b1), (a0, b1))
-    return np.stack([origin + along * a[:, None] + up * b[:, None] for a, b in corners], axis=1)
 
 
 def wall(
@@ -266,7 +216,7 @@ def wall(
         if french is not None and low > floors[0]:
             openings[french, 2] = low + 0.08
         if level == NEAR:
-            parts.append({"wall": storey(length, low, high, openings)})
+            parts.append(storey(length, low, high, openings))
         parts.append(windows(openings, facade, level=level, rng=rng))
     return joined(parts)
 
@@ -427,9 +377,40 @@ def balconies(
         )
     bays = french_doors(sort, seed) or slice(None)
     parts: list[Shell] = []
+    rng = np.random.default_rng([seed, 19])
     for u0, u1, *_ in openings[bays].tolist():
         wide = min(u0, length - u1, 0.5)
-        parts += [_balcony(u0 - wide, u1 + wide, float(z), sort, level) for z in floors[1:-1]]
+        for z in floors[1:-1].tolist():
+            parts.append(_balcony(u0 - wide, u1 + wide, z, sort, level))
+            if level == NEAR:
+                parts.append(_lived_on(u0 - wide, u1 + wide, z, sort, rng))
+    return joined(parts)
+
+
+_BLADES = 14  # of a flower box
+
+
+def _lived_on(u0: float, u1: float, z: float, sort: Balconies, rng: np.random.Generator) -> Shell:
+    """Build what people put on a balcony: flower boxes, a screen of cloth, a folded parasol."""
+    chance, start = rng.random(3), rng.uniform(0.0, 0.35)
+    u = u0 + 0.1 + (u1 - u0 - 0.2) * np.linspace(start, start + rng.uniform(0.4, 0.65), _BLADES)
+    lean, tall = rng.uniform(-0.09, 0.09, (2, _BLADES)), rng.uniform(0.08, 0.3, _BLADES)
+    parts: list[Shell] = []
+    if chance[0] < 0.55:
+        top, out = z + _RAIL, -_DEEP - 0.2
+        parts.append({"door": box((u[0], out, top - 0.2), (u[-1], -_DEEP - 0.02, top), skip="Y")})
+        leaves = rectangles(u - 0.07, u + 0.07, top - 0.09, top + tall, inward=out + 0.08)
+        leaves[:, 2:, 0] += lean[0][:, None]
+        leaves[:, 2:, 1] += lean[1][:, None]
+        leaves[:, :2, 1] -= 0.1
+        parts.append({"greens": np.concatenate([leaves, leaves[:, ::-1]])})
+    if chance[1] < 0.2 and sort == "iron":
+        cloth = rectangles(u0 + 0.04, u1 - 0.04, z + 0.1, z + 0.92, inward=-_DEEP + 0.035)
+        parts.append({"awning": cloth})
+    if chance[2] < 0.2:
+        foot = float(u[-1])
+        stand = box((foot - 0.07, -0.6, z + 0.05), (foot + 0.07, -0.46, z + 2.0), skip="b")
+        parts.append({"awning": stand})
     return joined(parts)
 
 

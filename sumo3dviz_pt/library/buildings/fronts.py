@@ -1,22 +1,21 @@
 """What a street sees on a wall: doors, shops, gates, down-pipes, machines.
 
-In wall coordinates: (along, inward, up) [m]. Shop windows show what lies behind them as colours of
-the pane (`shop0` ... `shop5`), which shine at night.
+In wall coordinates: (along, inward, up) [m]. The renderer finds what shop windows (`shop0` ...
+`shop5`) show, which shine at night.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, share_of_panes, storey
+from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, by_class, storey
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
 from sumo3dviz_pt.library.buildings.sign_boards import Boards, sign_boards
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats
 
 GOODS = 6
-"""How many sorts of things behind shop windows are told apart; 0 is the ceiling."""
+"""How many shops of a building are told apart."""
 
-_THINGS = 5  # behind each pane
 _BAY = 3.4  # between the piers of shops, about [m]
 
 FOOT = -1.0
@@ -56,7 +55,7 @@ def door(opening: Floats, *, step: float, level: int) -> Shell:
         "door": leaf,
         "panel": rebate,
         "frame": bars,
-        "room1": top[: int(light < z1)],
+        "bare1": top[: int(light < z1)],
         "reveal": recess(u0, u1, (z0, z1), depth),
         "metal": box((u1 - 0.2, depth - 0.07, z0 + 1.0), (u1 - 0.16, depth, z0 + 1.13), skip="Y"),
         "trim": box((u0 - 0.3, -0.85, z1 + 0.2), (u1 + 0.3, 0.0, z1 + 0.31), skip="Y"),
@@ -90,7 +89,7 @@ def shops(
     parts: list[Shell] = [_glazing(openings, level, rng)]
     parts.append(sign_boards(edges, height, boards, level=level, rng=rng))
     if level == NEAR:
-        parts.append({"front": storey(length, 0.0, height, openings)})
+        parts.append(storey(length, 0.0, height, openings, "front"))
         parts.append(_awnings(openings, rng))
         parts.append(_footing(length, openings))
     else:
@@ -115,7 +114,7 @@ def gates(length: float, height: float, *, level: int) -> Shell:
     if level != NEAR:
         leaves = rectangles(openings[:, 0], openings[:, 1], 0.0, tall, inward=-PROUD)
         return {"wall": rectangles(0.0, length, 0.0, height), "door": leaves}
-    parts: list[Shell] = [{"wall": storey(length, 0.0, height, openings)}]
+    parts: list[Shell] = [storey(length, 0.0, height, openings)]
     for u0, u1, *_ in openings.tolist():
         z = np.arange(0.0, tall - 0.01, 0.5)
         slats = rectangles(u0, u1, z + 0.02, np.minimum(z + 0.5, tall), inward=0.22)
@@ -163,7 +162,7 @@ def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
     inward = 0.3 if level == NEAR else -PROUD
     panes = rectangles(u0, u1, z0, z1, inward=inward)
     panes[:, 1:3, 1] += rng.normal(0.0, 0.004, (len(panes), 1)).clip(-SLACK, SLACK)
-    shown = _goods(panes, level, rng)
+    shown = _goods(panes, rng)
     if level == FAR:
         return shown
     bar, middle = 0.05, (u0 + u1) / 2
@@ -188,30 +187,11 @@ def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
     return {**shown, "joint": np.concatenate(bars), "reveal": np.concatenate(walls)}
 
 
-def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
-    """Sort panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
-    count = len(panes)
-    sorts = rng.integers(1, GOODS, (count, _THINGS + 1))
-    tall = rng.uniform(0.16, 0.5, (count, _THINGS))
-    goods: dict[str, list[Floats]] = {}
-
-    def show(quads: Floats, sort: Ints) -> None:
-        """Give quads to the roles of their sorts."""
-        for number in np.unique(sort).tolist():
-            goods.setdefault(f"shop{number}", []).append(quads[sort == number])
-
-    if level == FAR:
-        show(panes, sorts[:, 0])
-    else:
-        zero, one = np.zeros(count), np.ones(count)
-        for column in range(_THINGS):
-            left, right = one * column / _THINGS, one * (column + 1) / _THINGS
-            top = tall[:, column]
-            show(share_of_panes(panes, left, right, zero, top), sorts[:, column])
-            show(share_of_panes(panes, left, right, top, 0.84 * one), sorts[:, _THINGS])
-        # Sort 0 is the ceiling with its lamps.
-        show(share_of_panes(panes, zero, one, 0.84 * one, one), np.zeros(count, np.int64))
-    return {role: np.concatenate(quads) for role, quads in goods.items()}
+def _goods(panes: Floats, rng: np.random.Generator) -> Shell:
+    """Sort panes by the shops behind them: neighbours are often one shop."""
+    starts = rng.random(len(panes)) < 0.6
+    shop = np.cumsum(starts) + rng.integers(0, GOODS)
+    return by_class({"shop": (panes, (shop * 5 % GOODS).astype(np.int64))})
 
 
 def _footing(length: float, openings: Floats) -> Shell:
@@ -225,7 +205,7 @@ def _footing(length: float, openings: Floats) -> Shell:
 
 def _awnings(openings: Floats, rng: np.random.Generator) -> Shell:
     """Build sloping cloth over some of the shop windows, seen from above and below."""
-    some = openings[rng.random(len(openings)) < 0.25]
+    some = openings[rng.random(len(openings)) < 0.35]
     if not len(some):
         return {}
     u0, u1, _, z1 = some.T

@@ -25,7 +25,8 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_asset
 from sumo3dviz_pt.library.buildings.facade import CLASSES
 from sumo3dviz_pt.library.buildings.fronts import GOODS
-from sumo3dviz_pt.library.buildings.shell import Palette
+from sumo3dviz_pt.library.buildings.panes import PANE
+from sumo3dviz_pt.library.buildings.shell import BELOW, Palette
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.layers import LUMINANCE
 
@@ -38,8 +39,8 @@ WINDOWS, SHOPS = "lamp:windows", "lamp:shops"
 _LIT = {"home": 0.35, "office": 0.3, "shop": 0.15}  # shares of lit rooms in the evening
 _LUMINANCE = {"home": 7.0, "office": 12.0, "shop": 12.0}  # median [cd/m2]
 _SPREAD = 0.65  # of its logarithm
-_GOODS = (0.7, 1.5, 3.0, 5.0, 8.0, 15.0)  # what stands in lit shops [cd/m2]
-_CEILING = 40.0  # of lit shops [cd/m2]
+_SEEN = 0.85  # of a lit room's light that passes its furniture and cloth, about
+_SHOPS = (5.0, 8.0, 11.0, 16.0)  # means of lit shop windows, with goods and ceilings [cd/m2]
 _SIGNS = (np.log(10.0), np.log(60.0))  # of lit boards [log cd/m2]
 # Lamps of 2700 K, 3500 K and 5000 K, and a television, as a camera set to 5000 K sees them
 # after a few reflections in a room.
@@ -72,20 +73,14 @@ def lit_roles(
     for number in range(CLASSES):
         on, hue = rng.random(), _HUES[use][rng.choice(len(_HUES[use]), p=_ODDS[use])]
         luminance = _LUMINANCE[use] * float(np.exp(rng.normal(0.0, _SPREAD)))
-        cloth = rng.uniform(0.25, 0.6) * np.array(
-            [1.0, rng.uniform(0.85, 1.0), rng.uniform(0.6, 1)]
-        )
         if on < _LIT[use]:
-            roles[f"room{number}"] = (WINDOWS, _shining(hue, luminance))
-            low = float(rng.uniform(0.3, 0.8))
-            roles[f"low{number}"] = (WINDOWS, _shining(hue * (1.0, 0.9, 0.8), low * luminance))
-            roles[f"drape{number}"] = (WINDOWS, _shining(hue * cloth, luminance * cloth.mean()))
+            lit = (WINDOWS, _shining(hue, _SEEN * luminance))
+            roles[f"room{number}"] = roles[f"bare{number}"] = lit
     lamp = _HUES["shop"][rng.choice(3, p=_ODDS["shop"])]
-    if rng.random() < 0.75:
+    if rng.random() < 0.85:
         for number in range(GOODS):
-            goods = lamp * (rng.uniform(0.6, 1.0, 3) if number else 1.0)
-            shown = float(rng.choice(_GOODS)) if number else _CEILING
-            roles[f"shop{number}"] = (SHOPS, _shining(goods, shown))
+            shown = float(rng.choice(_SHOPS))
+            roles[f"shop{number}"] = (SHOPS, _shining(lamp, shown))
     for number, sign in enumerate(signs):
         on, luminance = rng.random(), float(np.exp(rng.uniform(*_SIGNS)))
         if on < 0.7:
@@ -267,6 +262,7 @@ def palette(
     masonry = _masonry(wall, roof, stone)
     roles: dict[str, Role] = {name: _finish(coat, textured) for name, coat in masonry.items()}
     roles["front"] = _finish(stone, textured) if front is None else ("joinery", front)
+    roles |= {role + BELOW: roles[role] for role in ("wall", "base", "front")}
     roles |= _plain_walls(wall.colour, roof.colour)
     roles |= fittings
     roles |= _lettered(signs, awning, rng.spawn(1)[0])
@@ -323,6 +319,7 @@ def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
         "rail": ("joinery", (0.03, 0.032, 0.034)),
         "panel": ("joinery", _mixed(panel, 0.8, wall)),
         "glazing": ("glazing", (0.1, 0.12, 0.12)),
+        "greens": ("wall", (0.045, 0.085, 0.024)),
         "door": ("joinery", door),
         "shutter": ("joinery", shutter),
     }
@@ -350,18 +347,15 @@ def _contrast(one: Colour, other: Colour) -> float:
 
 
 def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
-    """Draw the colours of rooms, blinds and goods as seen through panes."""
-    roles: dict[str, Role] = {}
+    """Draw the colours of the walls of rooms and shops behind panes."""
+    roles: dict[str, Role] = {"gap": ("glazing", (0.02, 0.02, 0.02))}
     for number in range(CLASSES):
-        depth = float(rng.uniform(0.01, 0.05))
-        cloth = rng.uniform(0.17, 0.5) * np.array([1.0, rng.uniform(0.9, 1), rng.uniform(0.75, 1)])
-        roles[f"room{number}"] = ("glazing", (depth, depth * 1.05, depth * 1.1))
-        low = 0.7 * depth
-        roles[f"low{number}"] = ("glazing", (low, low * 0.97, low * 0.93))
-        roles[f"drape{number}"] = ("glazing", _colour(cloth))
+        wall = rng.uniform(0.35, 0.72) * np.array(
+            [1.0, rng.uniform(0.86, 1.0), rng.uniform(0.68, 1.0)]
+        )
+        roles[f"room{number}"] = roles[f"bare{number}"] = (PANE, _colour(wall))
     for number in range(GOODS):
-        goods = rng.uniform(0.01, 0.16) * rng.uniform(0.75, 1.0, 3)
-        roles[f"shop{number}"] = ("glazing", _colour(goods))
+        roles[f"shop{number}"] = (PANE, _colour(rng.uniform(0.3, 0.7) * rng.uniform(0.7, 1.0, 3)))
     return roles
 
 
@@ -371,14 +365,16 @@ def _coated(rng: np.random.Generator) -> dict[str, Role]:
     roles: dict[str, Role] = {}
     for number in range(CLASSES):
         pane = ("coated_glass", _colour(tone * rng.uniform(0.8, 1.15)))
-        roles[f"room{number}"] = roles[f"low{number}"] = pane
+        roles[f"room{number}"] = roles[f"bare{number}"] = pane
     return roles
 
 
 def _drawn(coats: tuple[Coat, ...], rng: np.random.Generator) -> Coat:
-    """Draw one of some coats, a little lighter or darker."""
+    """Draw one of some coats, a little lighter or darker, and of a hue of its own."""
     coat = coats[int(rng.integers(len(coats)))]
-    return replace(coat, colour=_colour(np.array(coat.colour) * rng.uniform(0.88, 1.1)))
+    warm = rng.uniform(-0.05, 0.05)
+    tone = rng.uniform(0.82, 1.12) * np.array([1.0 + warm, 1.0, 1.0 - 1.6 * warm])
+    return replace(coat, colour=_colour(np.array(coat.colour) * tone))
 
 
 def _accent(colours: tuple[Colour, ...], rng: np.random.Generator) -> Colour:

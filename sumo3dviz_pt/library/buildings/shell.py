@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, area_vectors, unit
+from sumo3dviz_pt.library.buildings.panes import PANE, pane_places
+from sumo3dviz_pt.model.geometry import WALL_REACH, Colour, Floats, Mesh, area_vectors, unit
 from sumo3dviz_pt.model.scene import Part
 
 Shell = Mapping[str, Floats]
@@ -20,6 +21,9 @@ Shell = Mapping[str, Floats]
 
 Palette = Mapping[str, tuple[str, Colour | None]]
 """Material and, where it is tinted, colour of each role."""
+
+BELOW = "_below"
+"""What the role of a wall below openings ends with."""
 
 _FLAT = np.concatenate([np.arange(3), [0, 2, 3]])
 _TILES = 1024.0  # texture coordinates lie within half as many tiles of 0
@@ -102,6 +106,7 @@ def paint(
     *,
     tiles: Mapping[str, float] | None = None,
     shift: float = 0.0,
+    office: bool = False,
 ) -> tuple[Part, ...]:
     """Turn a shell into parts, one per material.
 
@@ -110,15 +115,23 @@ def paint(
         palette: Says for every role of the shell what it is made of.
         tiles: Metres per tile of materials with a texture; they get texture coordinates.
         shift: Moves textures, so that not all buildings have the same stains [tiles].
+        office: Whether offices lie behind its windows, and no homes.
     """
     scales = tiles or {}
+    ends = _ends(shell)
     quads: dict[str, list[Floats]] = {}
     tints: dict[str, list[Floats]] = {}
+    places: dict[str, list[Floats]] = {}
     for role, corners in shell.items():
         material, colour = palette[role]
         quads.setdefault(material, []).append(corners)
         tint = np.broadcast_to(np.ones(3) if colour is None else colour, (len(corners), 3))
         tints.setdefault(material, []).append(tint)
+        if material == PANE or material.startswith("lamp:"):
+            own = pane_places(corners, role, office=office)
+            places.setdefault(material, []).append(own)
+        elif material in scales:
+            places.setdefault(material, []).append(_weather(corners, ends, role))
     tinted = {material for material, colour in palette.values() if colour is not None}
     parts = []
     for material, some in quads.items():
@@ -127,8 +140,26 @@ def paint(
         uvs = None
         if material in scales:
             uvs = upright_uvs(corners, tile=scales[material]) + np.array([shift, 0.0])
-        parts.append(_part(material, corners, colours, uvs))
+        wear = np.concatenate(places[material]) if material in places else None
+        parts.append(_part(material, corners, colours, uvs, wear))
     return tuple(parts)
+
+
+def _ends(shell: Shell) -> tuple[float, float]:
+    """Return where the walls of a shell begin and end [m]."""
+    walls = [quads[..., 2] for role, quads in shell.items() if role in ("wall", "base", "front")]
+    if not walls:
+        return 0.0, WALL_REACH
+    return min(float(z.min()) for z in walls), max(float(z.max()) for z in walls)
+
+
+def _weather(quads: Floats, ends: tuple[float, float], role: str) -> Floats:
+    """Return what the corners of walls tell of how they weather, (n, 4, 3) in [0, 1]."""
+    foot, top = ends
+    z = quads[..., 2]
+    drip = np.broadcast_to([0.0, 0.0, 1.0, 1.0] if role.endswith(BELOW) else 0.0, z.shape)
+    high = [(z - foot) / WALL_REACH, np.maximum(top - z, 0.0) / WALL_REACH]
+    return np.asarray(np.clip(np.stack([*high, drip], axis=-1), 0.0, 1.0))
 
 
 def upright_uvs(quads: Floats, *, tile: float) -> Floats:
@@ -150,11 +181,13 @@ def upright_uvs(quads: Floats, *, tile: float) -> Floats:
     return np.asarray(uvs - _TILES * np.rint(uvs[:, :1] / _TILES))
 
 
-def _part(material: str, quads: Floats, tint: Floats | None, uvs: Floats | None) -> Part:
+def _part(
+    material: str, quads: Floats, tint: Floats | None, uvs: Floats | None, wear: Floats | None
+) -> Part:
     """Triangulate quads of one material and drop what has no area."""
     faces = (4 * np.arange(len(quads))[:, None] + _FLAT).reshape(-1, 3)
     vertices = quads.reshape(-1, 3)
     solid = np.linalg.norm(area_vectors(vertices, faces), axis=1) > 1e-8
     each = None if tint is None else np.repeat(tint, 2, axis=0)[solid]
     flat = None if uvs is None else uvs.reshape(-1, 2)
-    return Part(Mesh(vertices, faces[solid], None, flat), material, each)
+    return Part(Mesh(vertices, faces[solid], None, flat, wear), material, each)

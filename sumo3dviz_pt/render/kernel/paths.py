@@ -306,7 +306,7 @@ def _lamps_along(place: Place, ray: Any, active: Any) -> tuple[Surface, Any, Any
     hit = place.solids.nearest(ray, True, active)
     surface = place.surfaces.met(hit, ray, active)
     before = dr.zeros(mi.Interaction3f)
-    light = place.lights.glow(surface, before, surface.there)[0]
+    light = _as_seen(place.lights.glow(surface, before, surface.there)[0], surface)
     clear = mi.Color3f(1.0)
     if place.air is not None:
         clear = place.air.through(ray.o, ray.d, surface.si.t, surface.there)
@@ -378,6 +378,7 @@ def _met(path: _Path, hit: Any, surface: Surface, place: Place, direct: Any) -> 
     if not lights.lamps:
         return mi.Color3f(0.0)
     radiance, aimed = lights.glow(surface, before, surface.there)
+    radiance = dr.select(primary, _as_seen(radiance, surface), radiance)
     weight = dr.select(primary, 1.0, _heuristic(path.density, aimed))
     seen = primary
     if place.mirrors:
@@ -386,6 +387,11 @@ def _met(path: _Path, hit: Any, surface: Surface, place: Place, direct: Any) -> 
     weight = dr.select(seen & ~direct, 0.0, weight)
     path.light = dr.fma(path.through, radiance * weight, path.light)
     return radiance
+
+
+def _as_seen(radiance: Any, surface: Surface) -> Any:
+    """Return a lamp's radiance as the eye sees it: lit rooms are not as bright everywhere."""
+    return radiance if surface.shine is None else radiance * surface.shine
 
 
 def _veiled(path: _Path, surface: Surface, air: Air | None) -> Any:

@@ -55,6 +55,8 @@ class MaterialKind(IntFlag):
     PAVED = ROAD | SLABS
     SEASONED = 4096
     MIRROR = 8192
+    ROOMS = 16384
+    WEATHERED = 32768
 
 
 PLAIN = MaterialKind(0)
@@ -190,6 +192,8 @@ class RowMaker:
                 "kind": kind
                 | (MaterialKind.PAINTED if painted and word == "tint" else MaterialKind.TINTED)
             }
+        if word == "rooms":
+            return {"kind": kind | MaterialKind.TINTED | MaterialKind.ROOMS}
         if word == "untiled" and "roughness" not in base:
             return self._laid(base, kind | MaterialKind.UNTILED | _paving(base))
         if word == "bitmap":
@@ -198,6 +202,7 @@ class RowMaker:
             tinted = MaterialKind.STAINED | (
                 MaterialKind.PAINTED if painted else MaterialKind.TINTED
             )
+            tinted |= MaterialKind.WEATHERED if base.get("weathered") else PLAIN
             inner = self._coloured(base["texture"], kind | tinted, painted=painted)
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
         raise _ForeignError

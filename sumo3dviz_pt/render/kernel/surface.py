@@ -23,8 +23,10 @@ from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.paint import BRIGHTEST, dusty
+from sumo3dviz_pt.render.paint import BRIGHTEST, aged, dusty
+from sumo3dviz_pt.render.rooms import inward, seen_through
 from sumo3dviz_pt.render.textures import PLAIN, Pyramid, Untiled, pyramid_of, slide
+from sumo3dviz_pt.render.weathering import weathering
 
 _AMOUNTS = ("tile", "uneven", "patches", "fields", "roughness", "regular", "wear")
 _ROW = 16
@@ -245,6 +247,7 @@ class Surface:
         foreign: Whether its material is Mitsuba's own.
         lamps: Number of the mesh of lamps that was met, from 1; else 0.
         face: Number of the face.
+        shine: How bright a lit room is there against its mean; None in scenes without rooms.
     """
 
     si: Any
@@ -253,6 +256,7 @@ class Surface:
     foreign: Any
     lamps: Any
     face: Any
+    shine: Any = None
 
 
 class Surfaces:
@@ -301,8 +305,7 @@ class Surfaces:
         first, lamps, there = tables.mesh_of(hit, active & hit.is_valid())
         face = first + hit.prim_index
         corners, material, smooth = tables.corners(face, there)
-        uv = mi.Point2f(hit.prim_uv)
-        weights = mi.Vector3f(1.0 - uv.x - uv.y, uv.x, uv.y)
+        weights = mi.Vector3f(1.0 - hit.prim_uv.x - hit.prim_uv.y, hit.prim_uv.x, hit.prim_uv.y)
         a, b, c = (dr.gather(mi.Vector4f, tables.points, corners[k], there) for k in range(3))
         p = _mixed(weights, a, b, c)
         normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
@@ -324,12 +327,36 @@ class Surfaces:
         si.wi = dr.select(there, si.to_local(-ray.d), -ray.d)
         spot = TextureSpot(si.uv, si.t, si.wi, corners, weights)
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
+        finish, shine = self._through_panes(finish, kind, spot, inward(-ray.d, normal), there)
         if self._deposits is not None:
             moves = (instanced | tables.moves(face), instanced, self._parked(hit, there))
             place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
             finish = _weathered(self._deposits, finish, place, si)
         foreign = there & _has(kind, MaterialKind.FOREIGN) if self.foreign else mi.Bool(False)
-        return Surface(si, finish, there, foreign, lamps, face)
+        return Surface(si, finish, there, foreign, lamps, face, shine)
+
+    def _aged(self, share: Any, kind: Any, spot: TextureSpot, there: Any) -> Any:
+        """Return textures over their means with what weather did to walls."""
+        if MaterialKind.WEATHERED not in self.kinds:
+            return share
+        old = there & _has(kind, MaterialKind.WEATHERED)
+        place = self._tables.wear(spot.corners, spot.weights, old)
+        args = (mi.Point2f(spot.uv), mi.Color3f(place))
+        (factor,) = where(old, args, weathering, (mi.Color3f(1.0),))
+        return dr.select(old, aged(share, factor), share)
+
+    def _through_panes(
+        self, finish: Finish, kind: Any, spot: TextureSpot, ray: Any, there: Any
+    ) -> tuple[Finish, Any]:
+        """Return a material with the room behind a pane, and how bright that is if it is lit."""
+        if MaterialKind.ROOMS not in self.kinds:
+            return finish, None
+        room = there & _has(kind, MaterialKind.ROOMS)
+        place = self._tables.wear(spot.corners, spot.weights, room)
+        plain = (finish.colour, mi.Color3f(1.0))
+        args = (place, mi.Vector3f(ray), finish.colour, spot.t)
+        colour, shine = where(room, args, seen_through, plain)
+        return replace(finish, colour=colour), shine
 
     def _parked(self, hit: Any, active: Any) -> Any:
         """Return whether a ray met who never moves; only snow asks."""
@@ -360,7 +387,8 @@ class Surfaces:
                 rough=there & _has(kind, MaterialKind.ROUGH),
             )
             if MaterialKind.STAINED in self.kinds:
-                stained = colour * texel * mi.Color3f(gain.x, gain.y, gain.z)
+                share = self._aged(texel * mi.Color3f(gain.x, gain.y, gain.z), kind, spot, there)
+                stained = colour * share
                 stain = _has(kind, MaterialKind.STAINED)
                 texel = dr.select(stain, dr.minimum(stained, BRIGHTEST), texel)
             if MaterialKind.SEASONED in self.kinds:

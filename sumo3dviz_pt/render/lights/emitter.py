@@ -26,6 +26,8 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Image, Ints, area_vectors, unit
 from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, FrameState, Lobe, View
 from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.rooms import inward, seen_through
+from sumo3dviz_pt.render.textures import WEAR_ATTRIBUTE
 
 _MOST_CELLS = 64
 _ROOM = 2_000_000  # numbers in a table by cell and unit
@@ -231,6 +233,7 @@ class _LampsEmitter:
         given: What all units give to each cell.
         grid: x and y of the corner [m], and cells per metre.
         get_shape: Mitsuba's; returns the mesh.
+        rooms: Whether lamps may be lit rooms, which are not as bright everywhere.
     """
 
     count: int
@@ -245,11 +248,17 @@ class _LampsEmitter:
     given: Any
     grid: Any
     get_shape: Any
+    rooms: bool
 
     def eval(self, si: Any, active: Any = True) -> Any:
         """Return the radiance towards where a ray came from."""
-        front = active & (si.wi.z > 0.0)
-        return self._shining(self._lamp(si.uv), si.to_world(si.wi), front)
+        front, out = active & (si.wi.z > 0.0), si.to_world(si.wi)
+        shining = self._shining(self._lamp(si.uv), out, front)
+        if not self.rooms:
+            return shining
+        place = dr.clip(si.shape.eval_attribute_3(WEAR_ATTRIBUTE, si, front), 0.0, 1.0)
+        walls = si.shape.eval_attribute_3(convert.TINT_ATTRIBUTE, si, front)
+        return shining * seen_through(place, inward(out, si.n), walls, si.t)[1]
 
     def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
         """Return the radiance towards where light is looked for."""
@@ -353,6 +362,7 @@ def register_lamps() -> None:
             self.m_flags = mi.EmitterFlags.Surface
             self.count, self.units = int(props["count"]), int(props["units"])
             self.fan, self.cells = int(props["fan"]), int(props["cells"])
+            self.rooms = bool(props["rooms"])
             self.radiance = dr.opaque(mi.Float, 0.0, 3 * self.count)
             self.axes = dr.opaque(mi.Float, 0.0, 3 * self.count)
             self.lobes = dr.opaque(mi.Float, 0.0, 2 * self.count)
@@ -384,7 +394,9 @@ def lamp_sizes(emitter: Any) -> LampSizes:
     return LampSizes(emitter.count, emitter.units, emitter.fan, emitter.cells)
 
 
-def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str, Any]:
+def lamp_emitter(
+    count: int, units: int, *, jit: bool, fan: int = 1, rooms: bool = False
+) -> dict[str, Any]:
     """Return the emitter of a mesh of lamps as a plugin's dict; it is dark at first.
 
     Args:
@@ -392,9 +404,11 @@ def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str
         units: What is picked; their numbers are in u, those of the lamps in v.
         jit: Whether the variant compiles.
         fan: Faces of a unit.
+        rooms: Whether they may be lit rooms.
     """
     if jit:
         sizes = {"count": count, "units": units, "fan": fan, "cells": cells_for(units)}
+        sizes["rooms"] = rooms
         return {"type": _PLUGIN, **sizes, "sampling_weight": 0.0}
     radiance = {"type": "mesh_attribute", "name": convert.RADIANCE_ATTRIBUTE}
     return {"type": "area", "radiance": radiance, "sampling_weight": 0.0}

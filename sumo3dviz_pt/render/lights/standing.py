@@ -58,12 +58,17 @@ class Lamps:
     Args:
         sets: All of them.
         bsdf: The material of their glass.
+        pane: That of panes before lit rooms.
         jit: Whether the variant compiles.
     """
 
-    def __init__(self, sets: Sequence[LampSet], *, bsdf: Any, jit: bool) -> None:
-        self._bsdf, self._jit = bsdf, jit
+    def __init__(self, sets: Sequence[LampSet], *, bsdf: Any, jit: bool, pane: Any = None) -> None:
+        self._bsdf, self._jit, self._pane = bsdf, jit, pane
         self._sets = [_Standing(lamps) for lamps in sets]
+
+    def is_pane(self, name: str) -> bool:
+        """Return whether a mesh of lamps is of panes before lit rooms."""
+        return any(each.name == name and each.mesh.wear is not None for each in self._sets)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -108,11 +113,16 @@ class Lamps:
     def _shape(self, each: _Standing, origin: Floats) -> Any:
         """Make the mesh of one lamp set."""
         lamps, mesh = each.lamps, each.mesh
-        emitter = lamp_emitter(len(lamps.lamps), len(mesh.faces), jit=self._jit)
-        placed = Mesh(mesh.vertices - origin, mesh.faces, None, mesh.uvs)
+        rooms = mesh.wear is not None
+        emitter = lamp_emitter(len(lamps.lamps), len(mesh.faces), jit=self._jit, rooms=rooms)
+        placed = Mesh(mesh.vertices - origin, mesh.faces, None, mesh.uvs, mesh.wear)
         tint = np.full((len(mesh.faces), 3), UNTINTED) if lamps.tint is None else lamps.tint
         return convert.make_lamps(
-            each.name, placed, bsdf=self._bsdf, emitter=emitter, tint=np.asarray(tint)
+            each.name,
+            placed,
+            bsdf=self._bsdf if mesh.wear is None or self._pane is None else self._pane,
+            emitter=emitter,
+            tint=np.asarray(tint),
         )
 
 
@@ -122,7 +132,8 @@ def _apart(lamps: LampSet) -> Mesh:
     faces = np.arange(len(corners)).reshape(-1, 3)
     face = (np.arange(len(faces)) + 0.5) / max(len(faces), 1)
     lamp = (lamps.lamp_of_face + 0.5) / max(len(lamps.lamps), 1)
-    return Mesh(corners, faces, None, np.repeat(np.column_stack([face, lamp]), 3, axis=0))
+    wear = None if lamps.mesh.wear is None else lamps.mesh.wear[lamps.mesh.faces].reshape(-1, 3)
+    return Mesh(corners, faces, None, np.repeat(np.column_stack([face, lamp]), 3, axis=0), wear)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,6 +19,7 @@ from sumo3dviz_pt.library.buildings.building import Walls
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
 from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, WINDOWS, cladding, palette
 from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
+from sumo3dviz_pt.library.buildings.panes import room_walls
 from sumo3dviz_pt.library.buildings.shell import Palette, Shell, paint
 from sumo3dviz_pt.library.buildings.shop_words import ENGLISH, Writing
 from sumo3dviz_pt.library.buildings.styles import (
@@ -273,6 +274,7 @@ def cladding_material(name: str, *, textured: bool) -> Bsdf:
         # Walls wear as one, not by vertices as roads do.
         "texture": {key: item for key, item in bsdf["base_color"].items() if key != "wear"},
         "tint": TINT,
+        "weathered": True,
         "mean": [float(value) for value in entry.meta["albedo"]],
     }
     return {**bsdf, "base_color": stained}
@@ -289,16 +291,18 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
         luminance = np.concatenate([part.tint for part in some if part.tint is not None])
         each, lamp_of_face = np.unique(settled(luminance).round(3), axis=0, return_inverse=True)
         family = material.removeprefix("lamp:")
+        mesh = merge_meshes([part.mesh for part in some])
         sets.append(
             LampSet(
                 f"buildings_{family}",
                 "buildings",
-                merge_meshes([part.mesh for part in some]),
+                mesh,
                 lamp_of_face.ravel(),
                 tuple(f"{family}/{k}" for k in range(len(each))),
                 sampled=weight > 0.0,
                 radiance=each / CANDELAS_PER_UNIT,
                 weight=weight,
+                tint=None if mesh.wear is None else room_walls(mesh.wear[mesh.faces[:, 0]]),
             )
         )
     return tuple(sets)
@@ -318,7 +322,8 @@ def painted(
     """
     colours = _colours(style, settings, chance, textured=level != FAR)
     shift = 5.0 * chance.share("shift")
-    parts = paint(shell, colours, tiles=_tiles(), shift=shift)
+    office = style.colours.use == "office"
+    parts = paint(shell, colours, tiles=_tiles(), shift=shift, office=office)
     if level == NEAR:
         return parts
     return tuple(
