@@ -37,12 +37,13 @@ from sumo3dviz_pt.render.sky.daylight import (
     risen_share,
 )
 
-_SMOOTH, _SHARP = (1024, 2048), (2048, 4096)
+_SMOOTH, _SHARP = (1024, 2048), (2560, 5120)
 _HAZY = np.radians(0.7)  # height of the band of sky whose light distant things fade into
 _FAINT = 1e-6  # irradiance of a sun that is left out, scene units
 _SIDES = 0.2  # how much of a cloud's light does not depend on the sun's height
-_GREY = 0.45  # share of a cloud's ambient light that has no colour
-_FROM_BELOW = 2.0  # light of a city on clouds over it, against its glow in clear air
+_GREY = 0.3  # share of a cloud's ambient light that has no colour
+_FROM_BELOW = 1.35  # light of a city on clouds over it, against its glow in clear air
+_RELIEF = 0.35  # share of that light which their shape changes: it comes from all sides
 _MAP_MOST = 1.1  # most light under broken clouds, against its mean for their cover
 _EVERY = 8  # of how many rows and columns one tells a dome's mean
 _MAP_LEAST = 0.04  # least share of their light that clouds keep when it is limited
@@ -218,7 +219,8 @@ def _clouded(sky: Sky, dome: Image, light: _SkyLight | None) -> tuple[Image, Ima
     most = _most(float(air @ LUMINANCE) + direct, cover) - direct * through
     lit *= np.float32(_room(most - float(dome_irradiance(dome) @ LUMINANCE), lit))
     if max(sky.glow) > 0.0:
-        lit += cover * layer[..., 2:] * (_FROM_BELOW * glow(sky.glow, size))
+        below = (1.0 - _RELIEF) + _RELIEF * layer[..., 2:]
+        lit += cover * below * (_FROM_BELOW * glow(sky.glow, size))
     return dome + lit, cover[..., 0]
 
 
@@ -285,7 +287,7 @@ _LOG = logging.getLogger(__name__)
 _CACHED_LEAST = 8_000_000
 """Texels of a map that is worth keeping."""
 
-_CACHED_MOST = 600_000_000
+_CACHED_MOST = 1_000_000_000
 """What all skies may take, a dozen [bytes]."""
 
 _KINDS = kinds_in(Sky)

@@ -339,6 +339,7 @@ for street lamps would show only a handful."""
 
 _STARS, _FAINTEST, _STEEPNESS = 5000, 6.2, 1.25  # 10^0.5 times more stars per magnitude
 _BRIGHTEST, _RANGE = 0.0, 0.68
+_DROWNS = 1e-6  # glow that takes three quarters of a magnitude of the faintest [scene units]
 _LUX_OF_ZERO = 2.54e-6
 # Glow around the moon: angle over which it falls [deg], radiance against the disc's.
 _HALO = ((0.35, 0.006), (1.6, 0.0006), (7.0, 0.00006))
@@ -359,7 +360,7 @@ def night_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Floats]:
     if max(sky.glow) > 0.0:
         dome += glow(sky.glow, size)
     if sky.stars is not None:
-        _add_stars(dome, seed=sky.stars)
+        _add_stars(dome, seed=sky.stars, glow=float(np.asarray(sky.glow) @ LUMINANCE))
     if sky.moon_direction is None:
         return dome, np.zeros(3)
     moonlight = daylight(sky.moon_direction, sky.turbidity, size)
@@ -381,20 +382,22 @@ def glow(horizon: tuple[float, float, float], size: tuple[int, int]) -> Image:
     return np.asarray(shape[..., None] * np.asarray(horizon), dtype=np.float32)
 
 
-def _add_stars(dome: Image, *, seed: int) -> None:
+def _add_stars(dome: Image, *, seed: int, glow: float) -> None:
     """Paint seeded stars: Pareto fluxes, colours from orange to blue, dimmed by thick air.
 
-    Each lies on one texel's centre, so that it is shown one texel wide. Near the zenith, where
-    texels are narrow, it is spread over several, so that it looks round.
+    A city's glow at the horizon, in scene units, hides faint ones. Each lies on one texel's
+    centre, so that it is shown one texel wide. Near the zenith, where texels are narrow, it is
+    spread over several, so that it looks round.
     """
     rows, columns = dome.shape[:2]
     rng = np.random.default_rng(seed)
     sine, azimuth = rng.uniform(0.05, 1.0, _STARS), rng.uniform(0.0, 1.0, _STARS)
     magnitude = _FAINTEST - 2.5 * np.log10(1.0 + rng.pareto(_STEEPNESS, _STARS))
+    shown = magnitude <= _FAINTEST - 2.5 * np.log10(1.0 + glow / _DROWNS)
     magnitude = _RANGE * np.maximum(magnitude, _BRIGHTEST)
     warmth = np.clip(rng.normal(0.0, 0.16, (_STARS, 1)), -0.3, 0.4)
     colour = np.clip(1.0 + warmth * np.array([1.0, 0.0, -1.4]), 0.2, 2.0)
-    lux = STAR_GAIN * _LUX_OF_ZERO * 10.0 ** (-0.4 * (magnitude + 0.25 / sine))
+    lux = shown * STAR_GAIN * _LUX_OF_ZERO * 10.0 ** (-0.4 * (magnitude + 0.25 / sine))
     row = np.minimum((1.0 - np.arcsin(sine) / (np.pi / 2)) * rows, rows - 1).astype(np.intp)
     level = np.sqrt(1.0 - sine**2)
     width = np.clip(np.round(1.0 / np.maximum(level, 1e-3)), 1, 16).astype(np.intp)

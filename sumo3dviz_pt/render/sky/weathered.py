@@ -48,7 +48,7 @@ _COARSE = (128, 256)
 _THINNEST = 1e-3  # optical depth below which fog shines as at that depth
 _LEAST = 0.05  # least share of the light from fog that is even
 _CITY = 2.5  # light of a city on fog in its streets, against its glow at the horizon in clear air
-_PALER = 0.5  # share of that light that has no colour: lamps are nearer than what glows far away
+_PALER = 0.75  # share of that light that has no colour: lamps are nearer than what glows far away
 _AFLOAT = np.array([0.0, 0.0, 1.0])
 
 

@@ -14,7 +14,7 @@ from sumo3dviz_pt.library.pictures import cloud_image, cloud_layer
 
 pytestmark = pytest.mark.slow
 
-SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24, texels=32)
+SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24, texels=32, span=8_000.0)
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_baking_stores_what_was_made(tmp_path):
     meta = {
         "map": "clouds.exr",
         "sun": {"azimuth": 45, "elevation": 50},
-        "recipe": {"rows": 12, "seed": 1, "cover": 0.4, "steps": 8, "texels": 16},
+        "recipe": {"rows": 12, "seed": 1, "cover": 0.4, "steps": 8, "texels": 16, "span": 8e3},
     }
     (tmp_path / "asset.yaml").write_text(yaml.safe_dump(meta), encoding="utf-8")
     (written,) = bake_clouds(tmp_path, lossy=None)

@@ -55,6 +55,38 @@ def test_cloud_layers_have_their_characters(number, low, high):
     assert np.abs(layer.cover[:, 0] - layer.cover[:, -1]).mean() <= inside + 1e-6
 
 
+def rings(cover, *, low, high):
+    """Rows of a layer between two elevations [deg], and the rows' elevations [rad]."""
+    elevation = np.pi / 2 * (1 - (np.arange(len(cover)) + 0.5) / len(cover))
+    chosen = (elevation > np.radians(low)) & (elevation < np.radians(high))
+    return cover[chosen], elevation[chosen]
+
+
+@pytest.mark.parametrize("name", ["sky_daycloud1", "sky_daycloud2", "sky_daycloud3", "sky_veil"])
+def test_edges_of_clouds_are_soft(name):
+    """From a tenth to nine tenths of their opacity most take half a degree or more."""
+    cover = read_clouds(name)[0].cover
+    rows, columns = cover.shape
+    part, high = rings(cover, low=10, high=60)
+    down = np.gradient(part, axis=0) * rows / 90
+    across = (np.roll(part, -1, 1) - np.roll(part, 1, 1)) / 2 * columns / 360
+    steep = np.hypot(down, across / np.cos(high)[:, None])[(part > 0.4) & (part < 0.6)]
+    assert np.quantile(0.8 / np.maximum(steep, 1e-3), 0.2) > 0.45
+
+
+@pytest.mark.parametrize("name", ["sky_daycloud1", "sky_daycloud2", "sky_daycloud3"])
+def test_clouds_do_not_stand_in_rows(name):
+    """Around the sky nothing comes again: no second peak of the autocorrelation is high."""
+    cover = read_clouds(name)[0].cover
+    for low in (9, 16, 26):
+        part = rings(cover, low=low, high=low + 1)[0]
+        part = part - part.mean(axis=1, keepdims=True)
+        power = (np.abs(np.fft.rfft(part, axis=1)) ** 2).sum(axis=0)
+        alike = np.fft.irfft(power)[: cover.shape[1] // 2]
+        ends = int(np.argmax(alike < 0.0))
+        assert alike[ends:].max() < 0.45 * alike[0]
+
+
 NIGHTS = ("sky_night1", "sky_night2", "sky_night3")
 
 

@@ -27,15 +27,29 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
     azimuth = (np.arange(columns) + 0.5) / columns * 2 * np.pi
     high = np.repeat(elevation, columns)
     towards = towards_of(np.tile(azimuth, rows), high)
-    sun = towards_of(*recipe.sun)
-    whole = np.zeros((rows * columns, 3))
-    for sheet in _sheets(recipe, towards, sun, (rows, columns)):
+    return _layer(look(recipe, towards, (rows, columns)), (rows, columns), recipe.sun[1])
+
+
+def look(recipe: CloudRecipe, towards: Floats, shape: tuple[int, int]) -> Floats:
+    """Look at a cloud layer in directions.
+
+    Args:
+        recipe: How it is made.
+        towards: Unit vectors above the horizon, (n, 3).
+        shape: Rows and columns of the picture that they make, n in all.
+
+    Returns:
+        Opacity, sunlit and skylit share, (n, 3).
+    """
+    sun, high = towards_of(*recipe.sun), np.arcsin(towards[:, 2])
+    whole = np.zeros((len(towards), 3))
+    for sheet in _sheets(recipe, towards, sun, shape):
         # Air hides what is low over the horizon.
         sheet[:, 0] *= smoothstep(np.radians(0.2), np.radians(recipe.fades), high)
         whole = _over(sheet, whole)
     if recipe.stratus:
         whole = _over(whole, stratus(towards, seed=recipe.seed))
-    return _layer(whole, (rows, columns), recipe.sun[1])
+    return whole
 
 
 def _sheets(

@@ -21,7 +21,9 @@ class CloudRecipe:
         base: Height of the cloud bases [m].
         depth: Height from bases to the highest tops [m].
         extinction: Of the densest cloud [1/m].
-        cell: Typical distance from cloud to cloud [m].
+        cell: Two thirds of the largest cloud's width [m].
+        span: After how far the cumulus come again [m].
+        clumped: How strongly clouds gather in patches; 0 spreads them evenly.
         cirrus: Opacity of the densest cirrus, [0, 1].
         flakes: Opacity of the densest altocumulus, [0, 1].
         mackerel: Opacity of the densest altocumulus of a fair evening, [0, 1].
@@ -40,13 +42,15 @@ class CloudRecipe:
     cover: float = 0.0
     base: float = 1300.0
     depth: float = 850.0
-    extinction: float = 0.045
+    extinction: float = 0.06
     cell: float = 2300.0
+    span: float = 36_000.0
+    clumped: float = 0.8
     cirrus: float = 0.0
     flakes: float = 0.0
     mackerel: float = 0.0
     backlit: float = 0.0
-    fades: float = 4.5
+    fades: float = 3.5
     stratus: bool = False
     at_sun: float = 0.0
     steps: int = 160

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from bakers.noise import blurred, soft
+from bakers.noise import soft
 from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
@@ -70,13 +70,13 @@ def cirrus(
     strands = fractal(_TEXELS, Spectrum(1.2, 40.0, 420.0, stretch=20.0), seed=seed + 1)
     patches = fractal(_TEXELS, Spectrum(1.9, 1.0, 12.0, stretch=1.6), seed=seed + 2)
     bend = fractal(_TEXELS, Spectrum(2.4, 1.0, 7.0), seed=seed + 3)
-    sheet = soft(streaks, 2.2) + 0.22 * strands
+    sheet = soft(streaks, 2.2) + 0.12 * strands
     there = smoothstep(-0.4, 1.6, patches)
     span = 70_000.0
     places = _turned(_places(towards, 9_000.0), 0.7)
     places[:, 0] += 2_200.0 * _look_up(bend, places, span)
-    cover = smoothstep(-0.6, 2.4, _look_up(sheet, places, span)) ** 1.3
-    cover = opacity * cover * _look_up(there, places, span)
+    hair = smoothstep(-1.4, 2.6, _look_up(sheet, places, span)) ** 1.3
+    cover = opacity * hair * _look_up(there, places, span)
     lit = 0.40 + 0.9 * _forward(towards, sun)
     lit = np.minimum(lit, 1.3) + _backlight(towards, sun, backlit)
     return np.column_stack([cover, lit, np.full(len(towards), 0.75)])
@@ -139,31 +139,31 @@ def mackerel(
     places = _turned(_places(towards, height), -0.4)
     places[:, 1] += 1_500.0 * _look_up(bend, places, span)
     there = _look_up(where, places, span)
-    thick = np.clip(0.8 * _look_up(body, places, span) + 1.2 * there, 0.0, 3.0)
-    cover = opacity * np.maximum(smoothstep(0.0, 1.7, thick), 0.38 * smoothstep(-0.7, 0.8, there))
+    thick = np.clip(0.6 * _look_up(body, places, span) + 1.2 * there + 0.5, 0.0, 3.0)
+    veil = smoothstep(-1.1, 0.8, there)
+    # Cells thin out into a veil, and the veil into nothing.
+    cover = opacity * veil * np.maximum(smoothstep(-0.2, 2.4, thick), 0.30)
     ahead = _turned(sun[None, :2], -0.4) * 150.0
-    shade = np.clip(0.8 * _look_up(body, places + ahead, span) + 1.2 * there, 0.0, 3.0)
+    shade = np.clip(0.6 * _look_up(body, places + ahead, span) + 1.2 * there + 0.5, 0.0, 3.0)
     lit = 0.22 + 0.62 * np.exp(-0.40 * thick - 0.45 * shade)
     lit += _backlight(towards, sun, backlit) * np.exp(-0.9 * thick)
     return np.column_stack([cover, lit, 0.95 - 0.14 * np.minimum(thick, 2.5)])
 
 
 def stratus(towards: Floats, *, seed: int) -> Floats:
-    """Make a closed deck of lumps and rolls that hides sun and sky; (n, 3) as in `cirrus`.
+    """Make a closed deck of soft darker patches that hides sun and sky; (n, 3) as in `cirrus`.
 
     Three times brighter at the zenith than at the horizon, the CIE's overcast sky.
     """
-    rolls = fractal(_TEXELS, Spectrum(1.35, 5.0, 120.0, stretch=0.35), seed=seed)
-    lumps = fractal(_TEXELS, Spectrum(1.5, 9.0, 700.0), seed=seed + 1)
-    broad = fractal(_TEXELS, Spectrum(2.0, 1.0, 8.0), seed=seed + 2)
-    deck = soft(0.75 * rolls + 0.8 * lumps + 0.55 * broad, 2.4)
-    # A lump's flank is darker than its belly: relief from the blurred deck.
-    relief = deck - blurred(deck, 14.0)
-    span, height = 30_000.0, 900.0
+    broad = fractal(_TEXELS, Spectrum(1.7, 1.0, 40.0, stretch=0.8), seed=seed)
+    lumps = soft(fractal(_TEXELS, Spectrum(1.6, 9.0, 260.0, stretch=0.7), seed=seed + 1), 2.0)
+    bend = fractal(_TEXELS, Spectrum(2.0, 1.0, 20.0), seed=seed + 2)
+    deck = soft(0.85 * broad + 0.42 * lumps, 2.0)
+    span, height = 36_000.0, 1_500.0
     places = _turned(_places(towards, height), 0.3)
-    thick, flank = _look_up(deck, places, span), _look_up(relief, places, span)
+    places += 900.0 * _look_up(bend, places, span)[:, None]
+    thick = _look_up(deck, places, span)
     # Far lumps lie behind one another and grow even.
-    seen = smoothstep(0.0, 0.30, towards[:, 2]) * 0.85 + 0.15
-    thin = np.exp(seen * (-0.15 * thick - 0.09 * np.clip(flank, -2.0, 2.0)))
-    glow = thin * (1.0 + 2.0 * towards[:, 2]) / 3.0 * 1.3
+    seen = smoothstep(0.0, 0.45, towards[:, 2]) * 0.88 + 0.12
+    glow = np.exp(-0.23 * seen * thick) * (1.0 + 2.0 * towards[:, 2]) / 3.0 * 1.3
     return np.column_stack([np.ones(len(towards)), 0.17 * glow, 0.50 * glow])
