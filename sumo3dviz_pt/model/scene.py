@@ -355,6 +355,7 @@ class Mover:
         effort: How much of that movement it shows: 0 at rest, 1 all of it.
         parked: Whether it never moves, so that snow lies on it as on what stands.
         outfit: Factors of the reflectance of its parts, by their roles; 1 for those missing.
+        flop: How much its colour is an effect paint, that darkens where one looks along it, [0, 1].
     """
 
     id: str
@@ -367,6 +368,7 @@ class Mover:
     effort: float = 0.0
     parked: bool = False
     outfit: Mapping[str, Colour] = field(default_factory=dict)
+    flop: float = 0.0
 
     @property
     def name(self) -> str:

@@ -28,12 +28,11 @@ _PRINCIPLED = {
     "roughness",
     "metallic",
     "specular",
-    "clearcoat",
-    "clearcoat_gloss",
     "spec_tint",
 }
 _THIN = {"type", "base_color", "roughness", "diff_trans", "spec_trans", "eta"}
-_COAT_ROUGHNESS = (0.1, 0.001)  # of a coat of gloss 0, and of gloss 1
+_COATED = {"type", "base_color", "roughness", "under_roughness", "flop"}
+_VARNISH = 1.5  # its index of refraction
 _MIDDLE = 0.5  # a colour or roughness that a dict leaves out
 
 
@@ -71,8 +70,9 @@ class Row:
         roughness: Of all faces that bring none of their own, [0, 1].
         metallic: Of all faces that bring none of their own, [0, 1].
         eta: Relative index of refraction of the reflection without colour.
-        coat: Strength of its clear coat, [0, 1].
+        coat: Whether it has a clear coat: 0 or 1.
         coat_roughness: Of that coat.
+        flop: Of its effect paint, if no instance says it, [0, 1].
         through: Share of the light that goes through a leaf, [0, 1].
         texture: Number of the texture of its colour.
         rough_texture: Number of the texture of its roughness.
@@ -85,7 +85,8 @@ class Row:
     metallic: float = 0.0
     eta: float = 1.5
     coat: float = 0.0
-    coat_roughness: float = _COAT_ROUGHNESS[0]
+    coat_roughness: float = 0.0
+    flop: float = 0.0
     through: float = 0.0
     texture: int = 0
     rough_texture: int = 0
@@ -95,7 +96,7 @@ class Row:
     def numbers(self) -> Floats:
         """The row as the kernel reads it, (12,)."""
         gloss = [float(self.kind), self.eta, self.coat, self.coat_roughness]
-        looks = [self.through, float(self.texture), float(self.rough_texture), 0.0]
+        looks = [self.through, float(self.texture), float(self.rough_texture), self.flop]
         return np.array([*gloss, *looks, *self.gain, 0.0])
 
 
@@ -134,6 +135,7 @@ class RowMaker:
             return inner | {"kind": inner["kind"] | MaterialKind.OPEN}
         makers = {
             "principled": self._principled,
+            "coated": _coated,
             "principledthin": self._thin,
             "diffuse": _matt,
             "conductor": _mirror,
@@ -148,16 +150,12 @@ class RowMaker:
         """Return the fields of a material of Disney's kind, with its colour as `base`."""
         if not set(bsdf) <= _PRINCIPLED or bsdf.get("spec_tint", 0.0) != 0.0:
             raise _ForeignError
-        gloss = _number(bsdf.get("clearcoat_gloss", 0.0))
         specular = _number(bsdf.get("specular", _MIDDLE))
-        dull, bright = _COAT_ROUGHNESS
         row = {
             "kind": PLAIN,
             "base": bsdf["base_color"],
             "metallic": _of_faces(bsdf.get("metallic", 0.0), 0.0),
             "eta": 2.0 / (1.0 - np.sqrt(0.08 * specular)) - 1.0 if specular > 0 else 1.001,
-            "coat": _number(bsdf.get("clearcoat", 0.0)),
-            "coat_roughness": dull + gloss * (bright - dull),
         }
         return row | self._roughened(bsdf.get("roughness", _MIDDLE), row)
 
@@ -210,6 +208,21 @@ class RowMaker:
             return row
         gain = tuple(float(channel) for channel in base["gain"])
         return row | {"kind": kind | MaterialKind.SEASONED, "gain": gain}
+
+
+def _coated(bsdf: Bsdf) -> dict[str, Any]:
+    """Return the fields of a varnished paint, with its colour as `base`."""
+    if not set(bsdf) <= _COATED:
+        raise _ForeignError
+    return {
+        "kind": PLAIN,
+        "base": bsdf["base_color"],
+        "roughness": _number(bsdf["under_roughness"]),
+        "eta": _VARNISH,
+        "coat": 1.0,
+        "coat_roughness": _number(bsdf["roughness"]),
+        "flop": _number(bsdf["flop"]),
+    }
 
 
 def _matt(bsdf: Bsdf) -> dict[str, Any]:
@@ -274,12 +287,13 @@ def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
     """
     rows = list(rows)
     kinds = kinds_of(rows)
+    coats = any(row.coat > 0.0 for row in rows)
     return Lobes(
-        coats=any(row.coat > 0.0 for row in rows),
+        coats=coats,
         leaves=MaterialKind.LEAF in kinds,
         matts=MaterialKind.MATT in kinds,
         two_sided=MaterialKind.OPEN in kinds,
-        metals=metals,
+        metals=metals or coats,
         mirrors=MaterialKind.MIRROR in kinds,
     )
 

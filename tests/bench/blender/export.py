@@ -299,9 +299,9 @@ def _instances(session: Session) -> list[dict[str, Any]]:
         {
             "body": pool.body_of_slot[slot],
             "matrix": np.asarray(matrix, float).tolist(),
-            "colour": np.asarray(colour, float).tolist(),
+            "colour": np.asarray(paint[:3], float).tolist(),
         }
-        for slot, (matrix, colour) in sorted(pool.placed.items())
+        for slot, (matrix, paint) in sorted(pool.placed.items())
         if slot in pool.shown
     ]
 
