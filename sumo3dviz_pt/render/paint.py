@@ -93,7 +93,7 @@ class Paint(NamedTuple):
     flop: Any
 
 
-_FACING, _AWAY = 1.3, 0.22  # brightness of effect paints, seen from ahead and along
+_FACING, _AWAY = 1.6, 0.37  # brightness of effect paints, seen from ahead and along
 _FLAKES = 0.6  # share of their light that flakes mirror
 
 
@@ -108,7 +108,7 @@ def effect(colour: Any, metallic: Any, cosine: Any, flop: Any) -> tuple[Any, Any
     """
     facing = dr.square(dr.maximum(cosine, 0.0))
     seen = colour * dr.lerp(1.0, dr.lerp(_AWAY, _FACING, facing), flop)
-    metal = dr.maximum(metallic, dr.select(flop > 0.0, mi.Float(_FLAKES), 0.0))
+    metal = dr.maximum(metallic, _FLAKES * flop)
     return dr.minimum(seen, BRIGHTEST), metal
 
 

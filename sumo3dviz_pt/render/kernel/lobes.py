@@ -21,6 +21,7 @@ import drjit as dr
 import mitsuba as mi
 
 _COAT_MEAN = 0.0918  # of an even sky's light, what a varnish of index 1.5 reflects
+_SHARPEST = 0.0005  # width of a coat's microfacets
 CERTAIN = 1e18
 """Density of a mirror's direction, which no emitter's can match [1/sr]."""
 
@@ -134,7 +135,7 @@ class Finish:
         diffuse_wo = mi.warp.square_to_cosine_hemisphere(sample)
         alpha = _width(self.roughness)
         if self.lobes.coats:
-            alpha = dr.select(pick < diffuse + coat, _width(self.coat_roughness), alpha)
+            alpha = dr.select(pick < diffuse + coat, _width(self.coat_roughness, _SHARPEST), alpha)
         wo = self._mirrored(wi, _facet(wi, sample, alpha))
         if self.lobes.leaves:
             leaving = pick >= diffuse * (1.0 - self.through)
@@ -181,7 +182,9 @@ class Finish:
         if self.lobes.coats:
             under = self._under(in_cos, out_cos)
             value, base = value * under, base * under
-            density, shadow_in, shadow_out = _facets(wi, wo, half, _width(self.coat_roughness))
+            density, shadow_in, shadow_out = _facets(
+                wi, wo, half, _width(self.coat_roughness, _SHARPEST)
+            )
             value += self.coat * plain * density * shadow_in * shadow_out * share
             pdf += coat * density * shadow_in * share
         value = dr.select(faced, value, 0.0)
@@ -250,9 +253,9 @@ class Finish:
         return 2.0 * dr.dot(wi, facet) * facet - wi
 
 
-def _width(roughness: Any) -> Any:
+def _width(roughness: Any, least: float = 0.001) -> Any:
     """Return the width of the microfacets' distribution."""
-    return dr.maximum(dr.square(roughness), 0.001)
+    return dr.maximum(dr.square(roughness), least)
 
 
 def _facets(wi: Any, wo: Any, half: Any, alpha: Any) -> tuple[Any, Any, Any]:

@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.traffic import VehicleType
 BRIGHTEST = 0.85
 """Where Mitsuba's `principled` still conserves energy."""
 
-ROUGHEST, SMOOTHEST = 1.0, 0.05
+ROUGHEST, SMOOTHEST = 1.0, 0.02
 TEXTURES = ("rgb", "bitmap", "untiled")
 SURFACES = catalog.names("surfaces")
 
