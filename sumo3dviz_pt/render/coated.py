@@ -13,13 +13,10 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
+from sumo3dviz_pt.render.kernel.lobes import VARNISH, Finish, Lobes
 from sumo3dviz_pt.render.paint import effect, flop_of_tint
 
 _PLUGIN = "sumo3dviz_coated"
-
-VARNISH = 1.5
-"""Index of refraction of clear coats."""
 
 
 def register_coated() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
@@ -30,7 +27,8 @@ def register_coated() -> None:  # noqa: C901 - the plugin's class needs the vari
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
-            self.base, self.flop = props["base_color"], props["flop"]
+            # Plain colours and numbers become textures, too.
+            self.base, self.flop = props.get_texture("base_color"), props.get_texture("flop")
             self.roughness = float(props["roughness"])
             self.under = float(props["under_roughness"])
             front = mi.BSDFFlags.FrontSide
@@ -100,5 +98,5 @@ def coated_plugin(value: Mapping[str, Any]) -> dict[str, Any]:
     colour = dict(value["base_color"])
     if "scalar" in mi.variant():
         return {"type": "principled", "base_color": colour, "roughness": value["roughness"]}
-    flop = flop_of_tint(colour) or {"type": "uniform", "value": float(value["flop"])}
+    flop = flop_of_tint(colour) or float(value["flop"])
     return {**value, "type": _PLUGIN, "base_color": colour, "flop": flop}

@@ -107,9 +107,9 @@ def effect(colour: Any, metallic: Any, cosine: Any, flop: Any) -> tuple[Any, Any
         flop: How much of this it shows, [0, 1].
     """
     facing = dr.square(dr.maximum(cosine, 0.0))
-    seen = colour * dr.lerp(1.0, dr.lerp(_AWAY, _FACING, facing), flop)
+    seen = dr.minimum(colour * dr.lerp(1.0, dr.lerp(_AWAY, _FACING, facing), flop), BRIGHTEST)
     metal = dr.maximum(metallic, _FLAKES * flop)
-    return dr.minimum(seen, BRIGHTEST), metal
+    return dr.select(flop > 0.0, seen, colour), metal
 
 
 def paint_texture(*, flop: bool = False) -> dict[str, Any]:

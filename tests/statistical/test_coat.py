@@ -23,8 +23,7 @@ def finish_of(colour, flop, cosine):
     """The kernel's material at a point of a varnished paint, seen from some angle."""
     import mitsuba as mi
 
-    from sumo3dviz_pt.render.coated import VARNISH
-    from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
+    from sumo3dviz_pt.render.kernel.lobes import VARNISH, Finish, Lobes
     from sumo3dviz_pt.render.paint import effect
 
     paint = MATERIALS["paint"]

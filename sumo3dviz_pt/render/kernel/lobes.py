@@ -20,7 +20,10 @@ from typing import Any, NamedTuple
 import drjit as dr
 import mitsuba as mi
 
-_COAT_MEAN = 0.0918  # of an even sky's light, what a varnish of index 1.5 reflects
+VARNISH = 1.5
+"""Index of refraction of clear coats."""
+
+_VARNISH_MEAN = 0.0918  # of an even sky's light, what such a coat reflects
 _SHARPEST = 0.0005  # width of a coat's microfacets
 CERTAIN = 1e18
 """Density of a mirror's direction, which no emitter's can match [1/sr]."""
@@ -245,7 +248,7 @@ class Finish:
         (Kelemen and Szirmay-Kalos 2001): a white base makes all of it white, and none brighter.
         """
         passed = 1.0 - mi.fresnel(in_cos, self.eta)[0]
-        passed *= (1.0 - mi.fresnel(dr.abs(out_cos), self.eta)[0]) * (1.0 / (1.0 - _COAT_MEAN))
+        passed *= (1.0 - mi.fresnel(dr.abs(out_cos), self.eta)[0]) * (1.0 / (1.0 - _VARNISH_MEAN))
         return dr.lerp(1.0, passed, self.coat)
 
     def _mirrored(self, wi: Any, facet: Any) -> Any:

@@ -20,7 +20,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, SceneData
-from sumo3dviz_pt.render.kernel.lobes import Lobes
+from sumo3dviz_pt.render.kernel.lobes import VARNISH, Lobes
 
 _PRINCIPLED = {
     "type",
@@ -32,7 +32,6 @@ _PRINCIPLED = {
 }
 _THIN = {"type", "base_color", "roughness", "diff_trans", "spec_trans", "eta"}
 _COATED = {"type", "base_color", "roughness", "under_roughness", "flop"}
-_VARNISH = 1.5  # its index of refraction
 _MIDDLE = 0.5  # a colour or roughness that a dict leaves out
 
 
@@ -218,7 +217,7 @@ def _coated(bsdf: Bsdf) -> dict[str, Any]:
         "kind": PLAIN,
         "base": bsdf["base_color"],
         "roughness": _number(bsdf["under_roughness"]),
-        "eta": _VARNISH,
+        "eta": VARNISH,
         "coat": 1.0,
         "coat_roughness": _number(bsdf["roughness"]),
         "flop": _number(bsdf["flop"]),
@@ -300,7 +299,7 @@ def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
 
 OPERATIONS: Mapping[str, int] = {
     "textures": 1170,
-    "coats": 210,
+    "coats": 270,
     "leaves": 58,
     "metal": 54,
     "foreign materials": 1570,
@@ -345,7 +344,7 @@ def _of_materials(data: SceneData, *, lamps: bool) -> dict[str, bool]:
         "textures": bool(kinds & (MaterialKind.UNTILED | MaterialKind.BITMAP | MaterialKind.ROUGH)),
         "coats": lobes.coats,
         "leaves": lobes.leaves,
-        "metal": lobes.metals,
+        "metal": metals,
         "foreign materials": MaterialKind.FOREIGN in kinds,
     }
 

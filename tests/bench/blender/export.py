@@ -146,10 +146,10 @@ def material_of(row: Row) -> dict[str, Any]:
     return {
         "kind": "leaf" if leaf else "matt" if matt else "principled",
         "through": row.through,
-        "ior": float(row.eta),
-        # Disney's coat has a quarter of its strength; Blender squares its roughness.
-        "coat": 0.25 * row.coat,
-        "coat_roughness": float(np.sqrt(row.coat_roughness)),
+        # Only the coat reflects without colour where there is one.
+        "ior": 1.0 if row.coat else float(row.eta),
+        "coat": row.coat,
+        "coat_roughness": row.coat_roughness,
         "painted": MaterialKind.PAINTED in row.kind,
     }
 
