@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import ball, box, diffuse
 
-from sumo3dviz_pt.library.materials import MATERIALS, matt, principled
+from sumo3dviz_pt.library.materials import MATERIALS, coated, matt, principled
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, is_tinted
 from sumo3dviz_pt.render.compound import (
