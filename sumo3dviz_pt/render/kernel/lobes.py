@@ -23,7 +23,8 @@ import mitsuba as mi
 VARNISH = 1.5
 """Index of refraction of clear coats."""
 
-_VARNISH_MEAN = 0.0918  # of an even sky's light, what such a coat reflects
+_VARNISH_NORMAL = 0.04  # reflectance of such a coat from straight ahead
+_VARNISH_MEAN = _VARNISH_NORMAL + (1.0 - _VARNISH_NORMAL) / 21.0  # of an even sky, by Schlick
 _SHARPEST = 0.0005  # width of a coat's microfacets
 CERTAIN = 1e18
 """Density of a mirror's direction, which no emitter's can match [1/sr]."""
@@ -185,11 +186,10 @@ class Finish:
         if self.lobes.coats:
             under = self._under(in_cos, out_cos)
             value, base = value * under, base * under
-            density, shadow_in, shadow_out = _facets(
-                wi, wo, half, _width(self.coat_roughness, _SHARPEST)
-            )
-            value += self.coat * plain * density * shadow_in * shadow_out * share
-            pdf += coat * density * shadow_in * share
+            # Facets of so sharp a coat hide each other nowhere: one in a thousand at one degree.
+            mirrored = _density(half, _width(self.coat_roughness, _SHARPEST)) * share
+            value += self.coat * plain * mirrored
+            pdf += coat * mirrored
         value = dr.select(faced, value, 0.0)
         pdf = dr.select(faced, pdf, 0.0)
         scattered = self._diffuse(wi, wo, half, base, diffuse)
@@ -247,8 +247,9 @@ class Finish:
         What the coat takes on the way in and out is given back as by light between coat and base
         (Kelemen and Szirmay-Kalos 2001): a white base makes all of it white, and none brighter.
         """
-        passed = 1.0 - mi.fresnel(in_cos, self.eta)[0]
-        passed *= (1.0 - mi.fresnel(dr.abs(out_cos), self.eta)[0]) * (1.0 / (1.0 - _VARNISH_MEAN))
+        taken = _schlick(mi.Float(_VARNISH_NORMAL), in_cos)
+        taken_out = _schlick(mi.Float(_VARNISH_NORMAL), dr.abs(out_cos))
+        passed = (1.0 - taken) * (1.0 - taken_out) * (1.0 / (1.0 - _VARNISH_MEAN))
         return dr.lerp(1.0, passed, self.coat)
 
     def _mirrored(self, wi: Any, facet: Any) -> Any:
@@ -263,11 +264,15 @@ def _width(roughness: Any, least: float = 0.001) -> Any:
 
 def _facets(wi: Any, wo: Any, half: Any, alpha: Any) -> tuple[Any, Any, Any]:
     """Return the facets' density, and the shares of them seen from `wi` and from `wo`."""
+    return _density(half, alpha), _smith(wi, alpha), _smith(wo, alpha)
+
+
+def _density(half: Any, alpha: Any) -> Any:
+    """Return the density of microfacets."""
     alpha2 = dr.square(alpha)
     bulge = (dr.square(half.x) + dr.square(half.y)) / alpha2 + dr.square(half.z)
     density = dr.rcp(dr.pi * alpha2 * dr.square(bulge))
-    density = dr.select(density * half.z > 1e-20, density, 0.0)
-    return density, _smith(wi, alpha), _smith(wo, alpha)
+    return dr.select(density * half.z > 1e-20, density, 0.0)
 
 
 def _facet(wi: Any, sample: Any, alpha: Any) -> Any:
