@@ -299,7 +299,7 @@ def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
 
 OPERATIONS: Mapping[str, int] = {
     "textures": 1170,
-    "coats": 270,
+    "coats": 180,
     "leaves": 58,
     "metal": 54,
     "foreign materials": 1570,
