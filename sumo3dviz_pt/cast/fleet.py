@@ -41,6 +41,7 @@ from sumo3dviz_pt.cast.poses import (
     stride_phase,
 )
 from sumo3dviz_pt.job.settings import VehicleSettings
+from sumo3dviz_pt.library.paints import flop_of
 from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.network import UNPLACED, Location
@@ -295,7 +296,18 @@ class Fleet:
             lit = has & self.lights.lit(key, present.time, derived=derived)
         colour, parked = self.colours[k], key in self.parked
         outfit = self.outfits[k] if self.outfits else {}
-        return Mover(key, name, Transform(frame), colour, lit, "", phase, share, parked, outfit)
+        return Mover(
+            key,
+            name,
+            Transform(frame),
+            colour,
+            lit,
+            phase=phase,
+            effort=share,
+            parked=parked,
+            outfit=outfit,
+            flop=flop_of(colour),
+        )
 
 
 def build_fleet(

@@ -52,6 +52,24 @@ def principled(
     }
 
 
+def coated(colour: Colour | Bsdf, *, roughness: float, under: float, flop: float = 0.0) -> Bsdf:
+    """Describe a varnished paint.
+
+    Args:
+        colour: Linear reflectance, or a texture.
+        roughness: Of the varnish, [0, 1].
+        under: Roughness of the paint under it, [0, 1].
+        flop: How much the paint darkens where one looks along it, [0, 1].
+    """
+    return {
+        "type": "coated",
+        "base_color": _texture(colour),
+        "roughness": roughness,
+        "under_roughness": under,
+        "flop": flop,
+    }
+
+
 def _texture(colour: Colour | Bsdf) -> Bsdf:
     """Describe a colour, or copy the description of a texture."""
     return {"type": "rgb", "value": list(colour)} if isinstance(colour, tuple) else dict(colour)
@@ -97,8 +115,10 @@ class MaterialRow(RecipeValue):
         roughness: [0, 1].
         metallic: 0 for plastics, paints and stone, 1 for bare metal.
         specular: Strength of the reflection that has no colour, [0, 1].
-        clearcoat: Strength of a coat of varnish; None for none.
-        clearcoat_gloss: Of this coat.
+        under_roughness: Of what lies under a coat of varnish; None for what has no coat. Then
+            `roughness` is that of the coat, and there is no other number but `flop`.
+        flop: How much a coated paint darkens where one looks along it, as effect paints do,
+            [0, 1]; road users bring their own.
         spec_tint: How far reflections take the colour; None leaves it to the renderer.
         transmitted: Twice the share of light that goes through a leaf, of what it does not
             absorb; None for what is no leaf. Leaves have no other numbers.
@@ -110,8 +130,8 @@ class MaterialRow(RecipeValue):
     roughness: float = 0.5
     metallic: float = 0.0
     specular: float = 0.5
-    clearcoat: float | None = None
-    clearcoat_gloss: float | None = None
+    under_roughness: float | None = None
+    flop: float = 0.0
     spec_tint: float | None = None
     transmitted: float | None = None
     two_sided: bool = False
@@ -132,11 +152,14 @@ class MaterialRow(RecipeValue):
             return mirror(colour)
         if self.transmitted is not None:
             return translucent(colour, transmitted=self.transmitted)
+        if self.under_roughness is not None:
+            return coated(
+                colour, roughness=self.roughness, under=self.under_roughness, flop=self.flop
+            )
         plain = principled(
             colour, roughness=self.roughness, metallic=self.metallic, specular=self.specular
         )
-        more = {name: getattr(self, name) for name in ("clearcoat", "clearcoat_gloss", "spec_tint")}
-        return {**plain, **{name: value for name, value in more.items() if value is not None}}
+        return plain if self.spec_tint is None else {**plain, "spec_tint": self.spec_tint}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

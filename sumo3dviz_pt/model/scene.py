@@ -1,12 +1,11 @@
 """What a shot hands to the renderer: plain values, no Mitsuba.
 
 Everything is in world coordinates of the network (float64 metres); the renderer
-recentres. Materials are dicts in Mitsuba's words with two words of our own:
+recentres. Materials are dicts in Mitsuba's words with some words of our own:
 
-* `{"type": "tint"}` as a colour: comes from the part's face tints, or, for a
-  mover, from the mover's colour;
-* `{"type": "bitmap", "filename": "<absolute path>"}` needs no tensor, so that a
-  dict can be loaded twice.
+* `{"type": "tint"}` as a colour is that of the part's faces, or of a mover;
+* `{"type": "coated"}` is a varnished paint (`coated` in `library/materials.py`);
+* `{"type": "bitmap", "filename": "<absolute path>"}` can be loaded twice.
 
 Lamps are on vehicles, or stand still. Their radiances are in scene units, linear sRGB primaries.
 """
@@ -349,12 +348,12 @@ class Mover:
         world_from_body: Its placement, scaled to its vType's size.
         colour: Linear reflectance of its tinted materials.
         lit: Roles of its lamps that shine.
-        part: Empty for the road user itself; else which further part of it this is,
-            such as `wheel0` or `unit1`.
+        part: Empty for the road user itself; else a further part of it, such as `wheel0`.
         phase: Of the movement of its prototype's poses, [0, 1).
-        effort: How much of that movement it shows: 0 at rest, 1 all of it.
+        effort: How much of that it shows, [0, 1].
         parked: Whether it never moves, so that snow lies on it as on what stands.
-        outfit: Factors of the reflectance of its parts, by their roles; 1 for those missing.
+        outfit: Factors of its parts' reflectance, by their roles; 1 for those missing.
+        flop: How much its colour is an effect paint, that darkens where one looks along it, [0, 1].
     """
 
     id: str
@@ -367,6 +366,7 @@ class Mover:
     effort: float = 0.0
     parked: bool = False
     outfit: Mapping[str, Colour] = field(default_factory=dict)
+    flop: float = 0.0
 
     @property
     def name(self) -> str:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
+from sumo3dviz_pt.render.coated import coated_plugin
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.paint import paint_texture, stained_texture
 from sumo3dviz_pt.render.rooms import rooms_texture
@@ -47,6 +48,9 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
         return stained_texture(value, tint=tint, texture=plugin(value["texture"], tint=tint))
     if value.get("type") == ROOMS:
         return rooms_texture(tint)
+    if value.get("type") == "coated":
+        inner = {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
+        return coated_plugin(inner)
     if value.get("type") == UNTILED:
         return untiled_texture(value, worn=worn)
     return {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}

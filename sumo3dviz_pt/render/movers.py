@@ -158,7 +158,7 @@ class InstancePool:
             body's name in the scene.
         parts: Mitsuba's shapes of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
-        placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
+        placed: Placement relative to the renderer's origin, (4, 4), colour and flop, (4,), by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
         parked: Slots that show who never moves.
         entries: Shapes to put into the scene, of bodies that move.
@@ -206,8 +206,8 @@ class InstancePool:
         self.parked = frozenset(key for key, mover in taken.items() if mover.parked)
         places = self._places(taken, frame.origin)
         self._move(parameters, places)
-        colours = {key: np.asarray(mover.colour) for key, mover in taken.items()}
-        grey = np.full(3, 0.5)
+        colours = {key: np.array([*mover.colour, mover.flop]) for key, mover in taken.items()}
+        grey = np.array([0.5, 0.5, 0.5, 0.0])
         self.placed = {
             key: (place, colours.get(key, grey))
             for key, place in zip(self._keys, places, strict=True)

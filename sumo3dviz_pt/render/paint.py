@@ -9,7 +9,7 @@ colours.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -24,6 +24,9 @@ TABLE_SIZE = 1024
 
 _PLUGIN = "sumo3dviz_paint"
 
+BRIGHTEST = 0.85
+"""Highest reflectance of walls and paints."""
+
 _DUST = (0.125, 0.112, 0.094)
 """Reflectance of dirt; a mesh's v coordinate says how much of it there is, in [0, 1]."""
 
@@ -32,16 +35,20 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
     """Make the texture known to the active JIT variant."""
 
     class PaintTexture(mi.Texture):  # type: ignore[misc]
-        """Reflectance of the instance that was hit."""
+        """Reflectance of the instance that was hit, or the flop of its paint."""
 
         def __init__(self, props: Any) -> None:
             mi.Texture.__init__(self, props)
-            self.table = dr.opaque(mi.Float, 0.5, 3 * TABLE_SIZE)
+            self.table = dr.opaque(mi.Float, 0.5, 4 * TABLE_SIZE)
+            self.flop = bool(props.get("flop", False))
+
+        def _row(self, si: Any, active: Any) -> Any:
+            index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
+            return dr.gather(mi.Vector4f, self.table, index, active)
 
         def _colour(self, si: Any, active: Any) -> Any:
-            index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
-            paint = dr.gather(mi.Color3f, self.table, index, active)
-            return dusty(paint, si.uv)
+            row = self._row(si, active)
+            return dusty(mi.Color3f(row.x, row.y, row.z), si.uv)
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return self._colour(si, active)
@@ -50,6 +57,8 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
             return self._colour(si, active)
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
+            if self.flop:
+                return self._row(si, active).w
             return mi.luminance(self._colour(si, active))
 
         def mean(self) -> Any:
@@ -74,9 +83,49 @@ def dusty(paint: Any, uv: Any) -> Any:
     return dr.lerp(paint, mi.Color3f(*_DUST), grime)
 
 
-def paint_texture() -> dict[str, Any]:
-    """Return the texture as a plugin dict."""
-    return {"type": _PLUGIN}
+class Paint(NamedTuple):
+    """What an instance is painted with, as arrays of Dr.Jit.
+
+    Attributes:
+        colour: Linear reflectance.
+        flop: Of an effect paint, [0, 1].
+    """
+
+    colour: Any
+    flop: Any
+
+
+_FACING, _AWAY = 1.6, 0.37  # brightness of effect paints, seen from ahead and along
+_FLAKES = 0.6  # share of their light that flakes mirror
+
+
+def effect(colour: Any, metallic: Any, cosine: Any, flop: Any) -> tuple[Any, Any]:
+    """Return colour and metal of an effect paint, whose flakes lie flat: bright as one faces it.
+
+    Args:
+        colour: Its reflectance on average.
+        metallic: What it is without flakes, [0, 1].
+        cosine: Between the normal and where it is seen from.
+        flop: How much of this it shows, [0, 1].
+    """
+    facing = dr.square(dr.maximum(cosine, 0.0))
+    seen = dr.minimum(colour * dr.lerp(1.0, dr.lerp(_AWAY, _FACING, facing), flop), BRIGHTEST)
+    metal = dr.maximum(metallic, _FLAKES * flop)
+    return dr.select(flop > 0.0, seen, colour), metal
+
+
+def paint_texture(*, flop: bool = False) -> dict[str, Any]:
+    """Return the texture as a plugin dict.
+
+    Args:
+        flop: Whether it tells the flop of paints rather than their colours.
+    """
+    return {"type": _PLUGIN, "flop": True} if flop else {"type": _PLUGIN}
+
+
+def flop_of_tint(tint: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the texture of flops that belongs to one of colours, or None if that has none."""
+    return paint_texture(flop=True) if tint.get("type") == _PLUGIN else None
 
 
 def table_index(shape: Any) -> int:
@@ -86,15 +135,12 @@ def table_index(shape: Any) -> int:
 
 
 def colour_table(colours: dict[int, Floats]) -> Floats:
-    """Return the table's content from linear reflectances by index."""
-    table = np.full((TABLE_SIZE, 3), 0.5)
+    """Return the table's content from linear reflectances and flops by index, (4,) each."""
+    table = np.full((TABLE_SIZE, 4), 0.5)
     for index, colour in colours.items():
         table[index] = colour
     return table
 
-
-BRIGHTEST = 0.85
-"""Highest reflectance of a wall."""
 
 _STAINED_PLUGIN = "sumo3dviz_stained"
 

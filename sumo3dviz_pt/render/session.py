@@ -22,6 +22,7 @@ from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.scene import FrameState, Haze, Mover, SceneData, View
 from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.render.backend import Backend, check_movers, traces_by_optix, watched
+from sumo3dviz_pt.render.coated import register_coated
 from sumo3dviz_pt.render.convert import sensor_entry
 from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
 from sumo3dviz_pt.render.kernel.integrator import CENTRE, Kernel
@@ -234,6 +235,7 @@ class Session:
         with self.clock.phase("load"):
             if backend.jit:
                 register_paint()
+                register_coated()
                 register_stained()
                 register_rooms()
                 register_capped()

@@ -13,12 +13,13 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.bodies import Body, build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
-from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN
+from sumo3dviz_pt.cast.colours import CLOTHES
 from sumo3dviz_pt.cast.drawing import Unit, full_bodies
 from sumo3dviz_pt.cast.fitting import Prototypes
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.materials import MATERIALS, metres_per_tile, principled, surface_material
+from sumo3dviz_pt.library.paints import EUROPEAN
 from sumo3dviz_pt.library.people.people import figure
 from sumo3dviz_pt.library.street import furniture, signs, traffic_light
 from sumo3dviz_pt.library.street.furniture import FURNITURE

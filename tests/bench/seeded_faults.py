@@ -409,11 +409,11 @@ FAULTS = {
         "return now - self.beat > lease", ("tests/unit/farm/test_farm_state.py",),
     ),
     "red paint is blue": Fault(
-        "cast/colours.py", "(0.300, 0.013, 0.012)",
+        "library/paints.py", "(0.300, 0.013, 0.012)",
         "(0.012, 0.013, 0.300)", ("tests/contract/test_named_colours.py",),
     ),
     "steel blue has red and blue swapped": Fault(
-        "cast/colours.py", "(0.110, 0.190, 0.270)",
+        "library/paints.py", "(0.110, 0.190, 0.270)",
         "(0.270, 0.190, 0.110)", ("tests/contract/test_named_colours.py",),
     ),
     "street lamps are blue": Fault(

@@ -82,7 +82,9 @@ def test_colours_have_the_hue_of_their_names() -> None:
     assert not wrong
 
 
-@pytest.mark.parametrize("file", ["cast/colours.py", "library/street/signs.py", "palettes"])
+@pytest.mark.parametrize(
+    "file", ["cast/colours.py", "library/paints.py", "library/street/signs.py", "palettes"]
+)
 def test_the_law_sees_the_tables_of_colours(file: str) -> None:
     assert sum(file in colour.place for colour in COLOURS) >= 6
     assert len(COLOURS) > 150

@@ -18,6 +18,7 @@ from sumo3dviz_pt.library.materials import MATERIALS, matt, principled, surface_
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype, Slots
 from sumo3dviz_pt.render.backend import choose_backend
+from sumo3dviz_pt.render.coated import register_coated
 from sumo3dviz_pt.render.compound import is_plain
 from sumo3dviz_pt.render.convert import plugin
 from sumo3dviz_pt.render.rooms import register_rooms
@@ -265,6 +266,7 @@ def own_albedos():
     choose_backend("llvm")
     register_untiled()
     register_rooms()
+    register_coated()
     found = {}
     for name, bsdf in MATERIALS.items():
         found[name] = seen_along(plugin(bsdf, tint={"type": "rgb", "value": [0.8] * 3}))

@@ -14,6 +14,7 @@ from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.library.materials import MATERIALS, surface_bsdf
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.backend import choose_backend
+from sumo3dviz_pt.render.coated import register_coated
 from sumo3dviz_pt.render.convert import constant_tint, plugin
 from sumo3dviz_pt.render.sky.baked import bake_sky
 from sumo3dviz_pt.render.sky.daylight import directions
@@ -38,6 +39,7 @@ TESTS = len(COSINES) * (len(PLAIN) + len(TEXTURED)) + 3
 def variant():
     choose_backend("llvm")
     register_untiled()
+    register_coated()
 
 
 def passes(sample, density, *, dimensions, domain=None, **more):

@@ -20,7 +20,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, SceneData
-from sumo3dviz_pt.render.kernel.lobes import Lobes
+from sumo3dviz_pt.render.kernel.lobes import VARNISH, Lobes
 
 _PRINCIPLED = {
     "type",
@@ -28,12 +28,10 @@ _PRINCIPLED = {
     "roughness",
     "metallic",
     "specular",
-    "clearcoat",
-    "clearcoat_gloss",
     "spec_tint",
 }
 _THIN = {"type", "base_color", "roughness", "diff_trans", "spec_trans", "eta"}
-_COAT_ROUGHNESS = (0.1, 0.001)  # of a coat of gloss 0, and of gloss 1
+_COATED = {"type", "base_color", "roughness", "under_roughness", "flop"}
 _MIDDLE = 0.5  # a colour or roughness that a dict leaves out
 
 
@@ -73,8 +71,9 @@ class Row:
         roughness: Of all faces that bring none of their own, [0, 1].
         metallic: Of all faces that bring none of their own, [0, 1].
         eta: Relative index of refraction of the reflection without colour.
-        coat: Strength of its clear coat, [0, 1].
+        coat: Whether it has a clear coat: 0 or 1.
         coat_roughness: Of that coat.
+        flop: Of its effect paint, if no instance says it, [0, 1].
         through: Share of the light that goes through a leaf, [0, 1].
         texture: Number of the texture of its colour.
         rough_texture: Number of the texture of its roughness.
@@ -87,7 +86,8 @@ class Row:
     metallic: float = 0.0
     eta: float = 1.5
     coat: float = 0.0
-    coat_roughness: float = _COAT_ROUGHNESS[0]
+    coat_roughness: float = 0.0
+    flop: float = 0.0
     through: float = 0.0
     texture: int = 0
     rough_texture: int = 0
@@ -97,7 +97,7 @@ class Row:
     def numbers(self) -> Floats:
         """The row as the kernel reads it, (12,)."""
         gloss = [float(self.kind), self.eta, self.coat, self.coat_roughness]
-        looks = [self.through, float(self.texture), float(self.rough_texture), 0.0]
+        looks = [self.through, float(self.texture), float(self.rough_texture), self.flop]
         return np.array([*gloss, *looks, *self.gain, 0.0])
 
 
@@ -136,6 +136,7 @@ class RowMaker:
             return inner | {"kind": inner["kind"] | MaterialKind.OPEN}
         makers = {
             "principled": self._principled,
+            "coated": _coated,
             "principledthin": self._thin,
             "diffuse": _matt,
             "conductor": _mirror,
@@ -150,16 +151,12 @@ class RowMaker:
         """Return the fields of a material of Disney's kind, with its colour as `base`."""
         if not set(bsdf) <= _PRINCIPLED or bsdf.get("spec_tint", 0.0) != 0.0:
             raise _ForeignError
-        gloss = _number(bsdf.get("clearcoat_gloss", 0.0))
         specular = _number(bsdf.get("specular", _MIDDLE))
-        dull, bright = _COAT_ROUGHNESS
         row = {
             "kind": PLAIN,
             "base": bsdf["base_color"],
             "metallic": _of_faces(bsdf.get("metallic", 0.0), 0.0),
             "eta": 2.0 / (1.0 - np.sqrt(0.08 * specular)) - 1.0 if specular > 0 else 1.001,
-            "coat": _number(bsdf.get("clearcoat", 0.0)),
-            "coat_roughness": dull + gloss * (bright - dull),
         }
         return row | self._roughened(bsdf.get("roughness", _MIDDLE), row)
 
@@ -215,6 +212,21 @@ class RowMaker:
             return row
         gain = tuple(float(channel) for channel in base["gain"])
         return row | {"kind": kind | MaterialKind.SEASONED, "gain": gain}
+
+
+def _coated(bsdf: Bsdf) -> dict[str, Any]:
+    """Return the fields of a varnished paint, with its colour as `base`."""
+    if not set(bsdf) <= _COATED:
+        raise _ForeignError
+    return {
+        "kind": PLAIN,
+        "base": bsdf["base_color"],
+        "roughness": _number(bsdf["under_roughness"]),
+        "eta": VARNISH,
+        "coat": 1.0,
+        "coat_roughness": _number(bsdf["roughness"]),
+        "flop": _number(bsdf["flop"]),
+    }
 
 
 def _matt(bsdf: Bsdf) -> dict[str, Any]:
@@ -279,19 +291,20 @@ def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
     """
     rows = list(rows)
     kinds = kinds_of(rows)
+    coats = any(row.coat > 0.0 for row in rows)
     return Lobes(
-        coats=any(row.coat > 0.0 for row in rows),
+        coats=coats,
         leaves=MaterialKind.LEAF in kinds,
         matts=MaterialKind.MATT in kinds,
         two_sided=MaterialKind.OPEN in kinds,
-        metals=metals,
+        metals=metals or coats,
         mirrors=MaterialKind.MIRROR in kinds,
     )
 
 
 OPERATIONS: Mapping[str, int] = {
     "textures": 1170,
-    "coats": 210,
+    "coats": 180,
     "leaves": 58,
     "metal": 54,
     "foreign materials": 1570,
@@ -336,7 +349,7 @@ def _of_materials(data: SceneData, *, lamps: bool) -> dict[str, bool]:
         "textures": bool(kinds & (MaterialKind.UNTILED | MaterialKind.BITMAP | MaterialKind.ROUGH)),
         "coats": lobes.coats,
         "leaves": lobes.leaves,
-        "metal": lobes.metals,
+        "metal": metals,
         "foreign materials": MaterialKind.FOREIGN in kinds,
     }
 

@@ -23,7 +23,7 @@ from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.paint import BRIGHTEST, aged, dusty
+from sumo3dviz_pt.render.paint import BRIGHTEST, Paint, aged, dusty, effect
 from sumo3dviz_pt.render.rooms import inward, seen_through
 from sumo3dviz_pt.render.textures import PLAIN, Pyramid, Untiled, pyramid_of, slide
 from sumo3dviz_pt.render.weathering import weathering
@@ -311,7 +311,7 @@ class Surfaces:
         normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
         na, nb, nc = (dr.gather(mi.Vector4f, tables.normals, corners[k], there) for k in range(3))
         shading = _smoothed(_mixed(weights, na, nb, nc), normal, smooth)
-        paint, own, instanced = mi.Color3f(0.5), p, mi.Bool(False)
+        paint, own, instanced = Paint(mi.Color3f(0.5), mi.Float(0.0)), p, mi.Bool(False)
         if tables.instanced:
             rows, paint, instanced = tables.instance(hit, there)
             p = dr.select(instanced, _moved(rows, p), p)
@@ -373,9 +373,9 @@ class Surfaces:
         kind = mi.UInt32(gloss.x)
         looks = tables.looks(face, there)
         colour, roughness = mi.Color3f(looks.x, looks.y, looks.z), looks.w
+        painted = _has(kind, MaterialKind.PAINTED)
         if MaterialKind.PAINTED in self.kinds:
-            painted = _has(kind, MaterialKind.PAINTED)
-            colour = dr.select(painted, dusty(paint, spot.uv), colour)
+            colour = dr.select(painted, dusty(paint.colour, spot.uv), colour)
         textured = MaterialKind.UNTILED | MaterialKind.BITMAP
         if self.kinds & (textured | MaterialKind.ROUGH):
             numbers = (mi.UInt32(more.y), mi.UInt32(more.z))
@@ -400,6 +400,9 @@ class Surfaces:
         if lobes.leaves or lobes.matts:
             dull = _has(kind, MaterialKind.MATT | MaterialKind.LEAF)
         metallic = tables.metallic(face, there) if lobes.metals else mi.Float(0.0)
+        if lobes.coats:
+            flop = dr.select(painted, gloss.z * paint.flop, more.w)
+            colour, metallic = effect(colour, metallic, spot.wi.z, flop)
         finish = Finish(
             lobes=lobes,
             colour=colour,

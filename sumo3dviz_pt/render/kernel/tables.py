@@ -27,6 +27,7 @@ from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, Row, RowMaker
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.loaded import HeldMesh, LoadedScene
+from sumo3dviz_pt.render.paint import Paint
 from sumo3dviz_pt.render.textures import WEAR_ATTRIBUTE
 
 NO_MESH = 0xFFFFFFFF
@@ -38,7 +39,9 @@ MIRRORED = "mirrored"
 _SMOOTH = 0x80000000
 """Bit of a face's material that says that its normals are interpolated."""
 
-_INSTANCE = 16  # numbers of an instance: three rows of its matrix, its colour, its own number
+_INSTANCE = 16  # numbers of an instance: rows of its matrix, colour, own number and flop
+
+_FLOP = 0.9  # the fraction of an instance's last number where the flop of its paint is 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,9 +196,10 @@ class Tables:
         self._follow_parked()
         placed = {} if loaded.pool is None else loaded.pool.placed
         numbers = np.zeros((dr.width(self._shapes), _INSTANCE))
-        for slot, (matrix, colour) in placed.items():
+        for slot, (matrix, paint) in placed.items():
             numbers[self._numbers[slot], :12] = matrix[:3].ravel()
-            numbers[self._numbers[slot], 12:15] = colour
+            numbers[self._numbers[slot], 12:15] = paint[:3]
+            numbers[self._numbers[slot], 15] = _FLOP * paint[3]
         if self.numbered:
             self._number_movers(numbers)
         self._instances = mi.Float(aligned(numbers, np.float32))
@@ -222,7 +226,7 @@ class Tables:
             self.movers += (MovingPart(MIRRORED, None),)
             self.mirrored = dr.opaque(mi.Float, len(self.movers))
         for slot, name in ({} if loaded.pool is None else loaded.pool.shown).items():
-            instances[self._numbers[slot], 15] = known.by_name[name]
+            instances[self._numbers[slot], 15] += known.by_name[name]
         merged = [place for place in self._places if place.mesh.moving]
         if merged:
             shown = loaded.numbered_faces
@@ -246,9 +250,8 @@ class Tables:
             return number
         instance = dr.reinterpret_array(mi.UInt32, hit.instance)
         there = active & (instance != 0)
-        return dr.select(
-            there, dr.gather(mi.Float, self._instances, _INSTANCE * instance + 15, there), number
-        )
+        last = dr.gather(mi.Float, self._instances, _INSTANCE * instance + 15, there)
+        return dr.select(there, dr.floor(last), number)
 
     def moves(self, face: Any) -> Any:
         """Return whether a face belongs to a merged mesh of what moves."""
@@ -341,12 +344,12 @@ class Tables:
         return dr.clip(wear, 0.0, 1.0)
 
     def instance(self, hit: Any, active: Any) -> tuple[Any, Any, Any]:
-        """Return the matrix of the instance that was hit, its colour, and if there is one."""
+        """Return the matrix of the instance that was hit, its paint, and if there is one."""
         number = dr.reinterpret_array(mi.UInt32, hit.instance)
         there = active & (number != 0)
         rows = [dr.gather(mi.Vector4f, self._instances, 4 * number + k, there) for k in range(4)]
-        colour = mi.Color3f(rows[3].x, rows[3].y, rows[3].z)
-        return rows[:3], colour, there
+        paint, last = mi.Color3f(rows[3].x, rows[3].y, rows[3].z), rows[3].w
+        return rows[:3], Paint(paint, (last - dr.floor(last)) * (1.0 / _FLOP)), there
 
 
 def _laid_out(meshes: Iterable[HeldMesh], parameters: Any) -> list[_Place]:

@@ -12,8 +12,9 @@ from functools import cache
 import numpy as np
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.library.paints import EUROPEAN, flop_of
 from sumo3dviz_pt.library.vehicles.packed import BODIES, read_levels
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, belonging, settled
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, belonging, settled
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import ParkingArea
@@ -42,19 +43,6 @@ _MODELS = {
     "van_compact": 1.0,
 }
 """Models and how common they are."""
-
-_PAINTS: tuple[tuple[Colour, float], ...] = (
-    # reflectance            share
-    ((0.620, 0.630, 0.625), 22.0),
-    ((0.012, 0.012, 0.013), 17.0),
-    ((0.045, 0.048, 0.052), 10.0),
-    ((0.120, 0.125, 0.130), 11.0),
-    ((0.430, 0.440, 0.450), 14.0),
-    ((0.018, 0.060, 0.190), 8.0),
-    ((0.300, 0.013, 0.012), 5.0),
-    ((0.012, 0.045, 0.025), 2.0),
-    ((0.330, 0.280, 0.205), 1.0),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,11 +117,12 @@ def _car(name: str, place: Transform, seed: int, *, near: bool) -> Iterator[Part
     """One car in the world."""
     names = list(_MODELS)
     model = names[pick(list(_MODELS.values()), share_of(seed, name, "model"))]
-    paint = _PAINTS[pick([share for _, share in _PAINTS], share_of(seed, name, "paint"))][0]
+    paint = EUROPEAN.draw(seed, name)
     for material, mesh in _body(model)["parts" if near else "far"].items():
         placed = belonging(place.mesh(mesh), f"parked:{name}")
         tint = np.tile(paint, (len(mesh.faces), 1)) if material == "paint" else None
-        yield Part(replace(placed, uvs=None), material, tint)
+        glitters = material == "paint" and flop_of(paint) > 0.0
+        yield Part(replace(placed, uvs=None), "effect_paint" if glitters else material, tint)
 
 
 @cache

@@ -146,10 +146,10 @@ def material_of(row: Row) -> dict[str, Any]:
     return {
         "kind": "leaf" if leaf else "matt" if matt else "principled",
         "through": row.through,
-        "ior": float(row.eta),
-        # Disney's coat has a quarter of its strength; Blender squares its roughness.
-        "coat": 0.25 * row.coat,
-        "coat_roughness": float(np.sqrt(row.coat_roughness)),
+        # Only the coat reflects without colour where there is one.
+        "ior": 1.0 if row.coat else float(row.eta),
+        "coat": row.coat,
+        "coat_roughness": row.coat_roughness,
         "painted": MaterialKind.PAINTED in row.kind,
     }
 
@@ -299,9 +299,9 @@ def _instances(session: Session) -> list[dict[str, Any]]:
         {
             "body": pool.body_of_slot[slot],
             "matrix": np.asarray(matrix, float).tolist(),
-            "colour": np.asarray(colour, float).tolist(),
+            "colour": np.asarray(paint[:3], float).tolist(),
         }
-        for slot, (matrix, colour) in sorted(pool.placed.items())
+        for slot, (matrix, paint) in sorted(pool.placed.items())
         if slot in pool.shown
     ]
 

@@ -18,6 +18,7 @@ from bench.blender.export import (
 from bench.cycles import KERNEL, page
 from builders import diffuse, plane, scene_of, static, view_at
 
+from sumo3dviz_pt.library.materials import coated
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.render.kernel.rows import RowMaker
 
@@ -89,11 +90,11 @@ def test_the_camera_looks_along_its_own_minus_z() -> None:
     assert np.linalg.det(matrix) == pytest.approx(1.0)
 
 
-def test_a_coat_has_a_quarter_of_its_strength() -> None:
-    paint = {"type": "principled", "base_color": {"type": "tint"}, "clearcoat": 1.0}
+def test_a_coat_reflects_instead_of_what_lies_under_it() -> None:
+    paint = coated({"type": "tint"}, roughness=0.1, under=0.4)
     said = material_of(RowMaker().row(paint, painted=True))
-    assert (said["kind"], said["coat"], said["painted"]) == ("principled", 0.25, True)
-    assert said["coat_roughness"] ** 2 == pytest.approx(0.1)
+    assert (said["kind"], said["coat"], said["painted"]) == ("principled", 1.0, True)
+    assert (said["coat_roughness"], said["ior"]) == (0.1, 1.0)
 
 
 def test_a_leaf_lets_half_of_its_light_through() -> None:

@@ -15,12 +15,13 @@ from sumo3dviz_pt.cast.choice import (
     drawn_class,
     models_for,
 )
-from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
+from sumo3dviz_pt.cast.colours import CLOTHES, SUMO_YELLOW
 from sumo3dviz_pt.cast.fitting import model_scale
 from sumo3dviz_pt.cast.fleet import build_fleet, find_rider
 from sumo3dviz_pt.cast.lamps import VehicleLights, _Log
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
+from sumo3dviz_pt.library.paints import EUROPEAN, SOBER
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.random import pick, share_of

@@ -6,10 +6,11 @@ from builders import write_scenario
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice, OwnLooks, idle
-from sumo3dviz_pt.cast.colours import EUROPEAN, paint_of
+from sumo3dviz_pt.cast.colours import paint_of
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.inspection.checks import check_scene, in_words
 from sumo3dviz_pt.job.settings import VehicleSettings
+from sumo3dviz_pt.library.paints import EUROPEAN
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.pipeline.scene_file import load_job
 

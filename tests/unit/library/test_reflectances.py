@@ -5,19 +5,20 @@ import pytest
 from needed import package
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW, paint_of
+from sumo3dviz_pt.cast.colours import CLOTHES, SUMO_YELLOW, paint_of
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.library.buildings.palettes import palette
 from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
 from sumo3dviz_pt.library.materials import MATERIALS, colour_of, surface_bsdf, surface_material
+from sumo3dviz_pt.library.paints import EUROPEAN, SOBER
 from sumo3dviz_pt.library.vehicles.user_mesh import read_user_vehicle
 from sumo3dviz_pt.model.traffic import VehicleType
 
 BRIGHTEST = 0.85
 """Where Mitsuba's `principled` still conserves energy."""
 
-ROUGHEST, SMOOTHEST = 1.0, 0.05
+ROUGHEST, SMOOTHEST = 1.0, 0.02
 TEXTURES = ("rgb", "bitmap", "untiled")
 SURFACES = catalog.names("surfaces")
 

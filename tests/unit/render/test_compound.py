@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from builders import ball, box, diffuse
 
-from sumo3dviz_pt.library.materials import MATERIALS, matt, principled
+from sumo3dviz_pt.library.materials import MATERIALS, coated, matt, principled
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, is_tinted
 from sumo3dviz_pt.render.compound import (
@@ -25,7 +25,7 @@ OWN = {
     "red": principled(RED, roughness=0.3),
     "grey": principled(GREY, roughness=0.6, metallic=1.0),
     "bare": {"type": "principled", "base_color": {"type": "rgb", "value": [0.5, 0.5, 0.5]}},
-    "coat": {**principled(RED, roughness=0.2), "clearcoat": 1.0},
+    "coat": coated(RED, roughness=0.2, under=0.4),
     "road": principled(TEXTURE, roughness=0.9),
     "bumpy": {**principled(RED, roughness=0.2), "roughness": TEXTURE},
     "matt": diffuse(0.5),
@@ -137,4 +137,4 @@ def test_base_colours_conserve_energy(name):
         return
     colour = bsdf.get("base_color", bsdf.get("reflectance"))
     assert colour["type"] == "tint" or max(colour["value"]) <= 0.85
-    assert bsdf.get("roughness", 1.0) >= 0.05
+    assert bsdf.get("roughness", 1.0) >= 0.02
