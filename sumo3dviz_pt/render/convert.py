@@ -42,18 +42,17 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
     """
     if not isinstance(value, Mapping):
         return value
-    if value.get("type") == "tint":
+    kind = value.get("type")
+    if kind == "tint":
         return dict(tint)
-    if value.get("type") == "stained":
+    if kind == "stained":
         return stained_texture(value, tint=tint, texture=plugin(value["texture"], tint=tint))
-    if value.get("type") == ROOMS:
+    if kind == ROOMS:
         return rooms_texture(tint)
-    if value.get("type") == "coated":
-        inner = {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
-        return coated_plugin(inner)
-    if value.get("type") == UNTILED:
+    if kind == UNTILED:
         return untiled_texture(value, worn=worn)
-    return {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
+    inner = {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
+    return coated_plugin(inner) if kind == "coated" else inner
 
 
 def face_tint() -> dict[str, Any]:

@@ -388,9 +388,8 @@ class Surfaces:
             )
             if MaterialKind.STAINED in self.kinds:
                 share = self._aged(texel * mi.Color3f(gain.x, gain.y, gain.z), kind, spot, there)
-                stained = colour * share
                 stain = _has(kind, MaterialKind.STAINED)
-                texel = dr.select(stain, dr.minimum(stained, BRIGHTEST), texel)
+                texel = dr.select(stain, dr.minimum(colour * share, BRIGHTEST), texel)
             if MaterialKind.SEASONED in self.kinds:
                 gained = dr.minimum(texel * mi.Color3f(gain.x, gain.y, gain.z), BRIGHTEST)
                 texel = dr.select(_has(kind, MaterialKind.SEASONED), gained, texel)
