@@ -64,7 +64,7 @@ PICTURES = {
     "driver": Picture(RONDA, 462.0),
     "chase": Picture(RONDA, 470.0, more={"cameras.driver.view": "chase"}),
     "overview": Picture(RONDA, 488.0, "overview"),
-    "golden": Picture(RONDA, 462.0, template="golden_hour"),
+    "golden": Picture(RONDA, 462.0, template="highway_golden_hour"),
     "night": Picture(RONDA, 462.0, template="city_night"),
     "corner": Picture(CROSSING, 458.0, "corner", "city_day"),
     "crossing_driver": Picture(CROSSING, 497.0, template="village_day"),
