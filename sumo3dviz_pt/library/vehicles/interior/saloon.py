@@ -130,7 +130,7 @@ def _row(half: float, x: float, *, floor: float) -> Iterator[MaterialMesh]:
 
 def _pad(thick: float, wide: float, tall: float) -> Mesh:
     """A cushion by its half sizes [m]."""
-    return superellipsoid((thick, wide, tall), squareness=5.0, segments=20, rings=10)
+    return superellipsoid((thick, wide, tall), squareness=3.2, segments=28, rings=14)
 
 
 def _rails(
