@@ -1,7 +1,7 @@
-"""Gives back what a denoiser smears and noiseless guides know: leaves in the shade, bars, gravel.
+"""Gives leaves back that a denoiser smears, from what guides know of them.
 
 A denoiser takes small leaves in the shade for noise, for their raw pixels look like it. Yet the
-first surfaces that the camera sees are almost without noise: normals, reflectance, coverage. In
+first surfaces that the camera sees have little noise: their normals, reflectance and coverage. In
 windows of about twenty pixels, what the denoiser took is therefore fitted by these guides, and the
 fitted part, which follows surfaces and no noise, is added again. Where normals do not vary or what
 was taken does not follow them, nothing is added; a window's mean hardly changes. Pixel by pixel
@@ -36,10 +36,10 @@ _CALM, _RUFFLED = 0.03, 0.08
 """Variances of normals in a window below which nothing is added, and above which all is."""
 
 _BRIGHTEST = 4.0
-"""A raw pixel counts as at most so many times the smooth one."""
+"""How much brighter than the smooth pixel a raw one may be; brighter ones are cut to that."""
 
 _LEAST, _MOST = -0.8, 1.5
-"""Shares of the smooth picture that are taken and added at most."""
+"""The fitted part is kept between these, as shares of the smooth pixel."""
 
 _LUMINANCE = LUMINANCE.astype(np.float32)
 

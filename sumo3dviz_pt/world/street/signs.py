@@ -39,8 +39,8 @@ _GANTRY_TOP = 6.7  # about how high one is [m]
 _GANTRY_SHIFTS = np.array([0.0, 20.0, -20.0, 40.0, -40.0])  # other places of one [m]
 _NOSE_TOP = 3.0  # about how high the board at an exit is [m]
 _BEFORE_EXIT = 180.0
-_LONGEST = 22  # words on a board are cut to so many letters
-_HOPS = 8  # so many edges on, a road's name is looked for
+_LONGEST = 22  # letters; of longer names a board shows the first words
+_HOPS = 8  # edges that are followed to find one with a name
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,16 +245,17 @@ def _words(edge: Edge, ways: tuple[str, str], site: Site) -> tuple[str, str]:
     chosen = []
     for name, way in zip(ways, ("exit", "ahead"), strict=True):
         place = names.pop(pick([1.0] * len(names), share_of(seed, edge.id, way)))
-        known = bool(name) and can_write(name) and name not in chosen
-        chosen.append(_shortened(name) if known else place)
+        shown = _shortened(name)
+        known = bool(shown) and can_write(shown) and shown not in chosen
+        chosen.append(shown if known else place)
     return chosen[0], chosen[1]
 
 
 def _shortened(name: str) -> str:
-    """A name as a board has room for it: the whole, or its first words."""
+    """A name as a board has room for it: the whole, or its first words, but no part of a word."""
     while len(name) > _LONGEST and " " in name:
         name = name.rsplit(" ", 1)[0]
-    return name[:_LONGEST]
+    return name
 
 
 def _fastest(edge: Edge) -> float:

@@ -429,6 +429,13 @@ def test_boards_show_the_names_of_the_streets_that_an_exit_leads_to():
     assert faces("", "Calle Ñ") == faces("Calle Ñ", "Other") == short
     long = faces("Allee der Kosmonauten und Astronauten", "")
     assert long - short == board("Allee der Kosmonauten") - board("Calle Ñ")
+    # Both boards never say the same, even if only their first words are shown.
+    ahead = "Allee der Kosmonauten und so weiter"
+    net = replace(net, edges={**net.edges, "n": replace(net.edges["n"], name=ahead)})
+    both = faces("Allee der Kosmonauten und Astronauten", "")
+    one = faces("Calle Ñ", "")
+    assert both - one != board("Allee der Kosmonauten") - board("Calle Ñ")
+    net = motorway()
     # What no hand can write is left out, and a place by chance stands there.
     assert faces("東京", "") == faces("", "")
 
