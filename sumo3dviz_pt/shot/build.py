@@ -34,6 +34,7 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.falling import Flying
 from sumo3dviz_pt.shot.in_wind import in_wind
+from sumo3dviz_pt.shot.making_room import with_room
 from sumo3dviz_pt.shot.road_users import (
     camera_path_of,
     countable,
@@ -293,6 +294,7 @@ class ShotBuilder:
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
         fleet = on_what_is_drawn(fleet, place, self.world)
+        place = with_room(place, fleet, camera_path)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         lettered, counted = LETTER in crowd.slots.deforming, self.world.outlook is not None
