@@ -32,6 +32,7 @@ _HECTARES = 13.0
 _LEAST = 0.62  # share of that land that counts at the rim of a network, though it tells nothing
 _SAMPLE = 25.0  # distance of points that stand for streets [m]
 _BLIND = 130.0  # longer streets that end blindly leave the network [m]
+_MAIN = 0.12  # what speaks for a town beside a wide street that has footways of its own
 _USUAL = 200.0  # metres of streets on a hectare: those of squares of 100 m [m]
 
 _WEIGHTS = {
@@ -104,6 +105,7 @@ def characters_of(network: Network, stops: Sequence[Stop] = ()) -> Mapping[str, 
 
 def _character(street: _Street, total: float) -> Character:
     """What a road that is no motorway runs through."""
+    total += _MAIN if street.walked and street.lanes > 1 else 0.0
     what: Character = next((name for least, name in _LIMITS if total >= least), "country")
     speed = street.edge.told_speed
     if speed > _ROAD:

@@ -144,6 +144,7 @@ _FLATS = _Habit((27.0, 34.0), (4.0, 8.0), (38.0, 30.0, 23.0), 0.9, (0.5, 0.0))
 
 _END = 3.0  # lots begin so far from the ends of edges [m]
 _DRIVE = 3.0  # width of drives [m]
+_WAY = 12.0  # between the gardens of a row and the houses of the next [m]
 _GAP = 1.5  # between houses and the sides of their lots [m]
 _AT_HOME = 0.5  # share of drives on which a car stands
 _PARKS = {"centre": 0.10, "suburb": 0.05}  # share of blocks that are a park
@@ -203,6 +204,8 @@ def invented(scenario: Scenario, around: Surroundings, *, parked: bool = True) -
     taken = taken_by(scenario, characters, sides)
     parks = _parks(network, characters, taken.wide, seed)
     lots = _free(_lots(sides, seed), _with(taken.wide, parks))
+    solid = [*parks, *(shapely.Polygon(lot.plan) for lot in lots)]
+    lots += _free(_lots(sides, seed, row=1), _with(taken.wide, solid))
     pois: list[Poi] = []
     polygons = [area(f"park:{k}", "park", park) for k, park in enumerate(parks)]
     cars: list[ParkedCar] = []
@@ -235,6 +238,7 @@ class _Lot:
     Attributes:
         name: Unique.
         side: The street's.
+        row: 0 at the street; 1 behind that, at a way of its own, of which nothing is seen.
         habit: How people build there.
         span: Where it begins and ends along the border [m].
         depth: [m].
@@ -243,6 +247,7 @@ class _Lot:
 
     name: str
     side: Side
+    row: int
     habit: _Habit
     span: tuple[float, float]
     depth: float
@@ -275,32 +280,34 @@ class _Lot:
         return shapely.Polygon([self.at(*spot) for spot in spots])
 
 
-def _lots(sides: Sequence[Side], seed: int) -> list[list[_Lot]]:
-    """Lots along all sides, each as deep as it may be, then shallower."""
+def _lots(sides: Sequence[Side], seed: int, *, row: int = 0) -> list[list[_Lot]]:
+    """Lots along all sides, each as deep as it may be, then shallower; only suburbs have rows."""
     lots = []
     for side in sides:
         habit = _HABITS.get(side.character)
-        if habit is None:
+        if habit is None or (row and side.character != "suburb"):
             continue
-        rng = dice_of(seed, SOURCE, "lots", side.name)
+        rng = dice_of(seed, SOURCE, *(("row",) * row), "lots", side.name)
         if side.character == "suburb" and side.wide and share_of(seed, "flats", side.street) < 0.6:
             habit = _FLATS
         at, number = _END + rng.uniform(0.0, 3.0), 0
         while at < side.border.length - _END:
             end = at + rng.uniform(*habit.front)
             if end < side.border.length - _END and rng.random() < habit.built:
-                name = f"{side.name}:{number}"
-                lots.append([_lot(name, side, habit, (at, end), deep) for deep in habit.depths])
+                name = f"{side.name}:{number}" + row * ":row"
+                where = _Lot(name, side, row, habit, (at, end), 0.0, np.zeros((4, 2)))
+                lots.append([_laid(where, deep) for deep in habit.depths])
             at, number = end, number + 1
     return lots
 
 
-def _lot(name: str, side: Side, habit: _Habit, span: tuple[float, float], depth: float) -> _Lot:
-    """One lot; of one depth."""
-    a, b = side.border.at(np.array(span), side.begin).places
+def _laid(lot: _Lot, depth: float) -> _Lot:
+    """Return a lot in its place, of a depth [m]."""
+    border, behind = lot.side.border, lot.row * (max(lot.habit.depths) + _WAY)
+    a, b = border.at(np.array(lot.span), lot.side.begin + behind).places
     way = (b - a) / max(float(np.hypot(*(b - a))), 1e-6)
-    inward = depth * side.border.outward * np.array([-way[1], way[0]])
-    return _Lot(name, side, habit, span, depth, settled([a, b, b + inward, a + inward]))
+    inward = depth * border.outward * np.array([-way[1], way[0]])
+    return replace(lot, depth=depth, plan=settled([a, b, b + inward, a + inward]))
 
 
 def _free(lots: Sequence[Sequence[_Lot]], solid: shapely.STRtree) -> list[_Lot]:
@@ -366,12 +373,12 @@ def _furnished(lot: _Lot, seed: int) -> _Furnished:
     yaw = float(np.arctan2(out[1], out[0]))
     house = Poi(name, kind.removesuffix("s"), (float(place[0]), float(place[1])), yaw, None, SOURCE)
     gap = (lot.width - _GAP - _DRIVE, lot.width - _GAP) if right else (_GAP, _GAP + _DRIVE)
-    if slack > 1.0:
+    if slack > 1.0 and not lot.row:
         drive = lot.box(*gap, -VERGE, back + (deep if slack > _DRIVE else 0.0))
         polygons.append(area(f"drive:{lot.name}", "square", drive))
     polygons += _bounds(lot, gap, back, seed)
     pois = [house, *_garden(lot, rng, (middle, wide), back + deep)]
-    return _Furnished(pois, polygons, gap if slack > 1.0 else None)
+    return _Furnished(pois, polygons, gap if slack > 1.0 and not lot.row else None)
 
 
 def _on_drive(lot: _Lot, gap: tuple[float, float], seed: int) -> Iterator[ParkedCar]:

@@ -30,6 +30,10 @@ from sumo3dviz_pt.world.town.layout import invented, lacks_town
 pytestmark = pytest.mark.skipif(bool(why_missing()), reason=why_missing())
 
 GRID = "--grid --grid.number 4 --grid.length 110 --grid.attach-length 80"
+CROSSING = (
+    "--grid --grid.number 1 --grid.attach-length 160 -L 2 --sidewalks.guess --crossings.guess"
+    " --default-junction-type traffic_light"
+)
 RANDOM = "--rand --rand.iterations 30 --rand.min-distance 60 --rand.max-distance 180"
 NETS = {
     "grid": GRID,
@@ -132,6 +136,16 @@ def test_houses_stand_apart_and_in_their_own_gardens(made, name):
     assert shared > 0.995
 
 
+def test_gardens_of_a_suburb_have_neighbours_behind_them_and_no_meadow(made):
+    network = made("--grid --grid.number 3 --grid.length 240 -L 1")
+    town = town_of(network)
+    behind = [k for k in town.pois if k.type in ("home", "block") and ":row" in k.id]
+    assert len(behind) > 0.15 * len(houses_of(town))
+    drives = {k.id.split(":", 1)[-1] for k in town.polygons if ":drive:" in f":{k.id}"}
+    assert drives
+    assert not any(":row" in name for name in drives)
+
+
 @pytest.mark.parametrize("name", ["grid", "left"])
 def test_pavements_lie_beside_roads_and_bays_and_on_neither(made, name):
     network = made(NETS[name])
@@ -178,6 +192,7 @@ def test_a_change_at_one_place_shuffles_nothing_far_from_it(made):
     ("options", "most"),
     [
         pytest.param(f"{GRID} -L 2 --default-junction-type traffic_light", "centre", id="lit"),
+        pytest.param(CROSSING, "centre", id="one crossing of main streets"),
         pytest.param(f"{GRID.replace('110', '150')} -L 1", "suburb", id="wide grid"),
         pytest.param("--grid --grid.number 3 --grid.length 320 -L 1", "village", id="sparse"),
         pytest.param(f"{GRID} -L 1 --default.speed 27.8", "country", id="fast and narrow"),
