@@ -13,28 +13,29 @@ from sumo3dviz_pt.model.traffic import VehicleType
 # fmt: off
 _COATS = (
     # colour                 people
-    ((0.020, 0.021, 0.025),  14.0),  # black
-    ((0.055, 0.057, 0.062),  10.0),  # charcoal
-    ((0.150, 0.150, 0.155),  10.0),  # grey
-    ((0.560, 0.550, 0.530),   9.0),  # off-white
-    ((0.018, 0.028, 0.065),  13.0),  # navy
-    ((0.050, 0.085, 0.160),  12.0),  # denim
-    ((0.140, 0.215, 0.330),   6.0),  # light denim
-    ((0.270, 0.205, 0.135),   6.0),  # camel
-    ((0.075, 0.080, 0.040),   5.0),  # olive
-    ((0.030, 0.085, 0.055),   2.0),  # bottle green
-    ((0.115, 0.015, 0.022),   3.0),  # burgundy
-    ((0.310, 0.030, 0.025),   3.0),  # red
-    ((0.400, 0.250, 0.035),   2.0),  # mustard
-    ((0.330, 0.155, 0.170),   2.0),  # rose
-    ((0.090, 0.050, 0.035),   2.0),  # brown
-    ((0.200, 0.120, 0.240),   1.0),  # lilac
+    ((0.020, 0.021, 0.025),  13.0),  # black
+    ((0.052, 0.054, 0.060),   8.0),  # charcoal
+    ((0.018, 0.028, 0.065),   8.0),  # navy
+    ((0.062, 0.060, 0.038),   6.0),  # dark olive
+    ((0.660, 0.655, 0.640),   8.0),  # white
+    ((0.540, 0.500, 0.430),   6.0),  # cream
+    ((0.400, 0.320, 0.230),   6.0),  # beige
+    ((0.330, 0.332, 0.340),   5.0),  # pale grey
+    ((0.046, 0.084, 0.165),   7.0),  # denim
+    ((0.150, 0.230, 0.350),   6.0),  # light denim
+    ((0.360, 0.450, 0.570),   4.0),  # pale blue
+    ((0.024, 0.075, 0.270),   3.0),  # royal blue
+    ((0.360, 0.030, 0.027),   6.0),  # red
+    ((0.028, 0.125, 0.068),   5.0),  # green
+    ((0.450, 0.265, 0.040),   5.0),  # mustard
+    ((0.430, 0.190, 0.205),   4.0),  # rose
 )
-"""Colours of coats, and how common they are."""
+"""Colours of coats, shirts and sweaters, and how common they are: a third is dark, a quarter pale,
+a fifth blue and a fifth bright."""
 # fmt: on
 
 CLOTHES = Palette(tuple(row[0] for row in _COATS), tuple(row[1] for row in _COATS))
-"""Coats of people on foot."""
+"""What people wear on their trunks, on foot and in the saddle."""
 
 ARMY = Palette(
     ((0.060, 0.068, 0.036), (0.048, 0.060, 0.034), (0.230, 0.185, 0.115)), (5.0, 3.0, 1.0)
@@ -44,9 +45,10 @@ ARMY = Palette(
 SUMO_YELLOW: Colour = (0.8, 0.8, 0.02)
 """What SUMO's GUI paints a vehicle without a colour, as a reflectance that paint can have."""
 
-_COLOURFUL_CLASSES = frozenset(
-    ["passenger", "motorcycle", "moped", "bicycle", "scooter", "rickshaw", "wheelchair"]
-)
+_COLOURFUL_CLASSES = frozenset(["passenger", "motorcycle", "moped", "rickshaw"])
+
+_RIDDEN_BARE = frozenset(["bicycle", "scooter", "wheelchair"])
+"""Classes of which only the rider's clothes take the colour of a road user."""
 
 
 def paint_of(
@@ -72,6 +74,8 @@ def paint_of(
         return own_palette(colours).draw(seed, key)
     if kind.vclass == "army":
         return ARMY.draw(seed, key)
+    if vclass in _RIDDEN_BARE:
+        return CLOTHES.draw(seed, key)
     return (EUROPEAN if vclass in _COLOURFUL_CLASSES else SOBER).draw(seed, key)
 
 

@@ -30,7 +30,7 @@ from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.counts import counted_people
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn, counted_bodies, full_bodies, letters_on
 from sumo3dviz_pt.cast.lamps import VehicleLights
-from sumo3dviz_pt.cast.outfits import outfit_for
+from sumo3dviz_pt.cast.outfits import Air, dressed_looks, dressed_riders, outfit_for
 from sumo3dviz_pt.cast.poses import (
     PoseSampler,
     Presence,
@@ -316,23 +316,23 @@ def build_fleet(
     settings: VehicleSettings,
     *,
     seed: int,
-    lights: VehicleLights | None = None,
     counted: Container[str] = (),
+    air: Air = Air.MIXED,
 ) -> Fleet:
-    """Give every road user its body and colour.
+    """Give every road user its body and colour; nobody has lights on.
 
     Args:
         trajectories: With unique keys.
         vehicle_types: By id; unknown types get SUMO's class defaults.
         settings: Models, colours and user models.
         seed: The job's; a road user's choice depends on it and on its id only.
-        lights: Which lamps they light; None leaves all off.
         counted: Keys of those whose numbers of triangles are enough.
+        air: What people dress for.
 
     Raises:
         ConfigError: If a model, colour or user's file is wrong.
     """
-    casting = _Casting.of(settings, seed)
+    casting = _Casting.of(settings, seed, air)
     kinds = [vehicle_types.get(t.type_id, UNKNOWN_TYPES[t.kind]) for t in trajectories]
     members = list(zip(trajectories, kinds, strict=True))
     choices = [casting.choice(trajectory, kind) for trajectory, kind in members]
@@ -347,7 +347,6 @@ def build_fleet(
         tuple(casting.colour(trajectory, kind) for trajectory, kind in members),
         prototypes,
         {name: bsdf for body in made.values() for name, bsdf in body.materials.items()},
-        lights=lights,
         seed=seed,
         outfits=tuple(
             outfit_for(choice, seed=seed, key=trajectory.id)
@@ -375,11 +374,11 @@ class _Casting:
     looks: tuple[PersonLook, ...]
 
     @classmethod
-    def of(cls, settings: VehicleSettings, seed: int) -> _Casting:
+    def of(cls, settings: VehicleSettings, seed: int, air: Air) -> _Casting:
         """Look up what settings name, and refuse names and colours that do not exist."""
         wanted = dict(settings.models)
-        looks = looks_for(wanted.pop("pedestrian", ()))
-        models = models_for({**wanted, "passenger": settings.passenger})
+        looks = dressed_looks(looks_for(wanted.pop("pedestrian", ())), air)
+        models = dressed_riders(models_for({**wanted, "passenger": settings.passenger}), air)
         if not isinstance(settings.colours, str):
             own_palette(settings.colours)
         return cls(settings, seed, OwnLooks(settings.by_id), models, looks)

@@ -10,13 +10,15 @@ Hair has natural colours, as rare as in a European street; shares and reflectanc
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from enum import Enum
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast.choice import Choice, FigureChoice, ModelChoice
+from sumo3dviz_pt.cast.choice import Choice, FigureChoice, Model, ModelChoice, PersonLook
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedals
 from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.model.random import pick, share_of
@@ -39,23 +41,27 @@ GREYS: tuple[Row, ...] = (
     ((0.4300, 0.4230, 0.4100),  3.0),  # white
 )
 LOWER: tuple[Row, ...] = (
-    ((0.0300, 0.0460, 0.0850), 22.0),  # dark denim
-    ((0.0620, 0.0880, 0.1350), 14.0),  # denim
-    ((0.1500, 0.1900, 0.2500),  6.0),  # worn denim
-    ((0.0190, 0.0190, 0.0210), 20.0),  # black
-    ((0.0520, 0.0530, 0.0570), 12.0),  # charcoal
-    ((0.1200, 0.1200, 0.1240),  6.0),  # grey
-    ((0.2700, 0.2180, 0.1520),  7.0),  # beige
-    ((0.0780, 0.0760, 0.0480),  5.0),  # olive
-    ((0.0190, 0.0270, 0.0540),  6.0),  # navy
-    ((0.0850, 0.0580, 0.0400),  3.0),  # brown
+    ((0.0300, 0.0460, 0.0850), 17.0),  # dark denim
+    ((0.0620, 0.0920, 0.1500), 15.0),  # denim
+    ((0.1600, 0.2150, 0.2950),  9.0),  # worn denim
+    ((0.0190, 0.0190, 0.0210), 14.0),  # black
+    ((0.0520, 0.0530, 0.0570),  7.0),  # charcoal
+    ((0.1500, 0.1500, 0.1540),  5.0),  # grey
+    ((0.3300, 0.2650, 0.1850), 10.0),  # beige
+    ((0.5400, 0.5150, 0.4600),  6.0),  # cream
+    ((0.0980, 0.0960, 0.0600),  6.0),  # olive
+    ((0.0190, 0.0270, 0.0540),  5.0),  # navy
+    ((0.1050, 0.0690, 0.0460),  3.0),  # brown
+    ((0.2100, 0.0450, 0.0420),  3.0),  # brick
 )
 FEET: tuple[Row, ...] = (
-    ((0.0170, 0.0160, 0.0160), 10.0),  # black
-    ((0.0680, 0.0400, 0.0250),  5.0),  # brown
-    ((0.4300, 0.4220, 0.4050),  6.0),  # white
-    ((0.1500, 0.1500, 0.1500),  4.0),  # grey
+    ((0.0170, 0.0160, 0.0160),  8.0),  # black
+    ((0.0900, 0.0520, 0.0310),  5.0),  # brown
+    ((0.5600, 0.5500, 0.5300), 10.0),  # white
+    ((0.2400, 0.2380, 0.2340),  4.0),  # grey
     ((0.0230, 0.0310, 0.0580),  3.0),  # navy
+    ((0.3600, 0.2850, 0.2050),  4.0),  # sand
+    ((0.3000, 0.0350, 0.0320),  1.0),  # red
 )
 BAGS: tuple[Row, ...] = (
     ((0.0170, 0.0170, 0.0185), 10.0),  # black
@@ -63,13 +69,66 @@ BAGS: tuple[Row, ...] = (
     ((0.0210, 0.0300, 0.0580),  4.0),  # navy
     ((0.0760, 0.0460, 0.0290),  4.0),  # brown
     ((0.0700, 0.0760, 0.0470),  3.0),  # olive
-    ((0.1500, 0.0270, 0.0270),  1.0),  # red
-    ((0.2500, 0.1900, 0.1250),  2.0),  # canvas
+    ((0.2200, 0.0300, 0.0290),  2.0),  # red
+    ((0.3300, 0.2600, 0.1750),  3.0),  # canvas
 )
 # fmt: on
 
 _DARK_SKIN = 0.20
 """Reflectance of the skin below which hair is black or of the darkest brown."""
+
+
+class Air(Enum):
+    """What people dress for; each has the factors of who is dressed lightly and who warmly."""
+
+    MILD = (3.0, 0.08)
+    MIXED = (1.2, 0.6)
+    COLD = (0.02, 2.5)
+
+    @classmethod
+    def in_season(cls, season: str) -> Air:
+        """Tell what people dress for: not for rain or night, in which else another person walked.
+
+        Args:
+            season: A name of `Weather.season`.
+        """
+        return {"summer": cls.MILD, "winter": cls.COLD}.get(season, cls.MIXED)
+
+    def factor(self, recipe: Mapping[str, Any]) -> float:
+        """Return how much commoner a look is in this air than in a mean one."""
+        light, warm = self.value
+        cuts = {recipe["top"]["cut"], recipe["bottom"]["cut"]}
+        if cuts & _LIGHT:
+            return float(light)
+        worn = {item["style"] for item in recipe.get("head", ())}
+        warmly = cuts & _WARM or worn & {"beanie", "hood"} or "gloves" in recipe
+        return float(warm) if warmly or "scarf" in recipe else 1.0
+
+
+_LIGHT = frozenset({"tee", "polo", "vest", "dress", "shorts"})
+_WARM = frozenset({"coat", "trench", "padded", "parka", "bomber"})
+"""Cuts that leave arms or legs bare, and cuts against the cold."""
+
+
+def dressed_looks(looks: Sequence[PersonLook], air: Air) -> tuple[PersonLook, ...]:
+    """Return looks as common as they are in some air."""
+    recipes = [catalog.find("people", look.name).meta["recipe"] for look in looks]
+    factors = [air.factor(recipe) for recipe in recipes]
+    return tuple(
+        replace(look, share=look.share * factor)
+        for look, factor in zip(looks, factors, strict=True)
+    )
+
+
+def dressed_riders(models: Sequence[Model], air: Air) -> tuple[Model, ...]:
+    """Return vehicles, those with a rider who pedals as common as they are in some air."""
+
+    def common(model: Model) -> float:
+        """Of one."""
+        meta = catalog.find("vehicles", model.name).meta
+        return air.factor(meta["recipe"]["rider"]) if pedals(meta) else 1.0
+
+    return tuple(replace(model, share=model.share * common(model)) for model in models)
 
 
 def outfit_for(choice: Choice, *, seed: int, key: str) -> Mapping[str, Colour]:

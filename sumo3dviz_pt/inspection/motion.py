@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sumo3dviz_pt.cast.fleet import build_fleet
+from sumo3dviz_pt.cast.outfits import Air
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats, Ints
@@ -36,6 +37,7 @@ from sumo3dviz_pt.report.motion import (
     in_words,
 )
 from sumo3dviz_pt.shot.cameras.aiming import Camera, build_camera
+from sumo3dviz_pt.world.build import season_of
 
 _BESIDE = 3.0
 """A body whose front is this far beside the picture can still reach into it [m]."""
@@ -97,7 +99,8 @@ def _camera(
     riders: tuple[Trajectory, ...] = ()
     if settings.rides_with:
         riders = tuple(t for t in trajectories if settings.rides_with in (t.id, t.key))
-    fleet = build_fleet(riders, scenario.vehicle_types, job.vehicles, seed=job.seed)
+    air = Air.in_season(season_of(job))
+    fleet = build_fleet(riders, scenario.vehicle_types, job.vehicles, seed=job.seed, air=air)
     fleet = replace(fleet, location=scenario.network.location)
     return build_camera(settings, fleet=fleet, left_hand=scenario.network.left_hand)
 

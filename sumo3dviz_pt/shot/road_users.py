@@ -17,6 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet, build_fleet, find_rider
 from sumo3dviz_pt.cast.lamps import vehicle_lights
+from sumo3dviz_pt.cast.outfits import Air
 from sumo3dviz_pt.job.cameras import FocusOn
 from sumo3dviz_pt.job.settings import CameraSettings
 from sumo3dviz_pt.model.camera import INSTANT, CameraPath, Shutter, frame_step, in_view
@@ -27,7 +28,7 @@ from sumo3dviz_pt.model.trajectory import Trajectory, find_trajectory
 from sumo3dviz_pt.shot import crowd
 from sumo3dviz_pt.shot.cameras.aiming import ALWAYS, Camera, build_camera
 from sumo3dviz_pt.shot.cameras.riding import RidingCamera, has_pane
-from sumo3dviz_pt.world.build import World
+from sumo3dviz_pt.world.build import World, season_of
 
 _MOST_VIEWS = 120
 """Views that stand for a camera's way, at most."""
@@ -201,14 +202,15 @@ def everyone(
         scenario.vehicle_types,
         job.vehicles,
         seed=job.seed,
-        lights=vehicle_lights(
-            scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
-        ),
         counted=counted,
+        air=Air.in_season(season_of(job)),
+    )
+    lights = vehicle_lights(
+        scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
     )
     parked = frozenset[str]() if world.driven is None else world.driven.parked
     location, suspension = scenario.network.location, job.motion.suspension
-    return replace(fleet, location=location, suspension=suspension, parked=parked)
+    return replace(fleet, lights=lights, location=location, suspension=suspension, parked=parked)
 
 
 def with_seat(fleet: Fleet, camera: CameraSettings, *, world: World) -> Fleet:

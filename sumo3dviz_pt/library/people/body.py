@@ -5,7 +5,6 @@ A trunk wears tops, coats, dresses or skirts; patches such as collars and bags a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +13,15 @@ from scipy.interpolate import PchipInterpolator
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import grid_faces
 from sumo3dviz_pt.library.people.cloth import Folds, banded, bulges, creased, pressed
+from sumo3dviz_pt.library.people.drapery import (
+    Drapery,
+    draped,
+    pushed,
+    sleeve_folds,
+    trouser_folds,
+    trunk_folds,
+    with_folds,
+)
 from sumo3dviz_pt.library.people.posture import SIDES, BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
@@ -22,12 +30,9 @@ from sumo3dviz_pt.library.people.skin import (
     SkinPart,
     Stack,
     arm_weights,
-    carried,
-    closed,
     hemmed,
     interpolated,
     leg_weights,
-    rope,
     sewn,
     skirt_weights,
     spaced,
@@ -35,14 +40,13 @@ from sumo3dviz_pt.library.people.skin import (
     trunk_weights,
     tube_piece,
     turns,
-    weighed,
 )
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, unit
 
 _ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
 _ARM_BARE = (*_ARM, (0.10, 0.027), (0.16, 0.0245), (0.185, 0.0235), (0.22, 0.0245), (0.328, 0.0150))
 _ARM_CLAD = (
-    *_ARM,
+    *((-0.012, 0.012), (-0.006, 0.0195), (0.006, 0.0255), (0.030, 0.0290), (0.06, 0.0290)),
     *((0.10, 0.0275), (0.16, 0.0255), (0.185, 0.0250), (0.22, 0.0240), (0.29, 0.0190)),
     (0.328, 0.0180),
 )
@@ -106,15 +110,11 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
     # More rings where the elbow bends.
     first = -0.012 * h + cut.start * full
     fine = counts.points > 4
+    clad = fine and cut.folds > 0.0
     along = np.linspace(first, end, counts.rings)
     if fine:
         along = spaced(first, end, counts.rings, joint=bones[0], near=0.05 * h)
-    bend = np.minimum(along, bones[0]), np.clip(along - bones[0], 0.0, None)
-    middle = (
-        points[0]
-        + np.outer(bend[0] / bones[0], points[1] - points[0])
-        + np.outer(bend[1] / bones[1], points[2] - points[1])
-    )
+    middle = _along_arm(points, bones, along)
     radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * smoothstep(
         end - 0.25 * full, end, along
     )
@@ -124,21 +124,40 @@ def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
         + 0.35 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2))
         + 0.3 * (along > 0.88 * full)
     )
-    depth = depth * smoothstep(0.0, 0.06 * h, along)
-    rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
-    # At its root the arm takes up the slope of the shoulder.
-    near = smoothstep(0.055 * h, -0.012 * h, along)[::-1, None]
-    rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
-    rings[..., 1] -= near * SIDES[side] * 0.012 * h
-    rings = hemmed(rings, depth=0.008) if fine else rings
+    depth = (_AT_RANDOM if clad else 1.0) * depth * smoothstep(0.0, 0.06 * h, along)
+    rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)
+    lies = sleeve_folds(float(bones[0]), end, high=0.5 * cut.folds)
+    hung = Drapery.of(lies, 2.0 * np.pi * float(radius.mean()), seed=cut.seed)
+    rings = (pushed(rings, along, hung) if clad else rings)[::-1]
+    outer = _shouldered(rings, along[::-1], points[0, 1], h)
+    rings = hemmed(outer, depth=0.008) if fine else outer
     weights = arm_weights(body, rings.reshape(-1, 3), side)
     made = tube_piece(rings, weights, cloth, lids="top")
-    if not fine or cut.folds == 0.0:
+    if not clad:
         return made
     down = np.append(along[-1:], along[::-1])
-    folds = bulges(rings, down, joint=bones[0], wide=0.06 * h, deep=0.008, seed=cut.seed)
+    folds = bulges(rings, down, joint=bones[0], wide=0.06 * h, deep=0.011, seed=cut.seed)
+    made = with_folds(made, draped(outer, along[::-1], hung), first=1)
     made = banded(made, counts.points)
     return _creased_at(made, folds, (f"upper_arm_{side}", f"forearm_{side}"))
+
+
+def _shouldered(rings: Floats, along: Floats, root: float, height: float) -> Floats:
+    """Let rings of an arm, whose joint has a y, take up the slope of the shoulder at its root."""
+    near, side = smoothstep(0.055 * height, -0.012 * height, along)[:, None], np.sign(root)
+    drop = near * (0.85 * side * (rings[..., 1] - root) + 0.012 * height)
+    inward = near * side * 0.012 * height + 0.0 * drop
+    return np.asarray(rings - np.stack([0.0 * drop, inward, drop], axis=-1))
+
+
+def _along_arm(points: Floats, bones: Floats, along: Floats) -> Floats:
+    """Return points of the middle of an arm, (k, 3) [m], at distances from the shoulder."""
+    upper, lower = np.minimum(along, bones[0]), np.clip(along - bones[0], 0.0, None)
+    return np.asarray(
+        points[0]
+        + np.outer(upper / bones[0], points[1] - points[0])
+        + np.outer(lower / bones[1], points[2] - points[1])
+    )
 
 
 def _creased_at(made: SkinPart, folds: Floats, bones: tuple[str, str]) -> SkinPart:
@@ -169,19 +188,15 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
         cloth: What it is made of.
         counts: Rings, and points of a ring.
     """
-    h, rest = body.height, joints(body)
+    h = body.height
     lowest = 0.535 + cut.end * (0.028 - 0.535)
     highest = 0.555 + cut.start * (0.028 - 0.555)
     level = np.linspace(lowest, highest, counts.rings)
     fine = counts.points > 4
     if fine:
         level = spaced(highest, lowest, counts.rings, joint=0.285, near=0.05)[::-1]
-    places = np.stack([rest[f"{name}_{side}"] for name in ("foot", "shank", "thigh")])
-    z = np.asarray(body.z(level))
-    middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
-    middle[:, 0] -= 0.006 * h * np.exp(-(((level - 0.20) / 0.07) ** 2)) * (1.0 - 0.5 * cut.loose)
-    # Trousers fall behind the ankle and break over the instep.
-    middle[:, 0] += cut.loose * 0.004 * h * smoothstep(0.12, 0.03, level)
+    middle = _along_leg(body, side, level, loose=cut.loose)
+    z = middle[:, 2]
     bare, clad = interpolated(level, _LEG_BARE[::-1]), interpolated(level, _LEG_CLAD[::-1])
     girth = body.build**0.55 * (1.0 + 0.03 * body.woman) * (1.0 + 0.06 * body.child)
     radius = h * girth * (bare + cut.loose * (clad - bare)) + cut.ease
@@ -193,15 +208,34 @@ def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Co
         + 0.8 * np.exp(-(((level - 0.46) / 0.03) ** 2))
         + 1.0 * smoothstep(0.11, 0.04, level)
     )
-    rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
+    hangs = fine and cut.folds > 0.0
+    rings = creased(rings, Folds.of(cut.seed, slant=0.2), (_AT_RANDOM if hangs else 1.0) * depth)
+    high = 0.52 * cut.folds * (0.45 + 0.55 * cut.loose)
+    lies = trouser_folds(h, end=float(z[0]), side=SIDES[side], high=high)
+    hung = Drapery.of(lies, 2.0 * np.pi * float(radius.mean()), seed=cut.seed)
+    rings = pushed(rings, z, hung) if hangs else rings
     if cut.end > 0.95 and cut.loose > 0.5:
         rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts.points)), 0.0)
+    outer = rings
     rings = hemmed(rings, depth=0.010) if fine else rings
     weights = leg_weights(body, rings.reshape(-1, 3), side, foot=0.6 - 0.25 * cut.loose)
     made = tube_piece(rings, weights, cloth, lids="top")
-    if not fine or cut.folds == 0.0:
+    if not hangs:
         return made
+    made = with_folds(made, draped(outer, z, hung), first=1)
     return _bending(banded(made, counts.points), rings, h * np.append(level[:1], level), side, cut)
+
+
+def _along_leg(body: BodyMeasures, side: str, level: Floats, *, loose: float) -> Floats:
+    """Return points of the middle of a leg, (k, 3) [m], at shares of the stature."""
+    h, rest = body.height, joints(body)
+    places = np.stack([rest[f"{name}_{side}"] for name in ("foot", "shank", "thigh")])
+    z = np.asarray(body.z(level))
+    middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
+    middle[:, 0] -= 0.006 * h * np.exp(-(((level - 0.20) / 0.07) ** 2)) * (1.0 - 0.5 * loose)
+    # Trousers fall behind the ankle and break over the instep.
+    middle[:, 0] += loose * 0.004 * h * smoothstep(0.12, 0.03, level)
+    return middle
 
 
 def _bending(made: SkinPart, rings: Floats, up: Floats, side: str, cut: GarmentCut) -> SkinPart:
@@ -221,139 +255,6 @@ def _around(middle: Floats, deep: Floats, wide: Floats, count: int) -> Floats:
         axis=-1,
     )
     return swollen(middle[:, None] + offset)
-
-
-_SHOE = (
-    # x, y, front, back, half, front z, back z, power
-    (0.064, 0.0, 0.134, 0.126, 0.040, 0.004, 0.000, 2.5),
-    (0.064, 0.0, 0.139, 0.133, 0.044, 0.010, 0.012, 2.5),
-    (0.064, 0.0, 0.139, 0.133, 0.0445, 0.024, 0.026, 2.5),
-    (0.064, 0.0, 0.136, 0.130, 0.0430, 0.030, 0.030, 2.5),
-    (0.050, 0.0, 0.138, 0.118, 0.0425, 0.046, 0.046, 2.3),
-    (0.036, 0.0, 0.116, 0.104, 0.0390, 0.061, 0.062, 2.1),
-    (0.022, 0.0, 0.086, 0.088, 0.0350, 0.078, 0.078, 2.0),
-    (0.010, 0.0, 0.056, 0.070, 0.0330, 0.098, 0.096, 2.0),
-)
-"""A shoe of 0.27 m around its ankle's foot point [m]."""
-
-
-def shoe(
-    body: BodyMeasures, side: str, upper: Cloth, sole: Cloth, *, counts: Counts, heel: float
-) -> Iterator[SkinPart]:
-    """Make a shoe of a sole and an upper.
-
-    Args:
-        body: Measures of the person.
-        side: `l` or `r`.
-        upper: Its leather or cloth.
-        sole: Its rubber.
-        counts: Rings, and points of a ring.
-        heel: Height added to the shaft: 0 for shoes, 0.08 for boots [m].
-    """
-    rest = joints(body)
-    s, place = SIDES[side], rest[f"foot_{side}"] * [1.0, 1.0, 0.0]
-    rows = np.array(_SHOE)
-    if heel > 0.0 and counts.rings > 4:
-        shaft = rows[-1] + [0.0, 0.0, -0.006, -0.014, 0.003, heel, heel, 0.0]
-        rows = np.concatenate([rows, shaft[None]])
-    rings = Stack(rows).grid(min(counts.rings, len(rows)), counts.points)
-    # Both feet curve inward in front.
-    rings[..., 1] -= s * 0.012 * smoothstep(0.05, 0.20, rings[..., 0])
-    slim = 1.0 - 0.07 * body.woman
-    rings = place + rings * body.foot * [1.0, slim, 1.0]
-    split = round(counts.rings * 3 / 8)
-    ball = place[0] + 0.115 * body.foot
-    rings = swollen(rings)
-    halves = ((rings[: split + 1], sole, "bottom"), (rings[split:], upper, "top"))
-    for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom"),):
-        toes = smoothstep(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
-        weights = weighed(toes.size, {f"foot_{side}": 1.0 - toes, f"toes_{side}": toes})
-        yield tube_piece(part, weights, cloth, lids=lids)
-
-
-def hand(
-    body: BodyMeasures, side: str, cloth: Cloth, *, curl: float, fine: bool
-) -> Iterator[SkinPart]:
-    """Make a hand of palm, thumb and fingers.
-
-    Args:
-        body: Measures of the person.
-        side: `l` or `r`.
-        cloth: Skin or glove.
-        curl: 0 straight, 1 a fist.
-        fine: Whether the fingers are apart.
-    """
-    for rings in _hand_rings(curl) if fine else (_mitten(),):
-        placed = _at_wrist(body, side, rings)
-        yield carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
-
-
-def in_hand(body: BodyMeasures, side: str, rings: Floats, cloth: Cloth) -> SkinPart:
-    """Put a closed piece into a hand.
-
-    Args:
-        body: Measures of the person.
-        side: `l` or `r`.
-        rings: To the thumb, out of the palm, to the fingers, (k, m, 3) [m].
-        cloth: What it is made of.
-    """
-    placed = _at_wrist(body, side, rings)
-    return carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
-
-
-def _at_wrist(body: BodyMeasures, side: str, rings: Floats) -> Floats:
-    """Carry rings from the hand's own frame: to the thumb, out of the palm, to the fingers."""
-    rest, s = joints(body), SIDES[side]
-    wrist, finger = rest[f"hand_{side}"], rest[f"finger_{side}"]
-    size = float(np.linalg.norm(finger - wrist)) / 0.184
-    along = (finger - wrist) / np.linalg.norm(finger - wrist)
-    palm = np.array([0.0, -s, 0.0])
-    palm -= (palm @ along) * along
-    palm /= np.linalg.norm(palm)
-    thumb = np.array([1.0, 0.0, 0.0])
-    frame = np.stack([thumb, palm, along])
-    placed = wrist + size * rings @ frame
-    # Bottom to top, counter-clockwise: turn the order where the frame is left-handed.
-    return np.asarray(placed if np.linalg.det(frame) > 0 else placed[:, ::-1])
-
-
-def _mitten() -> Floats:
-    """Make a hand for far away: rings from the wrist to the finger tips."""
-    rows = [(0.0, 0.0, 0.0, 0.030, 0.020), (0.005, 0.016, 0.15, 0.040, 0.016)]
-    return np.stack([_oval(*row, count=3) for row in rows])
-
-
-def _oval(x: float, y: float, z: float, wide: float, thick: float, *, count: int) -> Floats:
-    """Lay an oval of two half widths around a point, across the hand's length, (count, 3) [m]."""
-    turn = turns(count)
-    return np.stack([x + wide * np.cos(turn), y + thick * np.sin(turn), np.full(count, z)], axis=1)
-
-
-def _hand_rings(curl: float) -> Iterator[Floats]:
-    """Make the palm, four fingers and the thumb of the left hand."""
-    palm = (
-        (0.0, 0.0, -0.012, 0.027, 0.020),
-        (0.0, 0.001, 0.012, 0.030, 0.0175),
-        (0.004, 0.003, 0.050, 0.043, 0.016),
-        (0.002, 0.002, 0.096, 0.042, 0.011),
-    )
-    yield np.stack([_oval(*row, count=6) for row in palm])
-    for x, length, base in (
-        *((0.033, 0.072, 0.090), (0.0115, 0.080, 0.094)),
-        *((-0.0105, 0.075, 0.092), (-0.031, 0.060, 0.085)),
-    ):
-        yield _finger(np.array([x, 0.002, base]), length, curl)
-    thumb = np.array([[0.022, 0.004, 0.022], [0.050, 0.014, 0.056], [0.050, 0.024, 0.094]])
-    yield rope(thumb, np.array([0.015, 0.0125, 0.008]), 4)
-
-
-def _finger(base: Floats, length: float, curl: float) -> Floats:
-    """Make a finger that bends towards the palm."""
-    bend = np.cumsum(np.radians([14.0 + 60.0 * curl, 18.0 + 72.0 * curl, 12.0 + 50.0 * curl]))
-    bend, parts = bend[[0, 2]], length * np.array([0.5, 0.5])
-    steps = np.stack([np.zeros(2), parts * np.sin(bend), parts * np.cos(bend)], axis=1)
-    path = np.concatenate([base[None], base + np.cumsum(steps, axis=0)])
-    return rope(path, np.array([0.0112, 0.0104, 0.0070]), 3)
 
 
 _MAN = (
@@ -398,6 +299,12 @@ _WOMAN = (
 )
 NECK, WAIST, CROTCH = 0.848, 0.60, 0.462
 """Levels of the body, as shares of the stature."""
+
+_INWARD = 0.005
+"""How far folds on the trunk press in at most [m]."""
+
+_AT_RANDOM = 0.55
+"""Share of the creases that lie anywhere; the others have places."""
 
 _SWAYS = 0.44
 """A garment that reaches below this level sways with the legs."""
@@ -475,17 +382,22 @@ class Garment:
         fit: How it sits.
         stack: Its shape without creases.
         folds: Its creases.
+        drapery: Its folds.
     """
 
     body: BodyMeasures
     fit: Fit
     stack: Stack
     folds: Folds
+    drapery: Drapery
 
     @classmethod
     def of(cls, body: BodyMeasures, fit: Fit) -> Garment:
         """Cut a garment."""
-        return cls(body, fit, trunk_stack(body, fit), Folds.of(fit.seed, slant=0.55))
+        loose = min(fit.folds / 0.013, 1.0) if not fit.quilted else 0.25
+        lies = trunk_folds(body.height, hem=fit.hem, loose=loose)
+        drapery = Drapery.of(lies, 0.56 * body.height * body.build**0.5, seed=fit.seed)
+        return cls(body, fit, trunk_stack(body, fit), Folds.of(fit.seed, slant=0.55), drapery)
 
     def level(self, share: Floats | float) -> Floats:
         """Return the level in the stack of a share of the stature."""
@@ -496,12 +408,13 @@ class Garment:
         """Return points without creases, (k, 3) [m], at levels and angles [rad], (k,) each."""
         return self.stack.points(self.level(shares), angles)
 
-    def rings(self, shares: Floats, angles: Floats) -> Floats:
+    def rings(self, shares: Floats, angles: Floats, *, fine: bool = True) -> Floats:
         """Return points with creases, (k, m, 3) [m].
 
         Args:
             shares: Levels as shares of the stature, (k,).
             angles: From the front to the left, (m,) or (k, m) [rad].
+            fine: Whether there are folds.
         """
         angles = np.broadcast_to(angles, (len(shares), angles.shape[-1]))
         level = np.broadcast_to(self.level(shares)[:, None], angles.shape)
@@ -509,13 +422,23 @@ class Garment:
         away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
         # Cloth lies smooth over the shoulders and creases at the waist and towards the hem.
         depth = self.fit.folds * (0.45 + 0.55 * smoothstep(0.80, 0.66, shares))
-        depth = depth * smoothstep(NECK, 0.80, shares)
+        depth = (_AT_RANDOM if fine else 1.0) * depth * smoothstep(NECK, 0.80, shares)
         push = pressed(self.folds(points)) * depth[:, None]
+        if fine:
+            along = np.broadcast_to(self.body.height * shares[:, None], angles.shape)
+            hung = self.drapery.height(angles / (2.0 * np.pi), along)
+            # Bodies leave less room inward than there is outward.
+            push = np.maximum(push + self._room(shares)[:, None] * hung, -_INWARD)
         if self.fit.quilted:
             seam = np.abs(np.sin(np.pi * (shares * self.body.height) / 0.085)) ** 0.5
             depth = self.fit.quilted * (seam - 0.6) * smoothstep(NECK, 0.82, shares)
             push = push + depth[:, None]
         return np.asarray(points + push[..., None] * away)
+
+    def _room(self, shares: Floats) -> Floats:
+        """Return how much of a fold there is at levels, (k,): none at the neck and at the hem."""
+        upper = smoothstep(NECK, 0.79, shares)
+        return np.asarray(upper * smoothstep(self.fit.hem - 0.012, self.fit.hem + 0.030, shares))
 
     def shares(self, count: int) -> Floats:
         """Return the levels of a number of rings, of which the lowest two bound the hem."""
@@ -527,7 +450,8 @@ class Garment:
     def piece(self, cloth: Cloth, counts: Counts) -> SkinPart:
         """Make the garment itself; below the hips it sways with the legs."""
         shares, fine = self.shares(counts.rings), counts.rings > 6
-        rings = self.rings(shares, turns(counts.points))
+        rings = self.rings(shares, turns(counts.points), fine=fine)
+        outer = rings
         rings = hemmed(rings) if fine else swollen(rings)
         weights, sway = self._bound(rings.reshape(-1, 3))
         made = tube_piece(rings, weights, cloth, lids="" if self.fit.top > 0.7 else "top")
@@ -537,11 +461,34 @@ class Garment:
             folds = bulges(
                 rings, up, joint=WAIST * h, wide=0.07 * h, deep=0.018, seed=self.fit.seed
             )
-            made = _creased_at(banded(made, counts.points), folds, ("pelvis", "chest"))
+            hung = draped(outer, h * shares, self.drapery, room=self._room(shares))
+            made = banded(with_folds(made, hung, first=1), counts.points)
+            made = _creased_at(made, folds, ("pelvis", "chest"))
+            for side in SIDES if self.fit.top > 0.7 else ():
+                stretched = self._blade(outer, shares, side)
+                stretched = np.concatenate([stretched[:1], stretched])
+                made = _creased_at(made, stretched, ("chest", f"upper_arm_{side}"))
         if sway is None:
             return made
         # Lids have vertices of their own, which do not sway.
         return replace(made, sway=np.append(sway, np.zeros(len(made.vertices) - len(sway))))
+
+    def _blade(self, rings: Floats, shares: Floats, side: str) -> Floats:
+        """Return what the back does as an arm goes forward by a radian, (k, m, 3) [m].
+
+        The shoulder blade stands out, cloth is drawn tight from it to the armpit, and the spine
+        lies in a hollow.
+        """
+        turn = SIDES[side] * 2.0 * np.pi * np.arange(rings.shape[1]) / rings.shape[1]
+        away = (turn[None, :] - np.pi * 0.80 + np.pi) % (2.0 * np.pi) - np.pi
+        spine = (turn[None, :] + 2.0 * np.pi) % (2.0 * np.pi) - np.pi
+        rise = shares[:, None]
+        blade = np.exp(-((away / 0.30) ** 2) - ((rise - 0.755 + 0.05 * away) / 0.042) ** 2)
+        under = np.exp(-((away / 0.34) ** 2) - ((rise - 0.685 + 0.06 * away) / 0.020) ** 2)
+        hollow = np.exp(-((spine / 0.17) ** 2)) * smoothstep(0.59, 0.68, rise)
+        hollow = hollow * smoothstep(0.835, 0.79, rise)
+        deep = 0.020 * blade - 0.010 * under - 0.011 * hollow
+        return np.asarray(deep[..., None] * unit(rings - rings.mean(axis=1, keepdims=True)))
 
     def _bound(self, points: Floats) -> tuple[Floats, Floats | None]:
         """Return the weights of points, (n, bones), and their sway, (n,), where they have any."""
@@ -582,7 +529,7 @@ def seat(body: BodyMeasures, cloth: Cloth, *, counts: Counts, ease: float) -> Sk
     """
     garment = Garment.of(body, Fit(CROTCH, WAIST + 0.005, ease, 0.15, folds=0.003))
     shares = np.linspace(CROTCH, WAIST + 0.005, counts.rings)
-    rings = swollen(garment.rings(shares, turns(counts.points)))
+    rings = swollen(garment.rings(shares, turns(counts.points), fine=counts.points > 6))
     floor = rings[0].mean(axis=0) + (rings[0] - rings[0].mean(axis=0)) * [0.75, 0.80, 1.0]
     floor[:, 2] -= 0.010 * body.height
     rings = np.concatenate([floor[None], rings])

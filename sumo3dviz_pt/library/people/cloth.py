@@ -5,13 +5,14 @@ Large creases move vertices; what is smaller than the mesh tilts its normals.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.skin import SkinPart, smooth_normals, turns
-from sumo3dviz_pt.model.geometry import Floats, area_vectors, unit
+from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, area_vectors, unit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +93,79 @@ def bulges(
     return np.asarray(size[..., None] * away)
 
 
+_Print = Callable[[Floats, Floats, Floats], Floats]
+"""Returns the factor of colours, (n, 3), of quads by row from the hem, by column, and by level."""
+
+
+def _factor(where: Floats | Bools, colour: Colour) -> Floats:
+    """Return a colour where something is 1, and white where it is 0, (n, 3)."""
+    return np.asarray(1.0 + where[:, None] * (np.array(colour) - 1.0))
+
+
+def _stripes(row: Floats, column: Floats, level: Floats) -> Floats:
+    """Level stripes in navy on what is pale, dark on what is not."""
+    return _factor((row % 3 == 1) & (level < 0.80), (0.10, 0.12, 0.20))
+
+
+def _checks(row: Floats, column: Floats, level: Floats) -> Floats:
+    """Checks, as of flannel."""
+    across, down = row % 3 == 0, column % 3 == 0
+    return _factor(across, (0.42, 0.30, 0.30)) * _factor(down, (0.42, 0.30, 0.30))
+
+
+def _yoke(row: Floats, column: Floats, level: Floats) -> Floats:
+    """Shoulders and chest darker than what is below, as of many jackets."""
+    return _factor(level > 0.735, (0.22, 0.22, 0.24))
+
+
+def _chest(row: Floats, column: Floats, level: Floats) -> Floats:
+    """One broad band around the chest."""
+    return _factor(np.abs(level - 0.70) < 0.022, (0.20, 0.12, 0.12))
+
+
+def _sides(row: Floats, column: Floats, level: Floats) -> Floats:
+    """Panels down both sides, as of sportswear; columns count from 0 to 1."""
+    aside = np.abs(np.abs((column + 0.5) % 1.0 - 0.5) - 0.25) < 0.075
+    return _factor(aside, (0.12, 0.12, 0.14))
+
+
+def _block(row: Floats, column: Floats, level: Floats) -> Floats:
+    """Darker below the chest, as of a dress of two cloths."""
+    return _factor(level < 0.645, (0.30, 0.28, 0.34))
+
+
+PRINTS: Mapping[str, _Print] = {
+    "stripes": _stripes,
+    "checks": _checks,
+    "yoke": _yoke,
+    "chest": _chest,
+    "sides": _sides,
+    "block": _block,
+}
+"""What cloth can be printed or sewn with, by name."""
+
+
+def printed(piece: SkinPart, columns: int, name: str, *, height: float) -> SkinPart:
+    """Print on a tube.
+
+    Args:
+        piece: Quads row by row from its hem, then its lids.
+        columns: Points of a ring.
+        name: One of `PRINTS`.
+        height: Stature of the wearer [m].
+    """
+    quad = np.arange(len(piece.faces)) // 2
+    column = quad % columns
+    level = piece.vertices[piece.faces].mean(axis=1)[:, 2] / height
+    # Both triangles of a quad are alike.
+    level = np.bincount(quad, level)[quad] / np.bincount(quad)[quad]
+    where = (column + 0.5) / columns if name == "sides" else column.astype(np.float64)
+    some = np.unique(quad, return_index=True)[1]
+    factors = PRINTS[name]((quad // columns)[some].astype(np.float64), where[some], level[some])
+    tint = np.ones((len(piece.faces), 3)) if piece.tint is None else piece.tint
+    return replace(piece, tint=tint * factors[quad])
+
+
 def banded(piece: SkinPart, columns: int) -> SkinPart:
     """Darken the inside of an open end, and a little the hem above it.
 
@@ -102,7 +176,7 @@ def banded(piece: SkinPart, columns: int) -> SkinPart:
     shade = np.ones(len(piece.faces))
     shade[: 2 * columns] = 0.6
     shade[2 * columns : 4 * columns] = 0.86
-    return replace(piece, shade=shade)
+    return replace(piece, shade=shade if piece.shade is None else shade * piece.shade)
 
 
 def uneven(piece: SkinPart, seed: int, *, patches: float) -> SkinPart:
@@ -127,6 +201,9 @@ _WRINKLES = 7
 _STEEP = 0.30
 """How steep the sides of a wrinkle are."""
 
+_AMONG_FOLDS, _STEEPEST = 0.6, 0.78
+"""How much of the wrinkles there is among folds, and how steep both may be together."""
+
 
 def wrinkled(piece: SkinPart, seed: int) -> SkinPart:
     """Let a piece of cloth catch light as if it were wrinkled.
@@ -149,8 +226,10 @@ def wrinkled(piece: SkinPart, seed: int) -> SkinPart:
     there = np.clip(0.25 + np.cos(piece.vertices @ where.T + 2.0 * theta[:1]), 0.0, 1.0)
     steep = _STEEP * there * (np.sin(theta) + 0.45 * np.sin(2.0 * theta))
     slopes = steep @ ways
+    if piece.slopes is not None:
+        slopes = piece.slopes + _AMONG_FOLDS * slopes
     size = np.linalg.norm(slopes, axis=1, keepdims=True)
-    slopes = slopes * np.minimum(1.0, 0.42 / (size + 1e-9))
+    slopes = slopes * np.minimum(1.0, (0.42 if piece.slopes is None else _STEEPEST) / (size + 1e-9))
     return replace(piece, slopes=slopes * _smooth(piece)[:, None])
 
 

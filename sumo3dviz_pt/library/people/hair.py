@@ -154,7 +154,10 @@ def headwear(
     """
     chosen = STYLES[style]
     rows = (4 if under else 9) if fine else 3
-    yield _shell(skull, chosen, cloth, fine=fine, rows=rows)
+    shell = _shell(skull, chosen, cloth, fine=fine, rows=rows)
+    yield shell
+    if fine and cloth.material == "hair" and not under:
+        yield _tufts(shell, chosen, cloth)
     extra = _EXTRAS.get(style)
     if extra is not None and fine:
         yield from extra(skull, cloth)
@@ -192,7 +195,73 @@ def _shell(skull: Skull, style: HairStyle, cloth: Cloth, *, fine: bool, rows: in
     piece = carried(shape, "head", cloth)
     if style.vents and fine and cloth.colour is not None:
         return _slotted(piece, _slots(angles), _open_rows(share)[:, 0])
-    return _streaked(piece, len(angles)) if cloth.material == "hair" and fine else piece
+    if cloth.material != "hair" or not fine:
+        return piece
+    return _combed(_streaked(piece, len(angles)), angles)
+
+
+_TUFTS = 48
+
+
+def _combed(piece: SkinPart, angles: Floats) -> SkinPart:
+    """Let strands catch light one by one: they run down between the columns of a shell."""
+    count = len(piece.vertices) // len(angles) * len(angles)
+    dice = np.random.default_rng(len(piece.vertices))
+    sway = np.where(np.arange(count) % 2, 0.30, -0.30) + dice.normal(0.0, 0.16, count)
+    turn = np.tile(angles, count // len(angles))
+    around = np.stack([-np.sin(turn), np.cos(turn), 0.0 * turn], axis=1)
+    slopes = np.zeros_like(piece.vertices)
+    slopes[:count] = np.clip(sway, -0.55, 0.55)[:, None] * around
+    return replace(piece, slopes=slopes)
+
+
+def _tufts(shell: SkinPart, style: HairStyle, cloth: Cloth) -> SkinPart:
+    """Make locks that leave the shell and break its outline: spikes, closed, down along the hair.
+
+    Args:
+        shell: Of rings from the edge, whose first is drawn in, to the crown.
+        style: What it is.
+        cloth: What it is made of.
+    """
+    count, dice = len(head_angles(fine=True)), np.random.default_rng(round(3e4 * style.sides) + 11)
+    rings = shell.vertices[: len(shell.vertices) // count * count].reshape(-1, count, 3)[1:]
+    # Most are at the edge and about the crown, where the sky is behind them.
+    where = dice.uniform(0.0, 1.0, _TUFTS)
+    row = np.where(where < 0.45, 1.2 * dice.uniform(0.0, 1.0, _TUFTS), 0.0)
+    row = np.where(where >= 0.45, dice.uniform(1.0, len(rings) - 1.01, _TUFTS), row)
+    column = dice.uniform(0.0, count, _TUFTS)
+    at, down, across = _on_rings(rings, row, column)
+    out = unit(np.cross(down, across))
+    out *= np.sign(((at - rings.mean(axis=(0, 1))) * out).sum(axis=1, keepdims=True))
+    # Before the face they stay short.
+    before = smoothstep(0.35, 0.75, np.cos(2.0 * np.pi * column / count)) * (row < 2.0)
+    size = (0.7 + 30.0 * min(style.rough + style.crown, 0.03)) * (1.0 - 0.6 * before)
+    length = (0.030 * size * dice.uniform(0.6, 1.4, _TUFTS))[:, None]
+    wide = (0.0095 * dice.uniform(0.7, 1.3, _TUFTS))[:, None]
+    way = unit(down + 0.35 * dice.normal(0.0, 1.0, (_TUFTS, 1)) * across)
+    side = np.cross(way, out)
+    base = at - 0.45 * length * way
+    lift = dice.uniform(0.02, 0.16, (_TUFTS, 1)) * length
+    corners = [base + wide * side - 0.005 * out, base - wide * side - 0.005 * out]
+    corners += [base + 0.3 * length * way + 0.0025 * out, at + 0.55 * length * way + lift * out]
+    # What lies below has vertices of its own, so that what is seen catches light as hair does.
+    faces = np.array([[2, 1, 0], [2, 3, 1], [0, 3, 2], [5, 6, 4]])
+    faces = faces + 7 * np.arange(_TUFTS)[:, None, None]
+    points = np.stack([*corners, *corners[:2], corners[3]], axis=1).reshape(-1, 3)
+    made = carried((points, faces.reshape(-1, 3)), "head", cloth)
+    return replace(made, shade=np.repeat(dice.uniform(0.7, 1.25, _TUFTS), 4))
+
+
+def _on_rings(rings: Floats, row: Floats, column: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return places between rings, (k, m, 3), and the directions down and around there, (n, 3)."""
+    last = len(rings) - 1
+    low, left = np.minimum(row.astype(np.int64), last - 1), column.astype(np.int64)
+    right, up = (left + 1) % rings.shape[1], low + 1
+    s, t = (column - left)[:, None], (row - low)[:, None]
+    below = rings[low, left] * (1.0 - s) + rings[low, right] * s
+    above = rings[up, left] * (1.0 - s) + rings[up, right] * s
+    around = unit(rings[low, right] - rings[low, left] + 1e-9)
+    return below * (1.0 - t) + above * t, unit(below - above + 1e-9), around
 
 
 def _frayed(style: HairStyle, angles: Floats) -> Floats:
@@ -272,15 +341,28 @@ def _streaked(piece: SkinPart, columns: int) -> SkinPart:
 
 
 def _tail(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
-    """Make a pony tail."""
-    rows = (
-        (-0.150, 0.004, 0.010, 0.010, 0.012, -0.060, -0.060, 2.0),
-        (-0.150, 0.003, 0.022, 0.020, 0.026, 0.010, 0.010, 2.0),
-        (-0.146, 0.0, 0.026, 0.022, 0.030, 0.080, 0.080, 2.0),
-        (-0.130, 0.0, 0.022, 0.020, 0.022, 0.140, 0.140, 2.0),
-        (-0.108, 0.0, 0.010, 0.010, 0.012, 0.168, 0.168, 2.0),
-    )
-    yield on_head(skull, Stack(np.array(rows)).grid(6, 7), cloth)
+    """Make a pony tail of three locks, bound where it begins."""
+    band = _TAIL[0] + np.array([[0.3], [0.9]]) * (_TAIL[1] - _TAIL[0])
+    yield on_head(skull, rope(band, np.array([0.017, 0.018]), 6), Cloth("trim"))
+    for number, (aside, behind, most) in enumerate(_LOCKS):
+        share = np.linspace(0.0, 1.0, len(_TAIL) + 1)
+        path = np.stack([np.interp(share, np.linspace(0, 1, len(_TAIL)), c) for c in _TAIL.T], 1)
+        path += np.array([behind, aside, 0.0]) * np.sin(np.pi * np.minimum(share, 0.8))[:, None]
+        path[:, 2] = path[0, 2] + (path[:, 2] - path[0, 2]) * most
+        wide = np.interp(share, [0.0, 0.25, 0.65, 1.0], [0.012, 0.022, 0.019, 0.003])
+        piece = on_head(skull, rope(path, wide * (1.0 - 0.1 * number), 5), cloth)
+        shade = np.random.default_rng(number).uniform(0.7, 1.3, len(piece.faces))
+        yield replace(piece, shade=shade)
+
+
+_TAIL = np.array(
+    [
+        *((-0.098, 0.0, 0.172), (-0.118, 0.0, 0.166), (-0.146, 0.0, 0.115), (-0.150, 0.002, 0.050)),
+        *((-0.146, 0.004, -0.010), (-0.150, 0.008, -0.062)),
+    ]
+)
+_LOCKS = ((0.0, 0.0, 1.0), (0.020, 0.008, 0.86), (-0.017, 0.010, 0.93))
+"""Of a pony tail: its line in the head's frame; how far locks leave it, and how long they are."""
 
 
 def _plait(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:

@@ -287,10 +287,10 @@ def _mouth(skull: Skull) -> Iterator[SkinPart]:
     )
     for s in (1.0, -1.0):
         red = Cloth("complexion", (float(lips[0]), float(lips[1]), float(lips[2])), "skin")
-        yield _sheet(skull, s, _LIPS, red, lift=0.0012, origin=(0.0, 0.0))
+        yield _sheet(skull, s, _LIPS, red, lift=0.0022, origin=(0.0, 0.0))
         line = tuple((away, 0.0462, 0.0476) for away, _, _ in _LIPS)
         yield _sheet(
-            skull, s, line, Cloth("cloth", (0.05, 0.02, 0.018)), lift=0.0022, origin=(0, 0)
+            skull, s, line, Cloth("cloth", (0.05, 0.02, 0.018)), lift=0.0034, origin=(0, 0)
         )
 
 
@@ -306,7 +306,10 @@ def _sheet(
     """Make a small patch on the face, from rows (outward, low, high) about an origin."""
     rows = np.array(outline) * (skull.face.eyes if origin is EYE else 1.0)
     away, z = np.repeat(origin[0] + rows[:, 0], 2), origin[1] + rows[:, 1:].reshape(-1)
-    angles = np.arcsin(np.clip(away / 0.0905, -1.0, 1.0))
+    half = np.interp(
+        z, [0.040, 0.053, 0.066, 0.092, 0.127], [0.0625, 0.0655, 0.0675, 0.0705, 0.073]
+    )
+    angles = np.arcsin(np.clip(away / half, -1.0, 1.0))
     points = skull.surface(skull.level_at(angles, z), angles)
     points[:, 0] += lift
     points[:, 1] *= side

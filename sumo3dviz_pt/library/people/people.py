@@ -8,7 +8,8 @@ A recipe is the content of `recipe` in an asset's `asset.yaml`:
     body: {height: 1.78, woman: 0, build: 1.0, child: 0}
     face: {skin: [r, g, b], hair: [r, g, b], nose: 1, jaw: 1, brow: 1, lips: 1, beard: 0}
     head: [{style: short}, {style: cap, colour: [r, g, b]}]
-    top: {cut: jacket, colour: null}       # null takes the wearer's colour
+    top: {cut: jacket, colour: null}       # null takes the wearer's colour; may have a `print`,
+                                           # `sleeves` and an `edge` (collar, hood) of a colour
     bottom: {cut: trousers, colour: [r, g, b]}
     shoes: {colour: [r, g, b], sole: [r, g, b], shaft: 0.0}
     hose, gloves, scarf: {colour: [r, g, b]}    # tights under a skirt; scarf with `top.with`
@@ -34,8 +35,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.people.body import BARE, Garment, arm, hand, leg, seat, shoe
-from sumo3dviz_pt.library.people.cloth import uneven, wrinkled
+from sumo3dviz_pt.library.people.body import BARE, Garment, arm, leg, seat
+from sumo3dviz_pt.library.people.cloth import PRINTS, printed, uneven, wrinkled
+from sumo3dviz_pt.library.people.extremities import hand, shoe
 from sumo3dviz_pt.library.people.hair import STYLES, cover_levels, headwear
 from sumo3dviz_pt.library.people.head import Face, Skull, head
 from sumo3dviz_pt.library.people.posture import (
@@ -94,18 +96,32 @@ def stride_of(body: BodyMeasures) -> float:
     return float(0.79 * body.height * (1.0 - 0.03 * body.woman))
 
 
-def standing(body: BodyMeasures) -> Posture:
-    """Stand at ease: the weight a little on one leg, feet turned out."""
-    rest = joints(body)
-    h = body.height
-    hips = np.array([0.0, 0.008 * h, rest["pelvis"][2] - 0.006 * h])
+def standing(body: BodyMeasures, habit: int = 0) -> Posture:
+    """Stand at ease: the weight on one leg, the other foot aside, no arm as the other.
+
+    Args:
+        body: Measures of the person.
+        habit: Which leg, where one looks and how arms hang; the same number is the same habit.
+    """
+    rest, h = joints(body), body.height
+    rng = np.random.default_rng(habit)
+    s, more = (1.0 if rng.uniform() < 0.5 else -1.0), rng.uniform(0.0, 1.0, 6)
+    bears, free = ("l", "r") if s > 0 else ("r", "l")
+    hips = np.array([0.0, s * (0.012 + 0.006 * more[0]) * h, rest["pelvis"][2] - 0.010 * h])
+    out = np.array([(0.016 + 0.030 * more[1]) * h, -s * (0.010 + 0.020 * more[2]) * h, 0.0])
     feet = {
-        "l": _flat(rest["foot_l"] + [-0.006 * h, 0.004 * h, 0.0], yaw=0.14),
-        "r": _flat(rest["foot_r"] + [0.024 * h, -0.014 * h, 0.0], yaw=-0.26),
+        bears: _flat(rest[f"foot_{bears}"] + [-0.006 * h, 0.002 * s * h, 0.0], yaw=0.12 * s),
+        free: _flat(rest[f"foot_{free}"] + out, yaw=-s * (0.20 + 0.22 * more[3])),
     }
-    arms = {"l": Swing(-0.03, -0.05, 0.22), "r": Swing(0.02, -0.035, 0.30)}
-    pelvis = about_x(0.03)
-    return Posture(hips, pelvis, about_x(-0.012) @ about_y(0.01), about_z(0.12), feet, arms)
+    arms = {
+        bears: Swing(-0.06 + 0.08 * more[4], -0.05, 0.18 + 0.14 * more[5]),
+        free: Swing(0.05 + 0.10 * more[5], -0.03, 0.34 + 0.40 * more[4]),
+    }
+    # The hip over the bearing leg is higher, the shoulder lower.
+    pelvis = about_x(s * (0.035 + 0.020 * more[0]))
+    chest = about_z(s * 0.06 * (more[1] - 0.5)) @ about_x(-s * 0.030) @ about_y(0.02 * more[2])
+    look = about_z(0.9 * (more[3] - 0.5)) @ about_x(s * 0.03) @ about_y(0.10 * (more[4] - 0.3))
+    return Posture(hips, pelvis, chest, look, feet, arms)
 
 
 def _flat(ankle: Floats, *, yaw: float) -> FootPose:
@@ -126,9 +142,11 @@ def walking(body: BodyMeasures, phase: float) -> Posture:
     pelvis = about_z(np.radians(5.0) * np.cos(turn)) @ about_x(
         np.radians(3.0 + 2.0 * body.woman) * np.sin(turn - 0.2) * -1.0
     )
-    chest = about_z(-np.radians(6.0) * np.cos(turn)) @ about_y(np.radians(2.5))
+    chest = about_z(-np.radians(8.5) * np.cos(turn)) @ about_y(np.radians(2.5))
+    chest = chest @ about_x(np.radians(1.6) * np.sin(turn - 0.2))
     feet = {"r": _foot(body, phase, "r"), "l": _foot(body, (phase + 0.5) % 1.0, "l")}
-    arms = {"r": _arm(phase), "l": _arm((phase + 0.5) % 1.0)}
+    # Nobody swings both arms alike.
+    arms = {"r": _arm(phase, 1.08), "l": _arm((phase + 0.5) % 1.0, 0.84)}
     head = about_z(-np.radians(1.5) * np.cos(turn)) @ about_y(np.radians(1.5))
     return Posture(hips, pelvis, chest, head, feet, arms)
 
@@ -140,9 +158,9 @@ def _hip_height(body: BodyMeasures, phase: float) -> float:
     return float(top - 0.0168 * body.height + 0.0088 * body.height * swing)
 
 
-def _arm(phase: float) -> Swing:
+def _arm(phase: float, much: float) -> Swing:
     """Swing an arm backward while the leg of its side is forward."""
-    wave = -np.cos(2.0 * np.pi * (phase - 0.02))
+    wave = -much * np.cos(2.0 * np.pi * (phase - 0.02))
     return Swing(np.radians(-4.0 + 19.0 * wave), np.radians(-2.5), np.radians(21.0 + 11.0 * wave))
 
 
@@ -233,7 +251,7 @@ class FigureDetail:
 
 LEVELS: Mapping[str, FigureDetail] = {
     "middle": FigureDetail(
-        Counts(TRUNK_RINGS, 20), Counts(13, 8), Counts(15, 10), Counts(8, 10), fine=True
+        Counts(TRUNK_RINGS, 24), Counts(16, 8), Counts(17, 12), Counts(8, 10), fine=True
     ),
     "far": FigureDetail(Counts(4, 6), Counts(3, 4), Counts(3, 4), Counts(2, 4), fine=False),
 }
@@ -256,7 +274,7 @@ def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Pos
     """
     body = measures(recipe)
     pieces = list(clothed(recipe, LEVELS[level]))
-    parts, poses = dressed(pieces, _on_foot(body, _in_hand(recipe)))
+    parts, poses = dressed(pieces, _on_foot(body, _in_hand(recipe), int(recipe.get("seed", 0))))
     return _grounded(parts, poses)
 
 
@@ -270,10 +288,10 @@ _HELD: Mapping[str, tuple[str, float]] = {"phone": ("l", 0.62), "tote": ("r", 0.
 
 
 @lru_cache(maxsize=2)
-def _on_foot(body: BodyMeasures, held: tuple[str, ...]) -> Floats:
+def _on_foot(body: BodyMeasures, held: tuple[str, ...], habit: int) -> Floats:
     """Return the bones' matrices, standing and in each phase of a stride, (poses, bones, 3, 4)."""
     phases = np.arange(PHASES) / PHASES
-    postures = [standing(body), *(walking(body, phase) for phase in phases)]
+    postures = [standing(body, habit), *(walking(body, phase) for phase in phases)]
     return np.stack([matrices(body, _holding(posture, held)) for posture in postures])
 
 
@@ -384,21 +402,49 @@ def _upper(
     cloth = _cloth(recipe["top"], top.material, "lower")
     skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin, "skin")
     garment = Garment.of(body, top.fit)
-    yield garment.piece(cloth, detail.trunk)
+    pattern = recipe["top"].get("print") if detail.fine else None
+    worn = garment.piece(cloth, detail.trunk)
+    yield _printed(worn, detail.trunk, pattern, body)
+    sleeves = (
+        _cloth({"colour": recipe["top"]["sleeves"]}, top.material)
+        if ("sleeves" in recipe["top"])
+        else cloth
+    )
     gloves = _cloth(recipe["gloves"], "leather") if "gloves" in recipe else skin
     for number, side in enumerate(SIDES):
         cut = replace(top.sleeve, seed=top.fit.seed + 17 * number + 1)
         rows = detail.arm.rings if cut.end > 0.5 else detail.arm.rings // 2
-        yield arm(body, side, cut, cloth, detail.arm.with_rings(rows))
+        sleeve = arm(body, side, cut, sleeves, detail.arm.with_rings(rows))
+        yield _printed(sleeve, detail.arm, pattern if pattern in _ON_SLEEVES else None, body)
         if cut.end < 0.9:
             bare = replace(BARE, start=max(cut.end - 0.16, 0.0))
-            yield arm(body, side, bare, skin, detail.arm.with_rings(detail.arm.rings - 3))
+            yield arm(body, side, bare, skin, detail.arm.with_rings(detail.arm.rings * 2 // 3))
         held = (_HELD[what] for what in _in_hand(recipe))
         curl = dict(held).get(side, float(recipe.get("curl", 0.28)))
         yield from hand(body, side, gloves, curl=curl, fine=detail.fine)
     if detail.fine:
+        edge = recipe["top"].get("edge")
+        sewn_on = cloth if edge is None else _cloth({"colour": edge}, top.material)
         for name in (*top.trimmings, *recipe["top"].get("with", ())):
-            yield from trimming(name, recipe, garment, cloth)
+            yield from trimming(name, recipe, garment, sewn_on if name in _EDGES else cloth)
+
+
+_ON_SLEEVES = frozenset({"stripes", "checks"})
+_EDGES = frozenset({"collar", "stand", "placket", "hood", "hood_only"})
+"""Prints that sleeves have too, and trimmings that may have a colour of their own."""
+
+
+def _printed(piece: SkinPart, counts: Counts, pattern: str | None, body: BodyMeasures) -> SkinPart:
+    """Print a pattern on a tube, if there is one.
+
+    Raises:
+        ConfigError: If its name is unknown.
+    """
+    if pattern is None:
+        return piece
+    if pattern not in PRINTS:
+        raise ConfigError(f"no print is called {pattern!r}; known: {', '.join(PRINTS)}")
+    return printed(piece, counts.points, pattern, height=body.height)
 
 
 def _lower(
@@ -410,7 +456,7 @@ def _lower(
     hose = _cloth(recipe["hose"], "cloth") if "hose" in recipe else skin
     seed = int(recipe.get("seed", 0))
     if bottom.legs is not None:
-        counts = detail.trunk.with_rings(detail.trunk.rings // 3)
+        counts = detail.trunk.with_rings(max(detail.trunk.rings // 5, 2))
         yield seat(body, cloth, counts=counts, ease=0.4 * bottom.legs.ease + 0.002)
     if bottom.skirt is not None:
         fit = replace(bottom.skirt, seed=seed + 5)
@@ -424,7 +470,7 @@ def _lower(
             yield leg(body, side, cut, cloth, detail.leg.with_rings(rows))
         if bottom.legs is None or bottom.legs.end < 0.9:
             start = 0.37 if bottom.legs is None else bottom.legs.end - 0.12
-            counts = detail.leg.with_rings(detail.leg.rings - 4)
+            counts = detail.leg.with_rings(detail.leg.rings * 3 // 5)
             yield leg(body, side, replace(BARE, start=start), hose, counts)
         sole = Cloth("cloth", colour_of(shoes.get("sole", (0.02, 0.02, 0.02))))
         shaft = float(shoes.get("shaft", 0.0))

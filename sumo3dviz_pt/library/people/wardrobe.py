@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.library.people.body import NECK, Fit, Garment, GarmentCut, in_hand
+from sumo3dviz_pt.library.people.body import NECK, Fit, Garment, GarmentCut
+from sumo3dviz_pt.library.people.extremities import in_hand
 from sumo3dviz_pt.library.people.posture import BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
@@ -344,7 +345,7 @@ BOTTOMS: Mapping[str, Bottom] = {
 Recipe = Mapping[str, Any]
 """A look's `recipe`."""
 
-TRUNK_RINGS = 18
+TRUNK_RINGS = 25
 """Rings of a garment on the trunk in the middle level."""
 
 _DARK = Cloth("cloth", (0.02, 0.02, 0.022))

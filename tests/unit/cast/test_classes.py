@@ -33,7 +33,7 @@ from sumo3dviz_pt.sumo.types import CLASS_DEFAULTS
 MODELS, LOOKS = models_for({}), looks_for(())
 CARS = {model.name for model in MODELS if "passenger" in model.vclasses}
 RIDDEN = {"bicycle", "moped", "motorcycle", "scooter", "rickshaw", "wheelchair"}
-BICYCLES = {"bicycle", "bicycle_sport", "bicycle_step"}
+BICYCLES = {"bicycle", "bicycle_shorts", "bicycle_sport", "bicycle_step", "bicycle_summer"}
 SCOOTERS = {"e_scooter", "e_scooter_office"}
 SEMITRAILERS = {"semitrailer_truck", "tanker_truck"}
 TRAINS = {"passenger_train", "urban_train"}

@@ -2,6 +2,7 @@
 
 import logging
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -317,7 +318,7 @@ def test_nothing_shines_that_a_body_has_no_lamp_for():
     log = {f"vehicle:{name}": _Log(np.arange(5.0), np.full(5, 0b100010001011)) for name in classes}
     lights = VehicleLights(log, dark=True, seed=0)
     trajectories = [trajectory_of(name, type_id=name) for name in classes]
-    fleet = build_fleet(trajectories, types, VehicleSettings(), seed=0, lights=lights)
+    fleet = replace(build_fleet(trajectories, types, VehicleSettings(), seed=0), lights=lights)
     shown = {mover.id.partition(":")[2]: mover.lit for mover in fleet.movers_at(2.0)}
     for k, name in enumerate(classes):
         units = fleet.bodies[k].assembly.units

@@ -13,8 +13,19 @@ from sumo3dviz_pt.cast.choice import (
     looks_for,
     models_for,
 )
-from sumo3dviz_pt.cast.colours import CLOTHES
-from sumo3dviz_pt.cast.outfits import BAGS, FEET, GREYS, HAIR, LOWER, outfit_for, outfit_of
+from sumo3dviz_pt.cast.colours import CLOTHES, paint_of
+from sumo3dviz_pt.cast.outfits import (
+    BAGS,
+    FEET,
+    GREYS,
+    HAIR,
+    LOWER,
+    Air,
+    dressed_looks,
+    dressed_riders,
+    outfit_for,
+    outfit_of,
+)
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES
 
@@ -78,3 +89,66 @@ def test_riders_have_one_and_vehicles_none():
     car = ModelChoice(models["sedan"], "passenger", models["sedan"].size)
     assert not outfit_for(car, seed=1, key="a")
     assert not outfit_for(PlainChoice("ship", (20.0, 5.0, 5.0)), seed=1, key="a")
+
+
+def kind_of(colour) -> str:
+    """Tell what somebody would call a colour of cloth."""
+    red, green, blue = colour
+    light = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    vivid = (max(colour) - min(colour)) / max(colour)
+    if blue > max(1.25 * red, green) and light > 0.04:
+        return "blue"
+    if light < 0.075 and (vivid < 0.45 or max(colour) < 0.07):
+        return "dark"
+    return "pale" if light > 0.28 and vivid < 0.48 else "bright"
+
+
+@pytest.mark.parametrize("seed", [0, 7])
+@pytest.mark.parametrize("who", ["walk", "bicycle"])
+def test_tops_have_the_colours_of_a_street(seed, who):
+    """Of 400: a third dark, a quarter pale, a fifth blue, a fifth bright; riders are no cars."""
+    kind = WALKER if who == "walk" else UNKNOWN_TYPES["vehicle"]
+    vclass = "pedestrian" if who == "walk" else "bicycle"
+    tops = [
+        kind_of(paint_of(vclass, kind, key=f"{who}_{k}", colours="european", seed=seed))
+        for k in range(400)
+    ]
+    wanted = {"dark": 0.35, "pale": 0.25, "blue": 0.20, "bright": 0.20}
+    for name, share in wanted.items():
+        spread = 3.3 * np.sqrt(share * (1.0 - share) / len(tops))
+        assert tops.count(name) / len(tops) == pytest.approx(share, abs=spread), name
+
+
+def test_trousers_and_shoes_are_not_all_dark():
+    for rows in (LOWER, FEET):
+        total = sum(row[1] for row in rows)
+        pale = sum(row[1] for row in rows if max(row[0]) > 0.2)
+        assert pale / total > 0.25
+
+
+def bare_armed(looks) -> float:
+    """How many wear what leaves arms or legs bare, as a share."""
+    cuts = {name: find("people", name).meta["recipe"] for name in (look.name for look in looks)}
+    light = {"tee", "polo", "vest", "dress", "shorts"}
+    worn = [{cuts[look.name]["top"]["cut"], cuts[look.name]["bottom"]["cut"]} for look in looks]
+    bare = [look.share * bool(each & light) for look, each in zip(looks, worn, strict=True)]
+    return sum(bare) / sum(look.share for look in looks)
+
+
+def test_people_dress_for_the_air():
+    shares = {air: bare_armed(dressed_looks(looks_for(()), air)) for air in Air}
+    assert shares[Air.MILD] > 0.5 > shares[Air.MIXED] > 0.2
+    assert shares[Air.COLD] < 0.02
+    riders = {model.name: model.share for model in dressed_riders(models_for({}), Air.COLD)}
+    usual = {model.name: model.share for model in models_for({})}
+    assert riders["bicycle_summer"] < 0.1 * usual["bicycle_summer"]
+    assert riders["sedan"] == usual["sedan"]
+
+
+def test_the_season_says_what_people_dress_for():
+    assert [Air.in_season(each) for each in ("spring", "summer", "autumn", "winter")] == [
+        Air.MIXED,
+        Air.MILD,
+        Air.MIXED,
+        Air.COLD,
+    ]

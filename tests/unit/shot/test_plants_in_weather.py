@@ -1,4 +1,4 @@
-"""Levels of a study may differ in the weather: then no plant may differ with it."""
+"""Levels of a study may differ in the weather: then no plant and nobody may differ with it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _leafy(family: str) -> bool:
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("weather")
-    scene = write_scenario(folder, vehicles=2, trees=True)
+    scene = write_scenario(folder, vehicles=2, persons=12, trees=True)
     plants = [
         f'<poi id="{kind}{k}" type="{kind}" x="{3 + 4 * k}" y="{y}"/>'
         for k in range(7)
@@ -93,3 +93,8 @@ def test_weather_changes_no_crown(weather: dict[str, object], dry: Shot, file: P
     assert still.keys() == moved.keys()
     for name, corners in still.items():
         np.testing.assert_array_equal(moved[name], corners)
+    # Nor does anybody dress for it.
+    assert other.fleet.outfits == dry.fleet.outfits
+    assert [b.prototype.name for b in other.fleet.bodies] == [
+        b.prototype.name for b in dry.fleet.bodies
+    ]

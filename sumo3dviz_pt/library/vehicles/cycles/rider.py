@@ -64,7 +64,7 @@ class Grasp(RecipeValue):
     feet: tuple[Point, Point]
     fingers: float = -0.35
     pitch: tuple[float, float] = (0.0, 0.0)
-    knees: float = 0.12
+    knees: float = 0.20
     roll: float = 0.25
 
 
@@ -82,12 +82,16 @@ def posture(grasp: Grasp) -> Posture:
         turn = about_z(-s * grasp.roll) @ about_y(-grasp.fingers)
         fingers, palm = turn @ [1.0, 0.0, 0.0], turn @ [0.0, 0.0, -1.0]
         wrist = np.array(grasp.grip) * flip - PALM[0] * fingers - PALM[1] * palm
-        arms[side] = Hold(wrist, fingers, palm, np.array([-0.45, 0.42 * s, -0.8]))
-        toe_out = s * 0.08
+        # Elbows hang, the left a little wider than the right.
+        aside = 0.30 + 0.06 * s
+        arms[side] = Hold(wrist, fingers, palm, np.array([-0.50, aside * s, -0.85]))
+        toe_out = s * 0.11
         ankle = np.array(foot) + about_z(toe_out) @ about_y(-pitch) @ [-0.113, 0.0, 0.068]
         knee = np.array([1.0, s * grasp.knees, 0.4])
         feet[side] = FootPose(ankle, pitch, pitch, toe_out, knee)
-    return Posture(hips, about_y(0.55 * grasp.lean), spine, about_y(0.22 * grasp.lean), feet, arms)
+    # Riders look where they go, and a little aside.
+    look = about_z(0.10) @ about_y(0.22 * grasp.lean)
+    return Posture(hips, about_y(0.55 * grasp.lean), spine, look, feet, arms)
 
 
 def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[MaterialMesh]:

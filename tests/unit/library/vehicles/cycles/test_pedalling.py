@@ -6,7 +6,7 @@ import pytest
 from sumo3dviz_pt.catalog import find
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import PHASES, pedalling, pedals
 
-BICYCLES = ("bicycle", "bicycle_sport", "bicycle_step")
+BICYCLES = ("bicycle", "bicycle_sport", "bicycle_step", "bicycle_summer")
 
 
 @pytest.fixture(scope="module", params=BICYCLES)
