@@ -13,6 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.axles import UnitLinks
+from sumo3dviz_pt.library.vehicles.glazing import glazed, lens_counts, lensed
 from sumo3dviz_pt.library.vehicles.packed import FULL, read_levels
 from sumo3dviz_pt.library.vehicles.plates import (
     LETTER,
@@ -330,9 +331,9 @@ def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     """
     bodies = {}
     for name in sorted(names):
-        levels = read_levels(catalog.find("vehicles", name).folder / FULL)
-        for level, meshes in levels.items():
-            parts = tuple(Part(mesh, material) for material, mesh in meshes.items())
+        entry = catalog.find("vehicles", name)
+        for level, meshes in read_levels(entry.folder / FULL).items():
+            parts = tuple(lensed(glazed(meshes.items(), entry.meta)))
             bodies[f"{name}/{level}"] = Prototype(f"{name}/{level}", parts, ())
     return bodies
 
@@ -382,7 +383,10 @@ def _shapeless(
 ) -> Prototype:
     """A body of as many triangles of each material, all of which lie in one point."""
     point = np.zeros((1, 3))
-    parts = (Part(Mesh(point, np.zeros((n, 3), np.int64)), kind) for kind, n in counts.items())
+    parts = (
+        Part(Mesh(point, np.zeros((n, 3), np.int64)), kind)
+        for kind, n in lens_counts(counts).items()
+    )
     return Prototype(name, tuple(parts), (), lamps=lamps)
 
 

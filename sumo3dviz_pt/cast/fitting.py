@@ -30,6 +30,7 @@ from sumo3dviz_pt.cast.choice import (
 from sumo3dviz_pt.cast.drawing import Joint, Unit
 from sumo3dviz_pt.cast.figures import Posed, cyclist
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedals
+from sumo3dviz_pt.library.vehicles.glazing import glazed
 from sumo3dviz_pt.library.vehicles.packed import BODIES, read_levels
 from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
 from sumo3dviz_pt.library.vehicles.stretching import (
@@ -41,7 +42,7 @@ from sumo3dviz_pt.library.vehicles.stretching import (
     turned_round,
 )
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import Part, Prototype, VehicleLamp
+from sumo3dviz_pt.model.scene import Prototype, VehicleLamp
 
 _LARGEST_STRETCH = 1.25
 """Width and height of a model are scaled by no more than this factor."""
@@ -278,7 +279,12 @@ def read_vehicle(
         catalog.find("vehicles", entry.meta.get("turns", entry.name)).folder / BODIES
     )
     near, far = (
-        tuple(Part(_turned(levels[level][name], entry), name) for name in entry.meta[level])
+        tuple(
+            glazed(
+                ((name, _turned(levels[level][name], entry)) for name in entry.meta[level]),
+                entry.meta,
+            )
+        )
         for level in ("parts", "far")
     )
     lamps = tuple(_lamp(row) for row in entry.meta["lamps"])

@@ -29,7 +29,13 @@ from sumo3dviz_pt.model.scene import Bsdf, Part
 
 TINT: Bsdf = {"type": "tint"}
 
-_ROOMS: Bsdf = {"type": "rooms", "tint": TINT}
+_WORDS: Mapping[str, Bsdf] = {
+    "tint": TINT,
+    "rooms": {"type": "rooms", "tint": TINT},
+    "cabin": {"type": "cabin"},
+    "lens": {"type": "lens", "tint": TINT},
+}
+"""What stands for a colour in a file, and is none."""
 
 
 def principled(
@@ -111,7 +117,8 @@ class MaterialRow(RecipeValue):
 
     Attributes:
         colour: Linear reflectance, `tint` where every face has one of its own, or `rooms` for
-            panes that show rooms whose walls have the face's.
+            panes that show rooms whose walls have the face's, `cabin` for panes of cars, or
+            `lens` for lamps that have the face's.
         roughness: [0, 1].
         metallic: 0 for plastics, paints and stone, 1 for bare metal.
         specular: Strength of the reflection that has no colour, [0, 1].
@@ -126,7 +133,7 @@ class MaterialRow(RecipeValue):
         mirror: Whether it is a perfect mirror; it has no number but its colour.
     """
 
-    colour: Colour | Literal["tint", "rooms"]
+    colour: Colour | Literal["tint", "rooms", "cabin", "lens"]
     roughness: float = 0.5
     metallic: float = 0.0
     specular: float = 0.5
@@ -147,7 +154,7 @@ class MaterialRow(RecipeValue):
         if isinstance(self.colour, tuple):
             colour: Colour | Bsdf = self.colour
         else:
-            colour = TINT if self.colour == "tint" else _ROOMS
+            colour = _WORDS[self.colour]
         if self.mirror and isinstance(colour, tuple):
             return mirror(colour)
         if self.transmitted is not None:

@@ -5,7 +5,7 @@ Cameras become sensors, whose parameters are set for each view.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,11 +16,19 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
+from sumo3dviz_pt.render.cabins import DARK
 from sumo3dviz_pt.render.coated import coated_plugin
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.paint import paint_texture, stained_texture
 from sumo3dviz_pt.render.rooms import rooms_texture
-from sumo3dviz_pt.render.textures import PERIOD, ROOMS, UNTILED, WEAR_ATTRIBUTE, untiled_texture
+from sumo3dviz_pt.render.textures import (
+    CABIN,
+    PERIOD,
+    ROOMS,
+    UNTILED,
+    WEAR_ATTRIBUTE,
+    untiled_texture,
+)
 
 TINT_ATTRIBUTE = "face_tint"
 RADIANCE_ATTRIBUTE = "face_radiance"
@@ -30,6 +38,14 @@ _DARK_GLASS = 0.03
 _CAMERA_FROM_MITSUBA = np.array(
     [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
 )
+
+
+_DEPTHS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
+    ROOMS: rooms_texture,
+    CABIN: lambda _: constant_tint(DARK),
+    "lens": lambda _: face_tint(),
+}
+"""What shows something behind it, by its word; cabins and lenses have depth in our kernel only."""
 
 
 def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
@@ -47,8 +63,8 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
         return dict(tint)
     if kind == "stained":
         return stained_texture(value, tint=tint, texture=plugin(value["texture"], tint=tint))
-    if kind == ROOMS:
-        return rooms_texture(tint)
+    if kind in _DEPTHS:
+        return _DEPTHS[str(kind)](tint)
     if kind == UNTILED:
         return untiled_texture(value, worn=worn)
     inner = {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, on_faces
 from sumo3dviz_pt.model.layers import MovingPart
+from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import (
     Bsdf,
     FrameState,
@@ -50,6 +51,7 @@ from sumo3dviz_pt.render.compound import (
 )
 from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.paint import colour_table, table_index
+from sumo3dviz_pt.render.textures import wear_attributes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,9 +142,20 @@ def shape_group(
     for index, merged in enumerate(meshes):
         bsdf = materials.get(merged.material, tint if merged.painted else convert.face_tint())
         name = f"{prototype.name}_{index}"
-        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=merged.attributes))
+        wear = wear_attributes(materials.dicts.get(merged.material, {}), merged.mesh)
+        attributes = {**merged.attributes, **wear}
+        made.append(convert.make_mesh(name, merged.mesh, bsdf=bsdf, attributes=attributes))
         group[f"part{index}"] = made[-1]
     return load(group), made
+
+
+_LEAST_USE = 1.0 / 64.0
+"""Use of a road user; less is of who never moves."""
+
+
+def _use(mover: Mover) -> float:
+    """Return what is random in a road user beside its paint, [0, 1), the same in all frames."""
+    return 0.0 if mover.parked else max(share_of(0, mover.id, "use"), _LEAST_USE)
 
 
 class InstancePool:
@@ -158,7 +171,8 @@ class InstancePool:
             body's name in the scene.
         parts: Mitsuba's shapes of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
-        placed: Placement relative to the renderer's origin, (4, 4), colour and flop, (4,), by slot.
+        placed: Placement relative to the renderer's origin, (4, 4), and colour, flop and use, (5,),
+            by slot.
         shown: Names of what slots show in this frame, by slot; free ones are not there.
         parked: Slots that show who never moves.
         entries: Shapes to put into the scene, of bodies that move.
@@ -206,13 +220,15 @@ class InstancePool:
         self.parked = frozenset(key for key, mover in taken.items() if mover.parked)
         places = self._places(taken, frame.origin)
         self._move(parameters, places)
-        colours = {key: np.array([*mover.colour, mover.flop]) for key, mover in taken.items()}
-        grey = np.array([0.5, 0.5, 0.5, 0.0])
+        colours = {
+            key: np.array([*mover.colour, mover.flop, _use(mover)]) for key, mover in taken.items()
+        }
+        grey = np.array([0.5, 0.5, 0.5, 0.0, 0.0])
         self.placed = {
             key: (place, colours.get(key, grey))
             for key, place in zip(self._keys, places, strict=True)
         }
-        table = colour_table({self._index[key]: colour for key, colour in colours.items()})
+        table = colour_table({self._index[key]: colour[:4] for key, colour in colours.items()})
         for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
             if name.endswith(".table"):
                 convert.overwrite(parameters, name, table)

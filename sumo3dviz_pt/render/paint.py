@@ -16,7 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.render.textures import WEAR_ATTRIBUTE
+from sumo3dviz_pt.render.textures import PERIOD, WEAR_ATTRIBUTE, corners
 from sumo3dviz_pt.render.weathering import CONTRAST, weathering
 
 TABLE_SIZE = 1024
@@ -48,7 +48,7 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
 
         def _colour(self, si: Any, active: Any) -> Any:
             row = self._row(si, active)
-            return dusty(mi.Color3f(row.x, row.y, row.z), si.uv)
+            return dusty(mi.Color3f(row.x, row.y, row.z), told_grime(si.uv))
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return self._colour(si, active)
@@ -76,11 +76,46 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
     mi.register_texture(_PLUGIN, lambda props: PaintTexture(props))
 
 
-def dusty(paint: Any, uv: Any) -> Any:
-    """Return a paint with the dirt that a mesh's texture coordinates tell."""
-    # Mitsuba's v is ours, negated; meshes without uvs have positive coordinates.
-    grime = dr.clip(-uv.y, 0.0, 1.0)
+def dusty(paint: Any, grime: Any) -> Any:
+    """Return a paint with so much dirt on it, [0, 1]."""
     return dr.lerp(paint, mi.Color3f(*_DUST), grime)
+
+
+def told_grime(uv: Any) -> Any:
+    """Return how much dirt a mesh's texture coordinates tell on average, [0, 1]."""
+    # Mitsuba's v is ours, negated; meshes without uvs have positive coordinates.
+    return dr.clip(-uv.y, 0.0, 1.0)
+
+
+def soiled(uv: Any, own: Any, use: Any) -> tuple[Any]:
+    """Return how much dirt lies on a point of a road user, [0, 1].
+
+    Some are washed and some are not; where dirt lies it is uneven, and rain has run down in streaks
+    where the mesh's u says so.
+
+    Args:
+        uv: Texture coordinates.
+        own: The point in the body's frame [m].
+        use: What is random in the road user, [0, 1).
+    """
+    amount = _CLEANEST + _DIRTIEST * use * dr.sqrt(use)
+    shift = 17.0 * use
+    fine = corners(
+        mi.Vector2f(own.x + own.y + shift, own.z + 0.5 * own.y), cells=21.0, mask=PERIOD - 1
+    )
+    broad = corners(mi.Vector2f(own.x - own.y - shift, own.z), cells=3.0, mask=PERIOD - 1)
+    mottled = 1.0 + 0.35 * broad.noise(1) + 0.3 * fine.noise(2)
+    across = own.y + 0.6 * own.x + shift
+    run = corners(mi.Vector2f(34.0 * across, 1.3 * own.z), cells=1.0, mask=PERIOD - 1)
+    wide = corners(mi.Vector2f(11.0 * across, 0.7 * own.z), cells=1.0, mask=PERIOD - 1)
+    streak = dr.clip(0.1 + 0.6 * run.noise(3) + 0.4 * wide.noise(4), 0.0, 1.0)
+    there = -uv.y >= 0.0
+    share = told_grime(uv) * dr.maximum(mottled, 0.0) + 0.2 * uv.x * streak
+    return (dr.select(there, dr.clip(amount * share, 0.0, 0.8), 0.0),)
+
+
+_CLEANEST, _DIRTIEST = 0.25, 1.4
+"""How dirty the cleanest road user is against what a mesh tells, and how much more the others."""
 
 
 class Paint(NamedTuple):
@@ -89,10 +124,12 @@ class Paint(NamedTuple):
     Attributes:
         colour: Linear reflectance.
         flop: Of an effect paint, [0, 1].
+        use: What is random in a road user, such as how dirty it is, [0, 1); 0 of who stands.
     """
 
     colour: Any
     flop: Any
+    use: Any
 
 
 _FACING, _AWAY = 1.6, 0.37  # brightness of effect paints, seen from ahead and along

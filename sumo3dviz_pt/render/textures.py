@@ -418,6 +418,9 @@ UNTILED = "untiled"
 ROOMS = "rooms"
 """The word for what is seen through panes, in a material's dict; see `render/rooms.py`."""
 
+CABIN = "cabin"
+"""The word for what is seen through panes of cars; see `render/cabins.py`."""
+
 WEAR_ATTRIBUTE = "vertex_wear"
 """Name of the attribute that holds a mesh's `wear`."""
 
@@ -474,7 +477,7 @@ def wear_attributes(bsdf: Bsdf, mesh: Mesh) -> dict[str, Floats]:
     wear = np.tile(UNWORN, (len(mesh.vertices), 1)) if mesh.wear is None else mesh.wear
     if "scalar" not in mi.variant():
         return {WEAR_ATTRIBUTE: wear}
-    if word.get("type") in (ROOMS, "stained"):
+    if word.get("type") in (ROOMS, CABIN, "stained"):
         return {}
     mean = np.array(word.get("mean", _UNKNOWN), dtype=np.float64)
     return {_COLOUR_ATTRIBUTE: worn_colours(wear, mean)} if is_worn(mesh) else {}
@@ -498,7 +501,7 @@ def worn_colours(wear: Floats, mean: Floats) -> Floats:
 def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:
     """Return the first texture of ours in a material that shows wear; None if there is none."""
     words = [item for item in bsdf.values() if isinstance(item, Mapping)]
-    if bsdf.get("type") == ROOMS or bsdf.get("weathered"):
+    if bsdf.get("type") in (ROOMS, CABIN) or bsdf.get("weathered"):
         return bsdf
     if bsdf.get("type") == UNTILED and bsdf.get("wear"):
         return bsdf

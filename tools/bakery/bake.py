@@ -152,6 +152,7 @@ def _listing(
         },
         "lamps": [_plain(asdict(lamp)) for lamp in baked.lamps],
         "wheels": [_plain(asdict(wheel)) for wheel in baked.wheels],
+        **({"cabin": [round(value, 4) for value in baked.cabin]} if baked.cabin else {}),
     }
 
 

@@ -20,12 +20,15 @@ class BakedVehicle:
         far: The far level, wheels included; fewer than 2,000 triangles.
         lamps: What can shine; the same at every level.
         wheels: Where the wheels are.
+        cabin: x of the driver's back, height of the windows' edge and the measures of a
+            `CabinSize` [m]; empty where panes show none.
     """
 
     parts: Meshes
     far: Meshes
     lamps: tuple[VehicleLamp, ...] = ()
     wheels: tuple[WheelPlace, ...] = ()
+    cabin: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

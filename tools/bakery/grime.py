@@ -1,6 +1,7 @@
 """Road dirt on painted bodies: how much of it covers each vertex.
 
-Each vertex carries it as v of its uv, from where the paint of vehicles reads it.
+Each vertex carries it as v of its uv, from where the paint of vehicles reads it; u says how far
+rain runs down there in streaks.
 """
 
 from __future__ import annotations
@@ -55,7 +56,17 @@ def grimed(mesh: Mesh, dirt: Dirt) -> Mesh:
     share = share + 0.3 * rear * np.exp(-((up / 0.45) ** 2))
     share = share * np.clip(1.3 - normals[:, 2], 0.0, 1.0) * _patches(x, np.abs(y), z)
     covered = np.clip(share, 0.0, MOST)
-    return replace(mesh, uvs=np.column_stack([np.full(len(covered), 0.5), covered]))
+    return replace(mesh, uvs=np.column_stack([_streaks(dirt, mesh.vertices, normals), covered]))
+
+
+def _streaks(dirt: Dirt, points: Floats, normals: Floats) -> Floats:
+    """How far rain runs down in streaks, (n,) in [0, 1]: at the rear, and under the windows."""
+    x, _, z = points.T
+    rear = np.clip(-2.0 * normals[:, 0] - 0.4, 0.0, 1.0) * (-x > 0.5 * dirt.length)
+    flank = np.clip(2.0 * np.abs(normals[:, 1]) - 0.8, 0.0, 1.0)
+    upright = np.clip(1.6 - 2.0 * np.abs(normals[:, 2]), 0.0, 1.0)
+    streaks = (0.95 * rear + 0.4 * flank) * upright * (z > dirt.low)
+    return np.asarray(np.clip(streaks, 0.0, 0.999))
 
 
 def _patches(x: Floats, y: Floats, z: Floats) -> Floats:

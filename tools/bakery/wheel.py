@@ -9,8 +9,9 @@ import numpy as np
 from bakery.car.conform import closed
 from bakery.car.recipe import WheelRecipe
 from sumo3dviz_pt.library.mesh.solids import by_material, lathe, shaded
+from sumo3dviz_pt.library.street.lettering import lettering
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 
 _SEGMENTS = (20, 56)
 """Facets around, plain and fine."""
@@ -33,6 +34,8 @@ def build_wheel(recipe: WheelRecipe, *, fine: bool = False) -> Mapping[str, Mesh
     pieces = [("rubber", _tyre(recipe, segments, fine)), *_inside(recipe, segments, fine)]
     pieces += list(_barrel(recipe, segments))
     pieces += list(_cover(recipe, segments) if recipe.spokes == 0 else _star(recipe, fine))
+    if fine:
+        pieces.append(("tyre_text", _lettered(recipe)))
     return by_material(pieces)
 
 
@@ -66,12 +69,37 @@ def _tyre(recipe: WheelRecipe, segments: int, fine: bool) -> Mesh:
         profile = [inner[0], inner[2], (r, -0.78 * w), (r, 0.78 * w), *outer]
         return lathe(profile, segments=segments, crease=1.2)
     ring = [(rim + 0.62 * wall, 0.995 * w), (rim + 0.60 * wall, 1.012 * w)]
-    ring += [(rim + 0.40 * wall, 1.012 * w), (rim + 0.38 * wall, w), (rim + 0.08 * wall, 0.93 * w)]
+    ring += [(rim + 0.40 * wall, 1.012 * w), (rim + 0.38 * wall, w), (rim + 0.12 * wall, 0.95 * w)]
+    ring += [(rim + 0.11 * wall, 0.97 * w), (rim + 0.05 * wall, 0.93 * w)]
     shoulder = [(r - 0.008, 0.86 * w), (r - 0.002, 0.8 * w)]
     tread = [(depth, place * w) for place, depth in _tread(r)]
     back = [(radius, -y) for radius, y in shoulder]
     profile = [*inner, *back, *tread, *shoulder[::-1], outer[0], *ring, outer[2], (rim, 0.8 * w)]
     return lathe(profile, segments=segments, crease=0.6)
+
+
+def _lettered(recipe: WheelRecipe) -> Mesh:
+    """The letters on a tyre's side wall, twice around it."""
+    r, w, rim = recipe.radius, recipe.width / 2.0, recipe.radius * recipe.rim
+    wall = r - rim
+    middle, height = rim + 0.5 * wall, 0.15 * wall
+    size = f"{round(200.0 * recipe.width) * 5}/{round(20.0 * wall / recipe.width) * 5}"
+    flats = []
+    for text, turn in (("CONTURA", 0.0), (f"{size} R{round(78.7 * rim)}", np.pi)):
+        corners = lettering(text, height=height, weight=0.2, gap=0.34).reshape(-1, 2)
+        angle, radius = turn + corners[:, 0] / middle, middle + corners[:, 1]
+        place = np.full(len(corners), 1.012 * w + 0.0016)
+        flats.append(np.column_stack([radius * np.sin(-angle), place, radius * np.cos(angle)]))
+    vertices = np.concatenate(flats)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    return shaded(vertices, _outwards(vertices, faces), crease=0.3)
+
+
+def _outwards(vertices: Floats, faces: Ints) -> Ints:
+    """Faces, (n, 3), turned so that they look to +y."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    back = np.cross(b - a, c - a)[:, 1] < 0.0
+    return np.where(back[:, None], faces[:, ::-1], faces)
 
 
 def _tread(r: float) -> Iterator[tuple[float, float]]:
@@ -123,7 +151,7 @@ def _barrel(recipe: WheelRecipe, segments: int) -> Iterator[MaterialMesh]:
     lip += [(rim - 0.017, 0.80 * w)]
     yield "rim", lathe(lip, segments=segments, crease=0.9)
     deep = [(rim - 0.017, 0.80 * w), (rim - 0.026, 0.0)]
-    material = "gloss_black" if recipe.two_tone else "rim"
+    material = "gloss_black" if recipe.two_tone else "rim_dust"
     yield material, lathe(deep, segments=segments, crease=0.9)
 
 
@@ -183,7 +211,7 @@ def _spoke(recipe: WheelRecipe, turn: float, lean: float, fine: bool) -> Iterato
     c, s, r = np.cos(angle), np.sin(angle), radii[:, None]
     rings = np.stack([r * s + x * c, y, r * c - x * s], axis=-1)
     middle = rings.shape[1] // 2
-    flanks = "gloss_black" if recipe.two_tone else "rim"
+    flanks = "gloss_black" if recipe.two_tone else "rim_dust"
     yield flanks, _sheet(rings[:, :middle])
     yield "rim", _sheet(rings[:, middle - 1 : middle + 1])
     yield flanks, _sheet(rings[:, middle:])

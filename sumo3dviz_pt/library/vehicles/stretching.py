@@ -18,7 +18,7 @@ from sumo3dviz_pt.library.vehicles.recipe import WheelPlace
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses, Prototype, VehicleLamp
 
-_TURNING = frozenset(["rubber", "rim", "disc"])
+_TURNING = frozenset(["rubber", "rim", "rim_dust", "disc"])
 """Materials of wheels."""
 
 _MOST_SHRINK = 0.35

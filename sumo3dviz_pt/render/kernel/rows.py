@@ -20,6 +20,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, SceneData
+from sumo3dviz_pt.render.cabins import DARK
 from sumo3dviz_pt.render.kernel.lobes import VARNISH, Lobes
 
 _PRINCIPLED = {
@@ -55,10 +56,19 @@ class MaterialKind(IntFlag):
     MIRROR = 8192
     ROOMS = 16384
     WEATHERED = 32768
+    CABIN = 65536
+    LENS = 131072
 
 
 PLAIN = MaterialKind(0)
 """Nothing is special."""
+
+_DEPTHS = {
+    "rooms": MaterialKind.TINTED | MaterialKind.ROOMS,
+    "lens": MaterialKind.TINTED | MaterialKind.LENS,
+    "cabin": MaterialKind.CABIN,
+}
+"""Words for what shows something behind it, as a function of the ray."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +199,8 @@ class RowMaker:
                 "kind": kind
                 | (MaterialKind.PAINTED if painted and word == "tint" else MaterialKind.TINTED)
             }
-        if word == "rooms":
-            return {"kind": kind | MaterialKind.TINTED | MaterialKind.ROOMS}
+        if word in _DEPTHS:
+            return {"kind": kind | _DEPTHS[word], "colour": DARK}
         if word == "untiled" and "roughness" not in base:
             return self._laid(base, kind | MaterialKind.UNTILED | _paving(base))
         if word == "bitmap":

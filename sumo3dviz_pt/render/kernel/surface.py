@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.scene import Bsdf
+from sumo3dviz_pt.render.cabins import cabin_frame, cabin_seen, lens_seen
 from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.grounds import Spot as Place
 from sumo3dviz_pt.render.kernel.lights import where
@@ -23,7 +24,7 @@ from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.paint import BRIGHTEST, Paint, aged, dusty, effect
+from sumo3dviz_pt.render.paint import BRIGHTEST, Paint, aged, dusty, effect, soiled
 from sumo3dviz_pt.render.rooms import inward, seen_through
 from sumo3dviz_pt.render.textures import PLAIN, Pyramid, Untiled, pyramid_of, slide
 from sumo3dviz_pt.render.weathering import weathering
@@ -259,6 +260,34 @@ class Surface:
     shine: Any = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Glass:
+    """Where and how a ray meets glass, as arrays of Dr.Jit.
+
+    Attributes:
+        own: The point in the body's frame [m].
+        flat: The face's normal in that frame.
+        d: Direction of the ray in the world.
+        rows: Of the matrix of the instance that was hit; None in scenes without instances.
+        instanced: Whether there is one.
+        use: What is random in a road user, [0, 1).
+    """
+
+    own: Any
+    flat: Any
+    d: Any
+    rows: Any
+    instanced: Any
+    use: Any
+
+    def turned_back(self) -> Any:
+        """Return the ray's direction in the body's frame, of unit length."""
+        rows = self.rows
+        return dr.normalize(
+            self.d.x * _three(rows[0]) + self.d.y * _three(rows[1]) + self.d.z * _three(rows[2])
+        )
+
+
 class Surfaces:
     """Finds what rays met.
 
@@ -275,6 +304,7 @@ class Surfaces:
         if deposits is not None and deposits.snowy:
             self.lobes = replace(self.lobes, matts=True)
         self._textures = Textures(tables, pixel)
+        self._pixel = dr.opaque(mi.Float, pixel)
 
     @property
     def numbered(self) -> bool:
@@ -306,12 +336,10 @@ class Surfaces:
         face = first + hit.prim_index
         corners, material, smooth = tables.corners(face, there)
         weights = mi.Vector3f(1.0 - hit.prim_uv.x - hit.prim_uv.y, hit.prim_uv.x, hit.prim_uv.y)
-        a, b, c = (dr.gather(mi.Vector4f, tables.points, corners[k], there) for k in range(3))
-        p = _mixed(weights, a, b, c)
-        normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
-        na, nb, nc = (dr.gather(mi.Vector4f, tables.normals, corners[k], there) for k in range(3))
-        shading = _smoothed(_mixed(weights, na, nb, nc), normal, smooth)
-        paint, own, instanced = Paint(mi.Color3f(0.5), mi.Float(0.0)), p, mi.Bool(False)
+        p, normal, shading, uv = _spanned(tables, corners, weights, there)
+        shading = _smoothed(shading, normal, smooth)
+        paint = Paint(mi.Color3f(0.5), mi.Float(0.0), mi.Float(0.0))
+        rows, own, flat, instanced = None, p, normal, mi.Bool(False)
         if tables.instanced:
             rows, paint, instanced = tables.instance(hit, there)
             p = dr.select(instanced, _moved(rows, p), p)
@@ -320,14 +348,15 @@ class Surfaces:
         si = dr.zeros(mi.SurfaceInteraction3f)
         si.t = dr.select(there, hit.t, dr.inf)
         si.p, si.n, si.sh_frame = mi.Point3f(p), mi.Normal3f(normal), mi.Frame3f(shading)
-        si.uv = mi.Point2f(
-            dr.dot(weights, mi.Vector3f(a.w, b.w, c.w)),
-            dr.dot(weights, mi.Vector3f(na.w, nb.w, nc.w)),
-        )
+        si.uv = uv
         si.wi = dr.select(there, si.to_local(-ray.d), -ray.d)
         spot = TextureSpot(si.uv, si.t, si.wi, corners, weights)
-        finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
+        finish, kind = self._finish(
+            spot, face=face, material=material, paint=paint, own=own, there=there
+        )
         finish, shine = self._through_panes(finish, kind, spot, inward(-ray.d, normal), there)
+        glass = _Glass(own, flat, ray.d, rows, instanced, paint.use)
+        finish = self._behind_glass(finish, kind, spot, glass, there)
         if self._deposits is not None:
             moves = (instanced | tables.moves(face), instanced, self._parked(hit, there))
             place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
@@ -358,14 +387,43 @@ class Surfaces:
         colour, shine = where(room, args, seen_through, plain)
         return replace(finish, colour=colour), shine
 
+    def _behind_glass(
+        self, finish: Finish, kind: Any, spot: TextureSpot, glass: _Glass, there: Any
+    ) -> Finish:
+        """Return a material with the cabin behind a car's pane, and the depth of a lamp."""
+        colour = finish.colour
+        if MaterialKind.CABIN in self.kinds:
+            pane = there & _has(kind, MaterialKind.CABIN)
+            numbers = mi.Vector2f(spot.uv.x, -spot.uv.y)
+            ahead = cabin_frame(numbers, glass.rows, glass.instanced)
+            place = self._tables.wear(spot.corners, spot.weights, pane)
+            args = (mi.Vector3f(place), numbers, ahead, mi.Vector3f(glass.d), glass.use)
+            (colour,) = where(pane, args, cabin_seen, (colour,))
+        if MaterialKind.LENS in self.kinds and glass.rows is not None:
+            lens = there & _has(kind, MaterialKind.LENS) & glass.instanced
+            size = spot.t * self._pixel
+            args = (mi.Vector3f(glass.own), glass.turned_back(), glass.flat, colour, size)
+            (colour,) = where(lens, args, lens_seen, (colour,))
+        return replace(finish, colour=colour)
+
     def _parked(self, hit: Any, active: Any) -> Any:
         """Return whether a ray met who never moves; only snow asks."""
         if not self._tables.instanced or self._deposits is None or not self._deposits.snowy:
             return mi.Bool(False)
         return self._tables.parked(hit, active)
 
+    def _grime(
+        self, kind: Any, spot: TextureSpot, own: Any, use: Any, there: Any
+    ) -> tuple[Any, Any]:
+        """Return whether something is painted in its road user's colour, and how dirty, [0, 1]."""
+        painted = _has(kind, MaterialKind.PAINTED)
+        if MaterialKind.PAINTED not in self.kinds:
+            return painted, mi.Float(0.0)
+        args = (mi.Point2f(spot.uv), mi.Vector3f(own), use)
+        return painted, where(there & painted, args, soiled, (mi.Float(0.0),))[0]
+
     def _finish(
-        self, spot: TextureSpot, *, face: Any, material: Any, paint: Any, there: Any
+        self, spot: TextureSpot, *, face: Any, material: Any, paint: Any, own: Any, there: Any
     ) -> tuple[Finish, Any]:
         """Return the material at a point, and what is special about it."""
         tables, lobes = self._tables, self.lobes
@@ -373,9 +431,9 @@ class Surfaces:
         kind = mi.UInt32(gloss.x)
         looks = tables.looks(face, there)
         colour, roughness = mi.Color3f(looks.x, looks.y, looks.z), looks.w
-        painted = _has(kind, MaterialKind.PAINTED)
+        painted, grime = self._grime(kind, spot, own, paint.use, there)
         if MaterialKind.PAINTED in self.kinds:
-            colour = dr.select(painted, dusty(paint.colour, spot.uv), colour)
+            colour = dr.select(painted, dusty(paint.colour, grime), colour)
         textured = MaterialKind.UNTILED | MaterialKind.BITMAP
         if self.kinds & (textured | MaterialKind.ROUGH):
             numbers = (mi.UInt32(more.y), mi.UInt32(more.z))
@@ -408,8 +466,9 @@ class Surfaces:
             roughness=roughness,
             metallic=metallic,
             eta=gloss.y,
-            coat=gloss.z,
-            coat_roughness=gloss.w,
+            # Dust dulls a coat.
+            coat=gloss.z * (1.0 - 0.6 * grime),
+            coat_roughness=gloss.w + 0.35 * grime,
             through=more.x,
             glossy=dr.select(dull, mi.Float(0.0), 1.0),
             matt=_has(kind, MaterialKind.MATT) if lobes.matts else mi.Bool(False),
@@ -425,6 +484,17 @@ def _weathered(deposits: Deposits, finish: Finish, place: Place, si: Any) -> Fin
     si.sh_frame = mi.Frame3f(shading)
     si.wi = dr.select(place.active, si.to_local(place.wi), place.wi)
     return finish
+
+
+def _spanned(tables: Tables, corners: Any, weights: Any, active: Any) -> tuple[Any, ...]:
+    """Return place, face's normal, mixed normal and texture coordinates of a point of a face."""
+    a, b, c = (dr.gather(mi.Vector4f, tables.points, corners[k], active) for k in range(3))
+    normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
+    na, nb, nc = (dr.gather(mi.Vector4f, tables.normals, corners[k], active) for k in range(3))
+    uv = mi.Point2f(
+        dr.dot(weights, mi.Vector3f(a.w, b.w, c.w)), dr.dot(weights, mi.Vector3f(na.w, nb.w, nc.w))
+    )
+    return _mixed(weights, a, b, c), normal, _mixed(weights, na, nb, nc), uv
 
 
 def _has(kind: Any, what: MaterialKind) -> Any:

@@ -41,7 +41,7 @@ _SMOOTH = 0x80000000
 
 _INSTANCE = 16  # numbers of an instance: rows of its matrix, colour, own number and flop
 
-_FLOP = 0.9  # the fraction of an instance's last number where the flop of its paint is 1
+_FLOPS, _USES = 21, 64  # how many flops and uses the fraction of its last number tells apart
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +92,17 @@ class Tables:
         # Worn meshes come first, so that the table of wear ends with them; merged meshes of what
         # moves come last, so that the table of their faces' numbers begins with them; and of
         # these, what is rooted comes first, as weather treats it like all that stands.
+        held = [mesh for mesh in loaded.meshes() if len(parameters[f"{mesh.name}.faces"])]
+        telling = [mesh for mesh in held if f"{mesh.name}.{WEAR_ATTRIBUTE}" in parameters]
+        names, bodies = {mesh.name for mesh in telling}, {mesh.body for mesh in telling} - {""}
+        # The meshes of a body must follow each other.
         meshes = sorted(
-            (mesh for mesh in loaded.meshes() if len(parameters[f"{mesh.name}.faces"])),
+            held,
             key=lambda mesh: (
                 mesh.moving,
                 not mesh.rooted,
-                f"{mesh.name}.{WEAR_ATTRIBUTE}" not in parameters,
+                mesh.name not in names and mesh.body not in bodies,
+                mesh.body in bodies,
             ),
         )
         self.textures = RowMaker()
@@ -199,7 +204,7 @@ class Tables:
         for slot, (matrix, paint) in placed.items():
             numbers[self._numbers[slot], :12] = matrix[:3].ravel()
             numbers[self._numbers[slot], 12:15] = paint[:3]
-            numbers[self._numbers[slot], 15] = _FLOP * paint[3]
+            numbers[self._numbers[slot], 15] = _fraction(paint[3], paint[4])
         if self.numbered:
             self._number_movers(numbers)
         self._instances = mi.Float(aligned(numbers, np.float32))
@@ -349,7 +354,15 @@ class Tables:
         there = active & (number != 0)
         rows = [dr.gather(mi.Vector4f, self._instances, 4 * number + k, there) for k in range(4)]
         paint, last = mi.Color3f(rows[3].x, rows[3].y, rows[3].z), rows[3].w
-        return rows[:3], Paint(paint, (last - dr.floor(last)) * (1.0 / _FLOP)), there
+        told = dr.floor((last - dr.floor(last)) * (_FLOPS * _USES))
+        flop = dr.floor(told * (1.0 / _USES))
+        use = (told - _USES * flop + 0.5) * (1.0 / _USES)
+        return rows[:3], Paint(paint, flop * (1.0 / (_FLOPS - 1)), use), there
+
+
+def _fraction(flop: float, use: float) -> float:
+    """Return what an instance's flop and use, in [0, 1] and [0, 1), add to its number."""
+    return (round(flop * (_FLOPS - 1)) * _USES + int(use * _USES) + 0.5) / (_FLOPS * _USES)
 
 
 def _laid_out(meshes: Iterable[HeldMesh], parameters: Any) -> list[_Place]:

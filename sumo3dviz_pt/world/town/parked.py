@@ -13,6 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.library.paints import EUROPEAN, flop_of
+from sumo3dviz_pt.library.vehicles.glazing import PANE, paned
 from sumo3dviz_pt.library.vehicles.packed import BODIES, read_levels
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, belonging, settled
 from sumo3dviz_pt.model.random import pick, share_of
@@ -118,11 +119,17 @@ def _car(name: str, place: Transform, seed: int, *, near: bool) -> Iterator[Part
     names = list(_MODELS)
     model = names[pick(list(_MODELS.values()), share_of(seed, name, "model"))]
     paint = EUROPEAN.draw(seed, name)
+    meta, chance = catalog.find("vehicles", model).meta, share_of(seed, name, "use")
+    ahead = place.matrix[:2, 0]
+    yaw = float(np.arctan2(ahead[1], ahead[0]))
     for material, mesh in _body(model)["parts" if near else "far"].items():
-        placed = belonging(place.mesh(mesh), f"parked:{name}")
+        placed = replace(belonging(place.mesh(mesh), f"parked:{name}"), uvs=None)
+        if material == PANE:
+            told = paned(mesh, meta, yaw=yaw, chance=chance)
+            placed = replace(placed, uvs=told.uvs, wear=told.wear)
         tint = np.tile(paint, (len(mesh.faces), 1)) if material == "paint" else None
         glitters = material == "paint" and flop_of(paint) > 0.0
-        yield Part(replace(placed, uvs=None), "effect_paint" if glitters else material, tint)
+        yield Part(placed, "effect_paint" if glitters else material, tint)
 
 
 @cache

@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.numbers import eased
 WELL_DEPTH = 0.30
 """How far wheel wells reach inwards from the flank [m]."""
 
+_HOLLOW = 0.013
 PILLAR_LEAN = 0.06
 """Run of pillars and door edges per height, backwards when going up."""
 
@@ -41,6 +42,8 @@ class CarShape:
         crease: Height of the character line over d.
         fade: How strong the character line is over d.
         ledge: Height of the doors' lower crease over d.
+        hollow: How far doors are hollow between their ledge and the character line [m].
+        sharp: Over which height that line fades downwards [m].
     """
 
     recipe: CarRecipe
@@ -55,6 +58,8 @@ class CarShape:
     crease: ProfileCurve
     fade: ProfileCurve
     ledge: ProfileCurve
+    hollow: float = _HOLLOW
+    sharp: float = 0.03
 
     @property
     def half(self) -> float:
@@ -156,11 +161,13 @@ def _side(shape: CarShape, d: Floats, z: Floats) -> Floats:
     low = recipe.clearance
     fade = shape.fade(d)
     rise = np.clip((z - low - 0.15) / 0.22, 0.0, 1.0)
-    below = 1.0 - np.exp(-np.maximum(shape.crease(d) - z, 0.0) / 0.045)
+    below = 1.0 - np.exp(-np.maximum(shape.crease(d) - z, 0.0) / shape.sharp)
     flank = shape.half * shape.plan(d) * shape.section(z)
     flank = flank - eased(rise, recipe.crease * fade * below)
-    # The doors end over a ledge that catches the light.
+    # The doors end over a ledge that catches the light, and are hollow between it and the crease.
     ledge = shape.ledge(d)
+    share = np.clip((z - ledge) / np.maximum(shape.crease(d) - ledge, 0.1), 0.0, 1.0)
+    flank = flank - shape.hollow * fade * np.sin(np.pi * share**0.8) ** 2
     under = np.exp(-np.maximum(z - ledge, 0.0) / 0.05) * np.clip(
         (z - ledge + 0.10) / 0.10, 0.0, 1.0
     )

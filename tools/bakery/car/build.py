@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from sumo3dviz_pt.model.scene import VehicleLamp
 MIDDLE = CarFineness(spacing=0.055, faces=2500, step=0.2, sides=8)
 """Seen from ten metres on."""
 
-FULL = CarFineness(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.005, bevels=True)
+FULL = CarFineness(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.011, bevels=True)
 """Seen from nearby."""
 
 
@@ -36,17 +37,33 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
     """Build the baked levels of a car; the same recipe gives the same meshes."""
     shape = car_shape(recipe)
     near, fit = _near(shape, MIDDLE)
-    hull = list(_far_pieces(shape))
+    # From afar nobody sees how doors are hollow.
+    plain = replace(shape, hollow=0.0, sharp=0.045)
+    hull = list(_far_pieces(plain))
     far_fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in hull]))
-    far = [(name, far_fit.mesh(mesh)) for name, mesh in (*hull, *far_details(shape))]
+    far = [(name, far_fit.mesh(mesh)) for name, mesh in (*hull, *far_details(plain))]
     track = _track(recipe)
     lamps = (*car_lamps(shape), *equipment_lamps(shape))
     return BakedVehicle(
         by_material(_dirty(recipe, [*near, *_wheels(shape, track)])),
-        by_material(_painted(recipe, [*far, *far_wheels(shape, track=track)])),
+        by_material(_painted(recipe, [*far, *far_wheels(plain, track=track)])),
         tuple(_fitted(lamp, fit) for lamp in lamps),
         tuple(_wheel_places(recipe, track)),
+        _cabin(shape),
     )
+
+
+def _cabin(shape: CarShape) -> tuple[float, ...]:
+    """Where the cabin lies and how large it is, as `cabin_of` reads it."""
+    recipe = shape.recipe
+    seat = recipe.doors[0][1] - 0.2
+    # Where there are no doors for those behind, they sit close.
+    rear = recipe.doors[1][1] - 0.12 if len(recipe.doors) > 1 else seat + 0.8
+    belt = float(shape.belt(seat))
+    half = float(shape.side_glass(np.array(seat), np.array(belt)))
+    foot = float(shape.backlight(recipe.rear_window[0]))
+    roof = float(shape.roof(seat)) - belt
+    return (-seat, belt, rear - seat, roof, half, seat - recipe.cowl[0], foot - seat)
 
 
 def build_full(recipe: CarRecipe) -> FullVehicle:

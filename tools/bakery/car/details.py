@@ -8,7 +8,6 @@ import numpy as np
 
 from bakery.car.body import CarShape
 from bakery.car.conform import CarFineness, bar, closed, land, resampled
-from bakery.car.driver import driver
 from bakery.car.panels import handle_places
 from sumo3dviz_pt.library.mesh.solids import box, moved, on_both_sides, shaded, superellipsoid, tube
 from sumo3dviz_pt.library.vehicles.recipe import MaterialMesh
@@ -27,7 +26,6 @@ def details(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build mirrors, handles, wipers and antenna, which may stick out of the car's measures."""
     yield from on_both_sides((*_mirror(shape, level), *_handles(shape, level)))
     yield from _wipers(shape, level)
-    yield from driver(shape, level)
     yield from _spoiler(shape, level)
     yield from _antenna(shape)
     yield from _exhaust_shadow(shape)

@@ -23,6 +23,9 @@ _BLOCK = (0.115, 0.2, 0.05)
 _CLEAR = 0.006
 """Distance of lamps before what they shine from [m]."""
 
+_BADGE, _BADGE_OUT = 0.034, 0.007
+"""Height of letters at the rear, and their distance from the field of the body [m]."""
+
 _LETTERS_OUT = 0.008
 """Distance of letters from the field of the body; its triangles are some millimetres off it [m]."""
 
@@ -30,6 +33,8 @@ _LETTERS_OUT = 0.008
 def equipment(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build what stands on the roof, and the letters on the flanks."""
     yield from _side_text(shape)
+    if level.bevels:
+        yield from _badges(shape)
     yield from roof_equipment(shape, max(10, level.sides))
 
 
@@ -80,6 +85,22 @@ def _side_text(shape: CarShape) -> Iterator[MaterialMesh]:
         spots = land(shape, "side", np.column_stack([d + side * flat[:, 0], z + flat[:, 1]]))
         places = (spots.points + _LETTERS_OUT * spots.normals) * [1.0, side, 1.0]
         yield flanks.material, shaded(places, faces, crease=1.0)
+
+
+def _badges(shape: CarShape) -> Iterator[MaterialMesh]:
+    """Letters at the rear, beside the plate."""
+    for side, text in zip((1.0, -1.0), shape.recipe.badges, strict=True):
+        if not text:
+            continue
+        letters = lettering(text, height=_BADGE, weight=0.17, gap=0.3)
+        flat, numbers = np.unique(letters.reshape(-1, 2), axis=0, return_inverse=True)
+        wide = float(np.ptp(flat[:, 0]))
+        # They begin, or end, as far from the plate as they are high.
+        y = side * (0.36 + 0.5 * wide) - flat[:, 0]
+        z = shape.recipe.plates[1] + 0.012 + flat[:, 1]
+        spots = land(shape, "rear", np.column_stack([np.abs(y), z]))
+        places = spots.points * [1.0, side, 1.0] + [-_BADGE_OUT, 0.0, 0.0]
+        yield "chrome", shaded(places, numbers.reshape(-1, 3), crease=1.0)
 
 
 def _sign(at: Floats, sides: int) -> Iterator[MaterialMesh]:

@@ -13,7 +13,7 @@ from bakery.car.cuts import tag_of
 from bakery.car.equipment import roof_equipment
 from bakery.car.panels import cut_panels
 from bakery.car.recipe import MATERIALS, CarPanel, CarRecipe
-from bakery.car.windows import cut_windows
+from bakery.car.windows import cut_far_windows
 from bakery.mesh.cutting import Surface
 from bakery.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, on_both_sides, superellipsoid
@@ -52,7 +52,7 @@ def far_surface(shape: CarShape) -> Surface:
         A surface whose tags are places in `MATERIALS`.
     """
     seen = _seen_panels(shape.recipe)
-    surface = cut_windows(body_surface(shape, spacing=_SPACING), shape)
+    surface = cut_far_windows(body_surface(shape, spacing=_SPACING), shape)
     framed = Surface(surface.vertices, surface.faces, _retagged(surface, "gloss_black", "glass"))
     surface = cut_panels(framed, replace(shape, recipe=seen))
     names = [*MATERIALS, *(_SHOWN[panel.material] for panel in seen.panels)]

@@ -46,8 +46,9 @@ Material = Literal[
     "livery_cream",
     "livery_white",
     "livery_blue",
-    "glass_face",
-    "glass_coat",
+    "cabin_pane",
+    "rim_dust",
+    "tyre_text",
 ]
 
 MATERIALS: tuple[Material, ...] = get_args(Material)
@@ -239,6 +240,7 @@ class CarRecipe(RecipeValue):
         antenna: d of the antenna on the roof [m]; 0 for none.
         equipment: Of a taxi or the police: `taxi_sign` or `light_bar`, or empty.
         flanks: What stands on the flanks, or None.
+        badges: What letters say at the rear, left and right of the plate; empty for none.
         panels: Lamps, grilles, intakes, in this order.
         strips: Light guides, chrome and the like.
         discs: Round lamps, badges, exhaust pipes.
@@ -286,6 +288,7 @@ class CarRecipe(RecipeValue):
     antenna: float = 0.0
     equipment: Equipment = ""
     flanks: FlankText | None = None
+    badges: tuple[str, str] = ("", "")
     panels: tuple[CarPanel, ...] = ()
     strips: tuple[BodyStrip, ...] = ()
     discs: tuple[Disc, ...] = ()

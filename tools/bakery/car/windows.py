@@ -1,4 +1,8 @@
-"""Windows of a car, each a dark pane within a black frame."""
+"""Windows of a car, each a dark pane within a black frame.
+
+Close by the renderer shows the cabin behind a pane (see `sumo3dviz_pt/render/cabins.py`); from afar
+seats are a paler tint of the glass.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +17,28 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 
 def cut_windows(surface: Surface, shape: CarShape) -> Surface:
     """Cut side windows, windscreen and rear window into a body, and the cowl's dark strip."""
-    surface = _side_windows(surface, shape)
+    return _cut(surface, shape, tinted=False)
+
+
+def cut_far_windows(surface: Surface, shape: CarShape) -> Surface:
+    """Cut the same, with what is seen through them as tints."""
+    return _cut(surface, shape, tinted=True)
+
+
+def _cut(surface: Surface, shape: CarShape, *, tinted: bool) -> Surface:
+    """Cut all windows."""
+    surface = _side_windows(surface, shape, tinted=tinted)
     surface = _cowl(surface, shape)
-    surface = _windscreen(surface, shape)
-    return _rear_window(surface, shape)
+    surface = _windscreen(surface, shape, tinted=tinted)
+    return _rear_window(surface, shape, tinted=tinted)
 
 
-def _side_windows(surface: Surface, shape: CarShape) -> Surface:
+def _glass(tinted: bool) -> int:
+    """Tag of panes."""
+    return tag_of("glass" if tinted else "cabin_pane")
+
+
+def _side_windows(surface: Surface, shape: CarShape, *, tinted: bool) -> Surface:
     """Panes within a black frame; the outlines follow belt, roof and screens."""
     recipe = shape.recipe
 
@@ -40,7 +59,7 @@ def _side_windows(surface: Surface, shape: CarShape) -> Surface:
         above = centroids[:, 2] > shape.belt(centroids[:, 0]) - 0.02
         return np.asarray((np.abs(normals[:, 1]) > 0.5) & above)
 
-    black, glass = tag_of("gloss_black"), tag_of("glass")
+    black, glass = tag_of("gloss_black"), _glass(tinted)
     if recipe.frame != "gloss_black":
         bright = RegionCut(
             lambda d, y, z: frame(d, y, z, inset=-0.013), tag_of(recipe.frame), on_side
@@ -49,6 +68,8 @@ def _side_windows(surface: Surface, shape: CarShape) -> Surface:
     over = (tag_of("paint"), tag_of(recipe.frame))
     surface = cut_region(surface, shape, RegionCut(frame, black, on_side, over))
     surface = cut_region(surface, shape, RegionCut(pane, glass, on_side, (black,)))
+    if not tinted:
+        return surface
 
     def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
         return intersect(frame(d, y, z, inset=0.07), -_seats_from_side(shape, d, z), 0.01)
@@ -93,7 +114,7 @@ def _cowl(surface: Surface, shape: CarShape) -> Surface:
     return cut_region(surface, shape, RegionCut(strip, tag_of("trim"), on_top))
 
 
-def _windscreen(surface: Surface, shape: CarShape) -> Surface:
+def _windscreen(surface: Surface, shape: CarShape, *, tinted: bool) -> Surface:
     """The windscreen with a black rim."""
     recipe = shape.recipe
     low, high = recipe.cowl[1], float(shape.roof(recipe.header))
@@ -110,9 +131,11 @@ def _windscreen(surface: Surface, shape: CarShape) -> Surface:
 
     black, over = tag_of("gloss_black"), (tag_of("paint"), tag_of("trim"))
     surface = cut_region(surface, shape, RegionCut(rim, black, ahead, over))
-    glass = tag_of("glass")
+    glass = _glass(tinted)
     pane = RegionCut(lambda d, y, z: rim(d, y, z, inset=0.03), glass, ahead, (black,))
     surface = cut_region(surface, shape, pane)
+    if not tinted:
+        return surface
 
     def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
         inside = np.maximum(rim(d, y, z, inset=0.11), low + 0.15 - z)
@@ -121,7 +144,7 @@ def _windscreen(surface: Surface, shape: CarShape) -> Surface:
     return cut_region(surface, shape, RegionCut(beyond, tag_of("glass_seat"), ahead, (glass,)))
 
 
-def _rear_window(surface: Surface, shape: CarShape) -> Surface:
+def _rear_window(surface: Surface, shape: CarShape, *, tinted: bool) -> Surface:
     """The rear window with a black rim."""
     recipe = shape.recipe
     low, high = recipe.rear_window
@@ -138,9 +161,11 @@ def _rear_window(surface: Surface, shape: CarShape) -> Surface:
 
     black = tag_of("gloss_black")
     surface = cut_region(surface, shape, RegionCut(rim, black, behind))
-    glass = tag_of("glass")
+    glass = _glass(tinted)
     pane = RegionCut(lambda d, y, z: rim(d, y, z, inset=0.028), glass, behind, (black,))
     surface = cut_region(surface, shape, pane)
+    if not tinted:
+        return surface
 
     def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
         # Light falls through the other windows over shelf and seats.

@@ -15,6 +15,7 @@ from itertools import chain
 
 import numpy as np
 
+from sumo3dviz_pt.library.vehicles.glazing import PANE
 from sumo3dviz_pt.library.vehicles.interior.cockpit import (
     cockpit,
     cockpit_lamps,
@@ -110,7 +111,8 @@ def cutaway(
     cut = (
         low if cabin.is_built or cabin is CutawayCabin.BOX else max(low, float(eye[2]) - _UNDER_EYE)
     )
-    parts = tuple(_opened(prototype.parts, cowl=cowl, low=cut, high=high))
+    solid = tuple(part for part in prototype.parts if part.material != PANE)
+    parts = tuple(_opened(solid, cowl=cowl, low=cut, high=high))
     if not cabin.is_built:
         parts = tuple(_without_backs(parts, eye, above=low))
     parts = tuple(replace(part, mesh=_seen_from(part.mesh, eye)) for part in parts)

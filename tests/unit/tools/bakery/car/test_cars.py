@@ -61,6 +61,7 @@ class TestEveryCar:
             assert meta[level] == held and set(held) <= set(MATERIALS)
         for level in ("parts", "far"):
             assert {body, "glass", "trim", "rubber", "plate"} <= set(meta[level])
+            assert ("cabin_pane" in meta[level]) == (level == "parts")
 
     def test_says_what_it_is(self, name):
         meta = find("vehicles", name).meta
