@@ -83,3 +83,12 @@ def settle(sensor: Any) -> None:
     if "scalar" not in mi.variant():
         sensor.film().prepare([])
         sensor.sampler().seed(0, 1)
+
+
+def free_buffers() -> None:
+    """Give memory back that Dr.Jit holds for arrays to come.
+
+    It never does so by itself: what loading took stays beside what tracing takes.
+    """
+    if "scalar" not in mi.variant():
+        dr.flush_malloc_cache()

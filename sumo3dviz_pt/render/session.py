@@ -27,6 +27,7 @@ from sumo3dviz_pt.render.convert import sensor_entry
 from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
 from sumo3dviz_pt.render.kernel.integrator import CENTRE, Kernel
 from sumo3dviz_pt.render.kernel.tables import Owners
+from sumo3dviz_pt.render.kernels import free_buffers
 from sumo3dviz_pt.render.lights.emitter import register_lamps
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.paint import register_paint, register_stained
@@ -245,9 +246,9 @@ class Session:
             self._weathered: WeatheredSky | None = None
             if scene.weather is not None:
                 self._weathered = WeatheredSky(scene.sky, scene.weather)
-            self.sky: SkyMap = self._sky_of(None if scene.weather is None else scene.weather.first)
-            self._weight = sky_weight(self.sky, lamps=self.loaded.aimed)
-            self._lights = self._entries()
+            self._weight = 0.0  # that of the first sky stays
+            self._show_sky(None if scene.weather is None else scene.weather.first)
+            free_buffers()
             self._tracer: Tracer | None = None
             self.by_kernel: ByKernel | None = None
             if backend.jit:
@@ -261,9 +262,17 @@ class Session:
         sky, self.loaded.veil = self._weathered.at(weather)
         return sky
 
-    def _entries(self) -> dict[str, Any]:
-        """Make sky and sun for Mitsuba."""
-        return {"sky": sky_entry(self.sky, self._weight), **sun_entry(self.sky, self._weight)}
+    @property
+    def sky(self) -> SkyMap:
+        """The sky that is shown: made anew, as its map is large and Mitsuba holds a copy."""
+        return self._sky_of(self._sky_weather)
+
+    def _show_sky(self, weather: Weather | None) -> None:
+        """Make sky and sun of a frame's weather for Mitsuba, and keep what finishing needs."""
+        sky, self._sky_weather = self._sky_of(weather), weather
+        self._weight = self._weight or sky_weight(sky, lamps=self.loaded.aimed)
+        self._horizon, self._sky_light = sky.horizon, sky_light(sky)
+        self._lights = {"sky": sky_entry(sky, self._weight), **sun_entry(sky, self._weight)}
 
     def __enter__(self) -> Session:
         """Start to use the scene."""
@@ -274,6 +283,7 @@ class Session:
         self._lights, self._tracer, self.by_kernel = {}, None, None
         self.loaded.close()
         gc.collect()
+        free_buffers()
 
     def activate(self) -> None:
         """Make this session's variant the active one again, after another session's."""
@@ -387,6 +397,9 @@ class Session:
         how = self.finishing_of(frame)
         if denoiser is not None:
             how = replace(how, denoiser=denoiser)
+        if how.denoiser != "none":
+            # What tracing took makes room for the denoiser.
+            free_buffers()
         with self.clock.phase("denoise"):
             seen = samples.layers if how.denoiser == "none" else samples.apart
             return finished(seen, frame.view, how)
@@ -415,11 +428,11 @@ class Session:
             quality.guides,
             quality.raw_share,
             haze,
-            self.sky.horizon,
+            self._horizon,
             grainy_sky=self._lit_air,
         )
         falling = None if frame is None else frame.falling()
-        return how if falling is None else replace(how, falling=falling, light=sky_light(self.sky))
+        return how if falling is None else replace(how, falling=falling, light=self._sky_light)
 
     def _haze(self) -> Haze | None:
         """Return the frame's haze; fog's visibility counts the haze in."""
@@ -504,9 +517,8 @@ class Session:
 
     def _follow_weather(self, weather: Weather | None) -> None:
         """Bring sky and sun to a frame's weather."""
-        before, self.sky = self.sky, self._sky_of(weather)
-        if self.sky is before:
+        if weather == self._sky_weather:
             return
-        self._lights = self._entries()
+        self._show_sky(weather)
         if self.loaded.parameters is not None:
             update_sky(self.loaded.parameters, self._lights)

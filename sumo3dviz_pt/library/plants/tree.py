@@ -267,8 +267,19 @@ def crown(kind: Species, branches: Branches, twigs: Branches) -> Crown:
     return Crown(twigs, hubs, axis, np.stack([low, high]))
 
 
+BENT, HARDLY = 0.5, 0.2
+"""How far normals of leaves are bent towards those of clump and crown: of large leaves that stand
+for many, and of leaves about as large as real ones, which the light tells apart."""
+
+
 def foliage(
-    kind: Species, grown: Crown, *, leaves: int, folded: bool, rng: np.random.Generator
+    kind: Species,
+    grown: Crown,
+    *,
+    leaves: int,
+    folded: bool,
+    rng: np.random.Generator,
+    bent: float = BENT,
 ) -> tuple[Mesh, Floats]:
     """Grow leaves along the twigs, and tint each face.
 
@@ -280,6 +291,7 @@ def foliage(
         leaves: Their number, >= 12.
         folded: True gives diamonds of two triangles, False single triangles.
         rng: Places and turns them.
+        bent: How far their normals are bent towards those of clump and crown, in [0, 1].
     """
     # Every twig gets its share, in the same order at every level of detail.
     twig = rng.permutation(grown.twigs.count)[np.arange(leaves) % grown.twigs.count]
@@ -299,7 +311,8 @@ def foliage(
     share = np.sqrt(kind.area * kind.height**2 / float(areas(mesh.vertices, mesh.faces).sum()))
     mesh = _within(_leaves(centres, share * along, share * across, folded), grown.bounds)
     per_leaf = 2 if folded else 1
-    normals = _soft_normals(mesh, grown, np.repeat(twig, len(mesh.vertices) // leaves))
+    of_vertices = np.repeat(twig, len(mesh.vertices) // leaves)
+    normals = _soft_normals(mesh, grown, of_vertices, bent)
     tint = _tints(kind, grown, centres, twig, rng)
     return Mesh(mesh.vertices, mesh.faces, normals), np.repeat(tint, per_leaf, axis=0)
 
@@ -333,7 +346,7 @@ def _within(mesh: Mesh, bounds: Floats) -> Mesh:
     return Mesh(bounds[0] + share * (bounds[1] - bounds[0]), mesh.faces)
 
 
-def _soft_normals(mesh: Mesh, grown: Crown, twig: Ints) -> Floats:
+def _soft_normals(mesh: Mesh, grown: Crown, twig: Ints, bent: float) -> Floats:
     """Bend leaf normals towards those of clump and crown, which hides how few leaves there are."""
     flat = unit(area_vectors(mesh.vertices, mesh.faces))
     normals = np.zeros_like(mesh.vertices)
@@ -347,7 +360,7 @@ def _soft_normals(mesh: Mesh, grown: Crown, twig: Ints) -> Floats:
     normals = unit(normals)
     # A normal and its opposite mean the same leaf: take the one that looks outwards.
     normals *= np.where((normals * outward).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    return unit(0.5 * normals + 0.5 * outward)
+    return unit((1.0 - bent) * normals + bent * outward)
 
 
 def _tints(
@@ -446,6 +459,7 @@ def tree(
 
 
 _MOST_LEAVES = 220_000
+_VARIED = 0.4  # by how much small leaves differ in brightness, beside what large ones do
 _WOOD = ((0.05, 0), (0.10, 1), (np.inf, 2))  # up to which leaf [m] bark has which level of detail
 
 
@@ -469,7 +483,9 @@ def fine_tree(species: str, *, seed: int, leaf: float, season: str = "summer") -
     grows = leafy(kind, season)
     count = fine_leaves(species, leaf=leaf, season=season)
     dice = np.random.default_rng([seed, 1])
-    leaves, tint = foliage(grows, grown, leaves=count, folded=False, rng=dice)
+    leaves, tint = foliage(grows, grown, leaves=count, folded=False, rng=dice, bent=HARDLY)
+    # Old and young, dull and glossy leaves: each is seen by itself.
+    tint = np.clip(tint * dice.uniform(1 - _VARIED, 1 + _VARIED, (len(tint), 1)), 0.004, 0.8)
     detail = _DETAILS[next(level for most, level in _WOOD if leaf <= most)]
     wood, colours = _wood(kind, orders, detail, np.random.default_rng([seed, 2]))
     return (

@@ -5,7 +5,7 @@ Noise is removed by Intel Open Image Denoise through `mitsuba-oidn`, on linear r
 Haze is aerial perspective, laid on in linear radiance before the picture is stored. Far things fade
 into the light of the horizon behind them: radiance x transmittance + horizon radiance x (1 -
 transmittance). Sky and sun lie behind the haze model and are left alone. The transmittance comes
-from a depth pass and its share of hit samples.
+from a depth pass and its share of hit samples. As these have noise, the denoiser comes after it.
 
 By day rain and snow in the same air have the horizon's light, too. By night lamps light them, and
 then they count with the haze: of what far things fade into, haze gives its share of the extinction
@@ -177,18 +177,22 @@ def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind:
     Returns:
         Radiance with haze, (h, w, 3).
     """
+    veil = _veil(haze, depth=depth, hit=hit)
+    return np.asarray(radiance + (behind - radiance) * veil, dtype=np.float32)
+
+
+def _veil(haze: Haze, *, depth: Image, hit: Image) -> Image:
+    """Return the share of each pixel's light that haze exchanges, (h, w, 3) in [0, 1]."""
     distance = depth / np.maximum(hit, np.float32(1e-6))
     # In a pixel that sees far things and sky, both have the horizon's light. Without this, hazy
     # hills would have a dark outline.
     sky = np.where(hit > 0, 1 - hit, np.float32(0.0))
-    hazed = np.empty(radiance.shape, dtype=np.float32)
+    veil = np.empty((*hit.shape, 3), dtype=np.float32)
     for channel, extinction in enumerate(haze.extinction):
         fade = -np.expm1(distance * -(extinction + haze.falls))
         fade *= extinction / max(extinction + haze.falls, 1e-12)
-        veil = (hit + sky * (fade * fade * fade)) * fade
-        plain = radiance[..., channel]
-        hazed[..., channel] = plain + (behind[..., channel] - plain) * veil
-    return hazed
+        veil[..., channel] = (hit + sky * (fade * fade * fade)) * fade
+    return veil
 
 
 def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Image:
@@ -231,7 +235,10 @@ class Finishing:
 
 
 def finished(seen: Layers, view: View, how: Finishing) -> Image:
-    """Denoise a picture, then lay haze over it, and what falls and flies.
+    """Lay haze over a picture and denoise it, then add lamps, and what falls and flies.
+
+    Depth has noise, too: through gaps in a near crown single samples see far hills, and their haze
+    would be specks if it were laid on after the denoiser.
 
     Args:
         seen: `radiance`, without the light of lamps that are seen directly if that is there as
@@ -242,11 +249,12 @@ def finished(seen: Layers, view: View, how: Finishing) -> Image:
     Returns:
         Radiance, (h, w, 3).
     """
-    radiance = seen["radiance"] if how.denoiser == "none" else _denoised(seen, how)
+    veiled = seen | {"radiance": _hazed(seen, view, how)}
+    radiance = veiled["radiance"] if how.denoiser == "none" else _denoised(veiled, how)
     if "excess" in seen:
         # Lamps are so bright that the denoiser would smear them.
-        radiance = radiance + seen["excess"]
-    return hazed(seen | {"radiance": radiance}, view, how)
+        radiance = radiance + _dimmed(seen, how)
+    return _with_weather(seen | {"radiance": radiance}, view, how)
 
 
 def _denoised(seen: Layers, how: Finishing) -> Image:
@@ -276,7 +284,12 @@ def hazed(seen: Layers, view: View, how: Finishing) -> Image:
         view: Of the camera.
         how: What is to be done.
     """
-    radiance = _hazed(seen, view, how)
+    return _with_weather(seen | {"radiance": _hazed(seen, view, how)}, view, how)
+
+
+def _with_weather(seen: Layers, view: View, how: Finishing) -> Image:
+    """Return the radiance of a picture that has its haze with what falls before it."""
+    radiance = seen["radiance"]
     if how.falling is not None and how.light is not None:
         # Without weather nothing of it is loaded.
         from sumo3dviz_pt.render.falling.drawn import with_falling
@@ -285,6 +298,13 @@ def hazed(seen: Layers, view: View, how: Finishing) -> Image:
     if "reflected" not in seen:
         return radiance
     return np.asarray(radiance * seen["passed"][..., None] + seen["reflected"])
+
+
+def _dimmed(seen: Layers, how: Finishing) -> Image:
+    """Return what haze lets through of lamps that are seen directly, (h, w, 3)."""
+    if how.haze is None:
+        return seen["excess"]
+    return np.asarray(seen["excess"] * (1 - _veil(how.haze, depth=seen["depth"], hit=seen["hit"])))
 
 
 def _hazed(seen: Layers, view: View, how: Finishing) -> Image:

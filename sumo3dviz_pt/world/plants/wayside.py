@@ -218,6 +218,9 @@ class _Row(NamedTuple):
 
 
 _ROWS = (_Row(12.2, 5.6), _Row(15.8, 6.2), _Row(20.0, 6.6), _Row(25.0, 7.0), _Row(31.0, 7.4))
+_BAYS = {"tree": 7.0, "shrub": 2.5}
+"""How far the edge of a wood steps back in its bays [m]: in line it would be a wall."""
+
 _SHRUB_ROWS = (_Row(8.2, 2.2), _Row(10.0, 2.4), _Row(13.4, 2.8))
 
 
@@ -282,14 +285,17 @@ def _belt(
     borders: Sequence[Border], rows: Sequence[_Row], around: Surroundings, what: str
 ) -> _BeltSpots:
     """Candidates in rows beside borders where the cover is dense, in the picture."""
+    bays = _BAYS[what]
     places, numbers, names = [np.zeros((0, 2))], [np.zeros(0, np.int64)], []
     for border in borders:
         for row, (out, gap) in enumerate(rows):
             rng = dice_of(around.seed, "wayside", what, border.edge.id, str(row))
             at = np.arange(rng.uniform(0.0, gap), border.length, gap)
             at = at + rng.uniform(-0.4, 0.4, len(at)) * gap
+            at = np.clip(at, 0.0, border.length)
             side = border.walk + out + rng.normal(0.0, 0.16 * gap, len(at))
-            spot = border.at(np.clip(at, 0.0, border.length), side).places
+            side += bays * _bay(border.at(at, side).places, around.seed)
+            spot = border.at(at, side).places
             limit = _SCRUB if what == "shrub" else _WOODED + 0.22 * row
             keep = _cover(spot, around.seed) + rng.normal(0, 0.22, len(at)) > limit
             places.append(spot[keep])
@@ -309,6 +315,14 @@ def _cover(places: Floats, seed: int) -> Floats:
     return np.asarray(
         broad + 0.8 * np.sin((x + y) / 23.0 + phase[2]) + 0.5 * np.sin((x - y) / 11.0 + phase[3])
     )
+
+
+def _bay(places: Floats, seed: int) -> Floats:
+    """How far a wood's edge steps back from the road at places, (n,) in [0, 1]."""
+    phase = np.random.default_rng(seed + 62).uniform(0.0, 6.28, 3)
+    x, y = places.T
+    wave = np.sin(x / 5.9 + phase[0]) + np.sin(y / 4.7 + phase[1])
+    return np.asarray(np.clip(0.35 * (wave + np.sin((x + y) / 9.1 + phase[2])), 0.0, 1.0))
 
 
 def _free(spots: _BeltSpots, plot: Plot, pois: Sequence[Poi], *, margin: float) -> _BeltSpots:

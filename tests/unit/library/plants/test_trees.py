@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.plants.tree import LEVELS, SHRUBS, SPECIES, tree
+from sumo3dviz_pt.library.plants.tree import LEVELS, SHRUBS, SPECIES, fine_tree, tree
 
 BUDGETS = (
     (20_000, 56_000),
@@ -128,3 +128,22 @@ def test_a_near_tree_takes_no_time():
     begin = time.process_time()
     tree("poplar", seed=9, level=1)
     assert time.process_time() - begin < 1.0
+
+
+@pytest.mark.parametrize("species", ["maple", "birch", "spruce", "hazel"])
+def test_small_leaves_are_seen_one_by_one(species):
+    """Each faces its own way and has its own brightness; together they are as bright."""
+    small = fine_tree(species, seed=3, leaf=0.15)[1]
+    large = tree(species, seed=3, level=1)[1]
+
+    def tilts(part):
+        """Cosines between normals and the planes that leaves really lie in."""
+        a, b, c = (part.mesh.vertices[part.mesh.faces[:, k]] for k in range(3))
+        flat = np.cross(b - a, c - a)
+        flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+        return np.abs((part.mesh.normals[part.mesh.faces[:, 0]] * flat).sum(axis=1))
+
+    assert np.median(tilts(small)) > 0.96 > 0.92 > np.median(tilts(large))
+    spread = [part.tint[:, 1].std() / part.tint[:, 1].mean() for part in (small, large)]
+    assert spread[0] > 1.4 * spread[1]
+    np.testing.assert_allclose(small.tint.mean(axis=0), large.tint.mean(axis=0), rtol=0.03)

@@ -187,3 +187,12 @@ def test_trees_in_pavements_stand_in_pits():
         assert part.part.mesh.vertices[:, 1].max() < 14.0
     assert soil.part.mesh.vertices[:, 2].min() > 0.1
     assert tree_pits(trees, [], standing=lambda at: np.zeros(len(at)), around=how) == ()
+
+
+def test_the_edge_of_a_wood_is_no_wall():
+    """Trees of the first row stand back in bays, so that one sees others from aside."""
+    pois, _ = belts()
+    first = [abs(poi.position[1]) for poi in pois if ":tree:e:0:" in poi.id]
+    assert len(first) > 12
+    near, far = np.percentile(first, [10, 90])
+    assert 3.5 < far - near < 9.0
