@@ -32,6 +32,7 @@ from sumo3dviz_pt.image.reprojected import (
     listed,
     places_of,
     seen_at,
+    worth_of,
 )
 from sumo3dviz_pt.image.traced import (
     PixelMotion,
@@ -70,6 +71,7 @@ class Seen:
         hits: Whether these show the same thing there, (n,).
         planes: What is seen of them, (channels, n).
         change: Difference of the logarithms of luminance where there is anything, (h, w).
+        worth: How many samples of its own a pixel finds there, (h, w) in (0, 1].
     """
 
     same: Bools
@@ -77,6 +79,7 @@ class Seen:
     hits: Bools
     planes: Image
     change: Image
+    worth: Image
 
     @property
     def known(self) -> Bools:
@@ -148,6 +151,7 @@ def _average(
     for other, motion in others:
         seen = seen_by(other, centre, motion, band=band, rims=rims)
         share = likeness(band.padded(seen.change), band.padded(seen.known))
+        share *= seen.worth[band.core]
         frames += share
         _add(total, seen, other.planes[:, band.own], share=share, core=band.core)
     total /= frames
@@ -214,10 +218,12 @@ def seen_by(
     places = places_of(pixels, band, centre, other, motion)
     hits, planes = seen_at(places, band, centre, other)
     hits &= wanted.reshape(-1)[pixels]
+    worth = np.ones(same.shape, dtype=np.float32)
+    worth.reshape(-1)[pixels] = np.where(hits, worth_of(places), np.float32(1.0))
     flat = change.reshape(-1)
     moved = band.of(centre.levels)[pixels] - centre.levels_of(planes)
     flat[pixels] = np.where(hits, moved, flat[pixels])
-    return Seen(same, pixels, hits, planes, change)
+    return Seen(same, pixels, hits, planes, change, worth)
 
 
 def _corresponding(

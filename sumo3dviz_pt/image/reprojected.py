@@ -248,6 +248,20 @@ def seen_at(
     return fits, seen
 
 
+def worth_of(places: BandPlaces) -> Image:
+    """Return how many samples of their own pixels find in another frame, (n,) in (0, 1].
+
+    What was smaller there has fewer pixels than here: several pixels share one, and its noise would
+    be a blotch of theirs, which the denoiser takes for a crumpled surface. Roads and walls that one
+    passes are smaller by the third power of their distance, as they are seen more from their side,
+    too; blotches are worse than noise of single pixels, and so it is the fourth.
+    """
+    nearer = places.here / np.maximum(places.there, np.float32(1e-6))
+    nearer = np.minimum(nearer, np.float32(1.0), out=nearer)
+    nearer *= nearer
+    return np.asarray(nearer * nearer)
+
+
 def _as_here(seen: Image, places: BandPlaces, albedo_here: Image) -> None:
     """Give what was seen, (channels, n), this frame's textures and distances, in place."""
     own = albedo_here.reshape(3, -1)[:, places.pixels]

@@ -117,6 +117,21 @@ def test_a_moving_camera_gets_rid_of_noise():
     assert error(result, truth)[near].mean() < 0.5 * error(frame, truth)[near].mean()
 
 
+def test_what_one_comes_near_to_gets_no_blotches():
+    """A denoiser takes noise that neighbouring pixels share for a crumpled surface."""
+    frames = [Stage(eye=(8.0 - 0.8 * k, 0.0, 3.0), noise=0.3).frame(k + 10) for k in range(6)]
+    frame, others = frames[0], frames[1:]
+    truth = Stage(eye=(8.0, 0.0, 3.0)).frame()
+    result = accumulated(frame, others)
+    on_it = truth.numbers > 0
+    rest = result.layers["radiance"].mean(axis=-1) / truth.layers["radiance"].mean(axis=-1) - 1.0
+    both = on_it[:, 1:] & on_it[:, :-1]
+    shared = (rest[:, 1:] * rest[:, :-1])[both].mean() / np.square(rest[on_it]).mean()
+    assert on_it.sum() > 500
+    assert shared < 0.16
+    assert error(result, truth)[on_it].mean() < 0.9 * error(frame, truth)[on_it].mean()
+
+
 def riding(k, wobble=0.0):
     """A camera that follows a box at the same speed, about."""
     return Stage(eye=(0.5 * k, wobble * k, 3.0), box=(6.0 + 0.5 * k, 0.0, 1.5))
