@@ -71,8 +71,8 @@ FAULTS = {
         "return (int(pointer[0]) + 1) & (TABLE_SIZE - 1)", (PICTURES,),
     ),
     "haze veils the sky": Fault(
-        "render/passes/finish.py", "veil = (hit + sky * (fade * fade * fade)) * fade",
-        "veil = fade + 0.5 * (1 - hit)",
+        "render/passes/finish.py", "= (hit + sky * (fade * fade * fade)) * fade",
+        "= fade + 0.5 * (1 - hit)",
         ("tests/unit/render/passes/test_haze.py",),
     ),
     "bodies stand half a metre ahead": Fault(

@@ -47,7 +47,7 @@ def test_kinds_of_materials():
         row_of(MATERIALS["leaf"]).kind
         == MaterialKind.LEAF | MaterialKind.OPEN | MaterialKind.TINTED
     )
-    assert row_of(MATERIALS["leaf"]).through == 0.5
+    assert row_of(MATERIALS["leaf"]).through == 0.4
     assert row_of(COMPOUND).kind == MaterialKind.TINTED
 
 
