@@ -79,7 +79,10 @@ _DARK_SKIN = 0.20
 
 
 class Air(Enum):
-    """What people dress for; each has the factors of who is dressed lightly and who warmly."""
+    """What people dress for.
+
+    Its two numbers: how much commoner light clothes are than by a mean, and how much warm ones.
+    """
 
     MILD = (3.0, 0.08)
     MIXED = (1.2, 0.6)
@@ -87,7 +90,7 @@ class Air(Enum):
 
     @classmethod
     def in_season(cls, season: str) -> Air:
-        """Tell what people dress for: not for rain or night, in which else another person walked.
+        """Tell what people dress for: the season only, as weather and night must change no person.
 
         Args:
             season: A name of `Weather.season`.

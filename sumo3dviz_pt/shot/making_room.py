@@ -166,8 +166,10 @@ def _boxes(fleet: Fleet) -> Iterator[tuple[Floats, Floats, Floats]]:
         fronts, yaws = motion.positions[motion.alive], motion.yaws[motion.alive]
         if not len(fronts):
             continue
-        piece = np.floor(np.cumsum(np.abs(np.diff(fronts[:, :2], axis=0)).sum(axis=1)) / _MOVED)
-        fresh = np.concatenate([[True], np.diff(piece, prepend=0.0) > 0.0])
+        steps = np.linalg.norm(np.diff(fronts[:, :2], axis=0), axis=1)
+        pieces = np.floor(np.cumsum(steps) / _MOVED)
+        fresh = np.concatenate([[True], np.diff(pieces, prepend=0.0) > 0.0])
+        fresh[-1] = True
         ways = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
         yield fronts[fresh], ways[fresh], np.tile(body.size[:2], (int(fresh.sum()), 1))
 

@@ -146,8 +146,10 @@ def _shouldered(rings: Floats, along: Floats, root: float, height: float) -> Flo
     """Let rings of an arm, whose joint has a y, take up the slope of the shoulder at its root."""
     near, side = smoothstep(0.055 * height, -0.012 * height, along)[:, None], np.sign(root)
     drop = near * (0.85 * side * (rings[..., 1] - root) + 0.012 * height)
-    inward = near * side * 0.012 * height + 0.0 * drop
-    return np.asarray(rings - np.stack([0.0 * drop, inward, drop], axis=-1))
+    lower = rings.copy()
+    lower[..., 1] -= near * side * 0.012 * height
+    lower[..., 2] -= drop
+    return lower
 
 
 def _along_arm(points: Floats, bones: Floats, along: Floats) -> Floats:

@@ -240,8 +240,6 @@ class _Lot:
         side: The street's.
         row: 0 at the street; 1 behind that, at a way of its own, of which nothing is seen.
         habit: How people build there.
-        span: Where it begins and ends along the border [m].
-        depth: [m].
         plan: Its corners: front, then back, (4, 2) [m].
     """
 
@@ -249,8 +247,6 @@ class _Lot:
     side: Side
     row: int
     habit: _Habit
-    span: tuple[float, float]
-    depth: float
     plan: Floats
 
     @property
@@ -270,6 +266,11 @@ class _Lot:
         """Of its front [m]."""
         return float(np.hypot(*(self.plan[1] - self.plan[0])))
 
+    @property
+    def depth(self) -> float:
+        """[m]."""
+        return float(np.hypot(*(self.plan[3] - self.plan[0])))
+
     def at(self, along: float, inward: float) -> Floats:
         """Return a place in it, counted from where its front begins, (2,) [m]."""
         return np.asarray(self.plan[0] + along * self.along + inward * self.inward)
@@ -282,32 +283,33 @@ class _Lot:
 
 def _lots(sides: Sequence[Side], seed: int, *, row: int = 0) -> list[list[_Lot]]:
     """Lots along all sides, each as deep as it may be, then shallower; only suburbs have rows."""
-    lots = []
+    lots, suffix = [], f":row{row}" if row else ""
     for side in sides:
         habit = _HABITS.get(side.character)
         if habit is None or (row and side.character != "suburb"):
             continue
-        rng = dice_of(seed, SOURCE, *(("row",) * row), "lots", side.name)
+        rng = dice_of(seed, SOURCE, "lots", side.name + suffix)
         if side.character == "suburb" and side.wide and share_of(seed, "flats", side.street) < 0.6:
             habit = _FLATS
         at, number = _END + rng.uniform(0.0, 3.0), 0
         while at < side.border.length - _END:
             end = at + rng.uniform(*habit.front)
             if end < side.border.length - _END and rng.random() < habit.built:
-                name = f"{side.name}:{number}" + row * ":row"
-                where = _Lot(name, side, row, habit, (at, end), 0.0, np.zeros((4, 2)))
-                lots.append([_laid(where, deep) for deep in habit.depths])
+                name = f"{side.name}:{number}{suffix}"
+                plans = _plans(side, row, habit, (at, end))
+                lots.append([_Lot(name, side, row, habit, plan) for plan in plans])
             at, number = end, number + 1
     return lots
 
 
-def _laid(lot: _Lot, depth: float) -> _Lot:
-    """Return a lot in its place, of a depth [m]."""
-    border, behind = lot.side.border, lot.row * (max(lot.habit.depths) + _WAY)
-    a, b = border.at(np.array(lot.span), lot.side.begin + behind).places
+def _plans(side: Side, row: int, habit: _Habit, span: tuple[float, float]) -> Iterator[Floats]:
+    """Yield corners of a lot that begins and ends so far along a border [m], by its depths."""
+    border, behind = side.border, row * (max(habit.depths) + _WAY)
+    a, b = border.at(np.array(span), side.begin + behind).places
     way = (b - a) / max(float(np.hypot(*(b - a))), 1e-6)
-    inward = depth * border.outward * np.array([-way[1], way[0]])
-    return replace(lot, depth=depth, plan=settled([a, b, b + inward, a + inward]))
+    for depth in habit.depths:
+        inward = depth * border.outward * np.array([-way[1], way[0]])
+        yield settled([a, b, b + inward, a + inward])
 
 
 def _free(lots: Sequence[Sequence[_Lot]], solid: shapely.STRtree) -> list[_Lot]:
