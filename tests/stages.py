@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.traced import TracedFrame
 
 SIZE = (96, 54)
 LENS = Lens.of_degrees(60)

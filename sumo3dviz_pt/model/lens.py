@@ -16,7 +16,15 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.numbers import Projection as Projection
 from sumo3dviz_pt.model.numbers import Stereo as Stereo
-from sumo3dviz_pt.model.projections import KINDS, NUMPY, WIDE, Distortion, Fisheye, Triple
+from sumo3dviz_pt.model.projections import (
+    KINDS,
+    NUMPY,
+    WIDE,
+    Distortion,
+    Fisheye,
+    Triple,
+    turning,
+)
 
 Points = TypeVar("Points", Floats, Image)
 """Coordinates in double or single precision."""
@@ -146,6 +154,11 @@ class Lens:
     def free_opening(self) -> float:
         """Opening angle of a pinhole that shows about as much, as far as one can [rad]."""
         return self.opening if self.is_straight else float(np.clip(self.opening, 1.0, 2.0))
+
+    @property
+    def turning(self) -> float:
+        """Slope from which on distortion only moves slopes; outside of any picture."""
+        return turning(self.distortion)
 
     @property
     def turn(self) -> float:
@@ -287,7 +300,7 @@ class Lens:
             exact = np.asarray(points, np.float64)
             left, up = self._places(exact, height / width)
             place = np.stack([(height * (1.0 - up) - 1.0) / 2.0, (width * (1.0 - left) - 1.0) / 2])
-            return np.asarray(place, points.dtype), self.kind.is_before(exact)
+            return np.asarray(place, points.dtype), self._is_before(exact)
         forward, left, up = np.moveaxis(points, -1, 0)
         ahead = forward > 0
         # px per unit of slope
@@ -304,8 +317,13 @@ class Lens:
     def _places(self, points: Floats, aspect: float) -> tuple[Floats, Floats]:
         """Return where points, (..., 3), lie: 1 at the left and upper edge, -1 opposite."""
         across, upwards = self.edges(aspect)
-        left, up = self.kind.places(self, points)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left, up = self.kind.places(NUMPY, self, tuple(np.moveaxis(points, -1, 0)))
         return left / across, up / upwards
+
+    def _is_before(self, points: Floats) -> Bools:
+        """Return which points, (..., 3), can lie in a picture at all."""
+        return np.asarray((points[..., 0] > 0.0) | self.kind.sees_behind)
 
     def sees(self, points: Floats, aspect: float, *, margin: float = 0.0) -> Bools:
         """Return whether points lie in the picture, or beside it by no more than a margin.
@@ -321,7 +339,7 @@ class Lens:
             away = np.maximum(np.linalg.norm(points, axis=-1), 1e-9)
             room = margin / self.length_of(0.5, away)
             inside = (np.abs(left) < 1.0 + room) & (np.abs(up) < 1.0 + room / aspect)
-            return np.asarray(inside & self.kind.is_before(points))
+            return np.asarray(inside & self._is_before(points))
         forward, left, up = np.moveaxis(points, -1, 0)
         half = self.half_width * forward
         beside = np.abs(left) < half + margin

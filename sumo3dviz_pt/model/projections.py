@@ -23,7 +23,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.numbers import Projection
 
 Distortion = tuple[float, float]
@@ -32,6 +32,9 @@ Triple = tuple[Any, Any, Any]
 
 _STEEPEST = 100.0
 """Slopes beyond this lie outside of any picture."""
+
+_NOTHING = 1e-12
+"""So near to the eye nothing is seen [m]."""
 
 _NEWTON = 8
 """Steps that find a slope from where distortion puts it."""
@@ -51,6 +54,21 @@ class ArrayMath(Protocol):
 
     def hypot(self, one: Any, other: Any) -> Any:
         """Return lengths of two sides together."""
+
+    def arctan2(self, one: Any, other: Any) -> Any:
+        """Return angles of which two sides are given, the far one first."""
+
+    def arcsin(self, value: Any) -> Any:
+        """Return angles of sines."""
+
+    def sqrt(self, value: Any) -> Any:
+        """Return roots."""
+
+    def floor(self, value: Any) -> Any:
+        """Return the next lower whole numbers."""
+
+    def clip(self, value: Any, low: Any, high: Any) -> Any:
+        """Return values within bounds."""
 
     def sinc(self, value: Any) -> Any:
         """Return sines over their angles, 1 at 0."""
@@ -77,6 +95,26 @@ class NumpyMath:
         """Return lengths of two sides together."""
         return np.hypot(one, other)
 
+    def arctan2(self, one: Any, other: Any) -> Any:
+        """Return angles of which two sides are given, the far one first."""
+        return np.arctan2(one, other)
+
+    def arcsin(self, value: Any) -> Any:
+        """Return angles of sines."""
+        return np.arcsin(value)
+
+    def sqrt(self, value: Any) -> Any:
+        """Return roots."""
+        return np.sqrt(value)
+
+    def floor(self, value: Any) -> Any:
+        """Return the next lower whole numbers."""
+        return np.floor(value)
+
+    def clip(self, value: Any, low: Any, high: Any) -> Any:
+        """Return values within bounds."""
+        return np.clip(value, low, high)
+
     def sinc(self, value: Any) -> Any:
         """Return sines over their angles, 1 at 0."""
         return np.sinc(value / np.pi)
@@ -101,7 +139,7 @@ def distorted(slopes: Floats, distortion: Distortion) -> Floats:
 
     Where the polynomial would turn back, which is outside of any picture, slopes are only moved.
     """
-    end = min(_turning(distortion), _STEEPEST)
+    end = turning(distortion)
     inside = np.minimum(slopes, end)
     square = np.square(inside)
     stretch = 1.0 + square * (distortion[0] + distortion[1] * square)
@@ -109,12 +147,12 @@ def distorted(slopes: Floats, distortion: Distortion) -> Floats:
     return np.divide(outside, slopes, out=np.asarray(stretch), where=slopes > end)
 
 
-def _turning(distortion: Distortion) -> float:
-    """Return the least slope at which distortion turns back; infinite if it never does."""
+def turning(distortion: Distortion) -> float:
+    """Return the least slope at which distortion turns back, or one outside of any picture."""
     first, second = 3.0 * distortion[0], 5.0 * distortion[1]
     roots = np.roots([second, first, 1.0]) if any(distortion) else np.zeros(0)
     ends = [root.real for root in roots if abs(root.imag) < 1e-12 and root.real > 0.0]
-    return float(np.sqrt(min(ends))) if ends else float("inf")
+    return float(np.sqrt(min([*ends, _STEEPEST**2])))
 
 
 def undistorted(m: ArrayMath, lengths: Any, distortion: tuple[Any, Any]) -> Any:
@@ -142,7 +180,19 @@ def folds(length: float, distortion: Distortion) -> bool:
 # Kinds ------------------------------------------------------------------------------------------
 
 
-class LensNumbers(Protocol):
+class EyeNumbers(Protocol):
+    """What places hang on besides what the edges stand for; see `Lens`."""
+
+    @property
+    def distortion(self) -> Any:
+        """Radial; None is none, too."""
+
+    @property
+    def shift(self) -> Any:
+        """Of the eye to the left [m]."""
+
+
+class LensNumbers(EyeNumbers, Protocol):
     """What a projection must know of a lens; see `Lens`."""
 
     @property
@@ -157,14 +207,6 @@ class LensNumbers(Protocol):
     def half_width(self) -> float:
         """Half the picture's width one metre ahead [m]."""
 
-    @property
-    def distortion(self) -> Distortion:
-        """Radial."""
-
-    @property
-    def shift(self) -> float:
-        """Of the eye to the left [m]."""
-
 
 class Fisheye:
     """Equidistant, and what holds for all projections that lay out angles.
@@ -173,11 +215,13 @@ class Fisheye:
         is_flat: Whether its picture is a plane before the eye: places are slopes.
         is_parallel: Whether rays are parallel: places are metres.
         goes_round: Whether columns go around, so that the left edge meets the right one.
+        sees_behind: Whether what lies behind the eye may lie in the picture.
     """
 
     is_flat = False
     is_parallel = False
     goes_round = False
+    sees_behind = True
 
     def edges(self, lens: LensNumbers, aspect: float) -> tuple[float, float]:
         """Return what the left and upper edge stand for, of height / width; here angles [rad]."""
@@ -213,17 +257,13 @@ class Fisheye:
         share = m.sinc(angle)
         return (0.0, shift, 0.0), (m.cos(angle), share * left, share * up)
 
-    def places(self, lens: LensNumbers, points: Floats) -> tuple[Floats, Floats]:
-        """Return where points in the camera's frame, (..., 3) [m], lie: to the left, and up."""
-        forward, left, up = np.moveaxis(points - (0.0, lens.shift, 0.0), -1, 0)
-        aside = np.hypot(left, up)
-        angle = np.arctan2(aside, forward)
-        scale = np.divide(angle, aside, out=np.zeros_like(angle), where=aside > 0)
+    def places(self, m: ArrayMath, eye: EyeNumbers, point: Triple) -> tuple[Any, Any]:
+        """Return where points in the camera's frame [m] lie: to the left, and up."""
+        forward, left, up = point
+        left = left - eye.shift
+        aside = m.hypot(left, up)
+        scale = m.arctan2(aside, forward) / m.select(aside > 0.0, aside, 1.0)
         return left * scale, up * scale
-
-    def is_before(self, points: Floats) -> Bools:
-        """Return which points, (..., 3), can lie in a picture at all."""
-        return np.ones(points.shape[:-1], dtype=np.bool_)
 
 
 class Equirectangular(Fisheye):
@@ -247,23 +287,25 @@ class Equirectangular(Fisheye):
         rise, flat = m.sincos(up)
         return (-shift * sine, shift * cosine, 0.0), (flat * cosine, flat * sine, rise)
 
-    def places(self, lens: LensNumbers, points: Floats) -> tuple[Floats, Floats]:
+    def places(self, m: ArrayMath, eye: EyeNumbers, point: Triple) -> tuple[Any, Any]:
         """Return at which turn and rise an eye on the viewing circle sees points [rad]."""
-        forward, left, up = np.moveaxis(points, -1, 0)
-        away = np.hypot(forward, left)
-        turn = np.arctan2(left, forward)
-        if lens.shift == 0.0:
-            return turn, np.arctan2(up, away)
-        turn = turn - np.arcsin(np.clip(lens.shift / np.maximum(away, 1e-12), -1.0, 1.0))
-        turn = (turn + np.pi) % (2.0 * np.pi) - np.pi
-        along = np.sqrt(np.maximum(np.square(away) - lens.shift**2, 0.0))
-        return turn, np.arctan2(up, along)
+        forward, left, up = point
+        away = m.hypot(forward, left)
+        turn = m.arctan2(left, forward)
+        if isinstance(eye.shift, float) and eye.shift == 0.0:
+            return turn, m.arctan2(up, away)
+        far = m.select(away > _NOTHING, away, _NOTHING)
+        turn = turn - m.arcsin(m.clip(eye.shift / far, -1.0, 1.0))
+        turn = turn - 2.0 * np.pi * m.floor(turn / (2.0 * np.pi) + 0.5)
+        square = away * away - eye.shift * eye.shift
+        return turn, m.arctan2(up, m.sqrt(m.select(square > 0.0, square, 0.0)))
 
 
 class Perspective(Fisheye):
     """A plane before the eye."""
 
     is_flat = True
+    sees_behind = False
 
     def edges(self, lens: LensNumbers, aspect: float) -> tuple[float, float]:
         """Return the slopes of the edges."""
@@ -294,17 +336,15 @@ class Perspective(Fisheye):
             left, up = left * stretch, up * stretch
         return (0.0, shift, 0.0), (1.0, left, up)
 
-    def places(self, lens: LensNumbers, points: Floats) -> tuple[Floats, Floats]:
+    def places(self, m: ArrayMath, eye: EyeNumbers, point: Triple) -> tuple[Any, Any]:
         """Return at which slopes points are seen."""
-        forward, left, up = np.moveaxis(points - (0.0, lens.shift, 0.0), -1, 0)
-        ahead = np.where(forward > 0, forward, np.inf)
-        left, up = left / ahead, up / ahead
-        stretch = distorted(np.hypot(left, up), lens.distortion)
+        forward, left, up = point
+        ahead = m.select(forward > 0.0, forward, np.inf)
+        left, up = (left - eye.shift) / ahead, up / ahead
+        if eye.distortion is None:
+            return left, up
+        stretch = m.stretch(m.hypot(left, up), eye.distortion)
         return left * stretch, up * stretch
-
-    def is_before(self, points: Floats) -> Bools:
-        """Return which points lie ahead."""
-        return np.asarray(points[..., 0] > 0.0)
 
 
 class Orthographic(Perspective):
@@ -335,9 +375,9 @@ class Orthographic(Perspective):
         """Return rays straight ahead, each from its own place."""
         return (0.0, left, up), (1.0, 0.0, 0.0)
 
-    def places(self, lens: LensNumbers, points: Floats) -> tuple[Floats, Floats]:
+    def places(self, m: ArrayMath, eye: EyeNumbers, point: Triple) -> tuple[Any, Any]:
         """Return how far off the axis points lie [m]."""
-        return points[..., 1], points[..., 2]
+        return point[1], point[2]
 
 
 KINDS: Mapping[Projection, Fisheye] = MappingProxyType(

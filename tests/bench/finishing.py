@@ -24,13 +24,14 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.image.average import accumulated, rims_of, seen_by
 from sumo3dviz_pt.image.exr import write_exr
-from sumo3dviz_pt.image.reprojected import MARGIN, bands_of, likeness
 from sumo3dviz_pt.image.tonemap import develop_float
-from sumo3dviz_pt.image.traced import TracedFrame, motion_between, packed, unpacked
+from sumo3dviz_pt.image.traced import packed, unpacked
+from sumo3dviz_pt.model.traced import TracedFrame
 from sumo3dviz_pt.pipeline.films.traced import FINISHING, TRACED, StoredFrame, _finishing_of
 from sumo3dviz_pt.pipeline.provenance import versions
+from sumo3dviz_pt.render.averaging.average import Averager
+from sumo3dviz_pt.render.averaging.motion import motion_between
 from sumo3dviz_pt.render.passes.finish import Finishing, denoise, finished, hazed, mixed
 from sumo3dviz_pt.report.machine import machine
 from sumo3dviz_pt.video import encode
@@ -78,30 +79,16 @@ def storing(path: Path) -> Iterator[Row]:
         yield timed("packing", lambda: packed(frame))
         yield timed("writing", lambda: write_exr(target, layers, attributes={TRACED: text}))
     yield timed("reading", lambda: StoredFrame.read(path))
-    yield timed("unpacking", lambda: unpacked(stored.layers, text).work_out())
+    yield timed("unpacking", lambda: unpacked(stored.layers, text))
 
 
 def helping(centre: TracedFrame, others: list[TracedFrame]) -> Iterator[Row]:
-    """Time what neighbours do, together and by part."""
-    yield timed("8 neighbours, one thread", lambda: accumulated(centre, others, threads=1))
-    yield timed("8 neighbours", lambda: accumulated(centre, others))
-    other = others[0]
-    yield timed("  motion of one", lambda: motion_between(centre, other))
-    neighbours = [(each, motion_between(centre, each)) for each in others]
-    yield timed("  rims", lambda: rims_of(centre, neighbours))
-    rims, motion = rims_of(centre, neighbours), neighbours[0][1]
-    bands = list(bands_of(centre.layers.size, MARGIN))
-
-    def seen() -> list[Any]:
-        return [seen_by(other, centre, motion, band=band, rims=rims) for band in bands]
-
-    def alike() -> None:
-        for band, one in zip(bands, found, strict=True):
-            likeness(band.padded(one.change), band.padded(one.known))
-
-    found = seen()
-    yield timed("  places of one", seen)
-    yield timed("  likeness of one", alike)
+    """Time what neighbours do: all of it, and by part."""
+    averager = Averager()
+    yield timed("8 neighbours, once more", lambda: averager.accumulated(centre, others))
+    fresh = iter([replace(centre) for _ in range(8)])
+    yield timed("  and a new frame", lambda: averager.accumulated(next(fresh), others))
+    yield timed("  motion of one", lambda: motion_between(centre, others[0]))
 
 
 def finishing(frame: TracedFrame, how: Finishing) -> Iterator[Row]:
@@ -141,7 +128,8 @@ def measured(folder: Path) -> list[Row]:
     frames = [unpacked(each.layers, each.strings[TRACED]) for each in stored]
     centre, others = frames[WINDOW], frames[:WINDOW] + frames[WINDOW + 1 :]
     how = _finishing_of(stored[WINDOW].strings[FINISHING])
-    helped = replace(centre, layers=accumulated(centre, others).layers)
+    averager = Averager()
+    helped = replace(centre, layers=averager.accumulated(centre, others).layers)
     radiance = finished(helped.layers, centre.view, replace(how, denoiser="fast"))
     return [
         *storing(paths[WINDOW]),

@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.image.traced import TracedFrame
-from sumo3dviz_pt.pipeline.films.traced import helped
+from sumo3dviz_pt.model.traced import TracedFrame
+from sumo3dviz_pt.pipeline.films.traced import helped, new_averager
 from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
 from sumo3dviz_pt.pipeline.provenance import versions
 from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
@@ -123,6 +123,7 @@ class Window:
 
     def __init__(self, width: int) -> None:
         self._width = width
+        self._averager = new_averager()
         self._held: deque[tuple[TracedFrame, Finishing]] = deque(maxlen=2 * width + 1)
         self.costs: list[float] = []
 
@@ -134,7 +135,7 @@ class Window:
         began = time.process_time()
         centre, its_own = self._held[self._width]
         others = [one for one, _ in self._held if one is not centre]
-        helped(centre, others, its_own)
+        helped(centre, others, its_own, averager=self._averager)
         self.costs.append(time.process_time() - began)
 
 

@@ -20,8 +20,8 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.farm.plan import PLAN, EngineChoice, FarmFilm, FarmPlan, FarmTask, write_plan
 from sumo3dviz_pt.farm.state import TRIES, End, Outcome, finish, take
 from sumo3dviz_pt.image import exr
-from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.traced import TracedFrame
 from sumo3dviz_pt.pipeline.films.traced import write_traced
 from sumo3dviz_pt.render.passes.finish import Finishing
 

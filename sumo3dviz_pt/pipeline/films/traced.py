@@ -20,10 +20,11 @@ import numpy as np
 from sumo3dviz_pt.model.falling import Cabin, Falling, Glows, Puffs, SkyLight, Throws, Windscreen
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState, Haze
+from sumo3dviz_pt.model.traced import TracedFrame
 from sumo3dviz_pt.pipeline.films.frames import intact, parsed
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.image.traced import TracedFrame
+    from sumo3dviz_pt.render.averaging.average import Averager as Averager
     from sumo3dviz_pt.render.passes.finish import Finishing
     from sumo3dviz_pt.render.session import Samples, Session
 
@@ -113,8 +114,6 @@ def traced_by(session: Session, samples: Samples, frame: FrameState) -> TracedFr
         samples: What was traced, with the layers `ids` and `first_depth`.
         frame: What it shows.
     """
-    from sumo3dviz_pt.image.traced import TracedFrame
-
     white, spp = session.settings.white, session.settings.quality.spp
     return TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
 
@@ -236,6 +235,7 @@ class Shelf:
     """
 
     _frames: dict[Path, tuple[StoredFrame, TracedFrame]] = field(default_factory=dict)
+    _averager: Averager | None = None
 
     def finished(self, path: Path) -> tuple[Image, Mapping[str, Any]]:
         """Return a frame's radiance, (h, w, 3), finished; and what it was made from.
@@ -258,7 +258,10 @@ class Shelf:
             how = _finishing_of(stored.strings[FINISHING])
             if FALLING in stored.strings:
                 how = _with_falling(how, stored.strings[FALLING])
-            return helped(centre, [one for one in others if one], how), stored.account
+            if self._averager is None:
+                self._averager = new_averager()
+            known = [one for one in others if one]
+            return helped(centre, known, how, averager=self._averager), stored.account
 
     def _neighbour(self, path: Path, centre: StoredFrame) -> TracedFrame | None:
         """Return a frame beside another one; None if it is of another film."""
@@ -280,12 +283,24 @@ def _with_falling(how: Finishing, text: str) -> Finishing:
     return replace(how, falling=falling, light=light)
 
 
-def helped(centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing) -> Image:
+def new_averager() -> Averager:
+    """Return what averages the frames of a film.
+
+    Raises:
+        RenderError: If nothing here can.
+    """
+    from sumo3dviz_pt.render.averaging.average import Averager
+
+    return Averager()
+
+
+def helped(
+    centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing, *, averager: Averager
+) -> Image:
     """Return a frame's radiance, (h, w, 3), finished with its neighbours' help."""
-    from sumo3dviz_pt.image.average import accumulated
     from sumo3dviz_pt.render.passes.finish import finished
 
-    return finished(accumulated(centre, others).layers, centre.view, how)
+    return finished(averager.accumulated(centre, others).layers, centre.view, how)
 
 
 def _traced_frame(stored: StoredFrame) -> TracedFrame:

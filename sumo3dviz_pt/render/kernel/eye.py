@@ -42,6 +42,26 @@ class DrJitMath:
         """Return lengths of two sides together."""
         return dr.sqrt(one * one + other * other)
 
+    def arctan2(self, one: Any, other: Any) -> Any:
+        """Return angles of which two sides are given, the far one first."""
+        return dr.atan2(one, other)
+
+    def arcsin(self, value: Any) -> Any:
+        """Return angles of sines."""
+        return dr.asin(value)
+
+    def sqrt(self, value: Any) -> Any:
+        """Return roots."""
+        return dr.sqrt(value)
+
+    def floor(self, value: Any) -> Any:
+        """Return the next lower whole numbers."""
+        return dr.floor(value)
+
+    def clip(self, value: Any, low: Any, high: Any) -> Any:
+        """Return values within bounds."""
+        return dr.clip(value, low, high)
+
     def sinc(self, value: Any) -> Any:
         """Return sines over their angles, 1 at 0."""
         return dr.select(value > 1e-6, dr.sin(value) / dr.maximum(value, 1e-6), 1.0)

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sumo3dviz_pt.image.metrics import flip
-from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState
-from sumo3dviz_pt.pipeline.films.traced import helped
+from sumo3dviz_pt.model.traced import TracedFrame
+from sumo3dviz_pt.pipeline.films.traced import helped, new_averager, traced_by
 from sumo3dviz_pt.pipeline.production import Production
 from sumo3dviz_pt.report.convergence.plan import PictureLook, Reference, SeedGroup, score
 from sumo3dviz_pt.report.convergence.table import DEPTH, TableRow
@@ -21,6 +21,7 @@ from sumo3dviz_pt.report.films.flicker import SeenFrame, body_bounds, flicker, f
 from sumo3dviz_pt.report.machine import peak_memory
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.pipeline.films.traced import Averager
     from sumo3dviz_pt.pipeline.production import Samples, Session
 
 
@@ -133,12 +134,13 @@ class _TracedFrame:
         self.cpu = phases["render"]
         self.guides = phases.get("guides", 0.0)
         self.wall = time.perf_counter() - started
+        self._traced: TracedFrame | None = None
 
     def traced(self, session: Session) -> TracedFrame:
-        """Return it as its neighbours need it."""
-        white, spp = session.settings.white, session.settings.quality.spp
-        samples = self.samples
-        return TracedFrame(samples.apart, self.state.view, white, spp, samples.movers)
+        """Return it as its neighbours need it; the session's samples are what they were."""
+        if self._traced is None:
+            self._traced = traced_by(session, self.samples, self.state)
+        return self._traced
 
 
 def _costs(frames: Sequence[_TracedFrame], group: SeedGroup) -> dict[str, float]:
@@ -172,7 +174,7 @@ def _finished(
             plain = layers | {"radiance": layers["capped"] + layers["lost"]}
             radiance = session.hazed(plain, subject.state.view)
         elif group.quality.accumulate:
-            radiance = _helped(session, frames, frames.index(middle))
+            radiance = _helped(session, frames, frames.index(middle), new_averager())
         else:
             radiance = session.finish(samples, subject.state, denoiser=denoiser)
         spent = 0.0 if denoiser == "none" else time.process_time() - started
@@ -186,13 +188,15 @@ def _finished(
         )
 
 
-def _helped(session: Session, frames: Sequence[_TracedFrame], number: int) -> Image:
+def _helped(
+    session: Session, frames: Sequence[_TracedFrame], number: int, averager: Averager
+) -> Image:
     """Return a frame's finished radiance, helped by those around it, as a film's is."""
     window = session.settings.quality.accumulate
     around = frames[max(number - window, 0) : number + window + 1]
     others = [frame.traced(session) for frame in around if frame is not frames[number]]
     how = session.finishing_of(frames[number].state)
-    return helped(frames[number].traced(session), others, how)
+    return helped(frames[number].traced(session), others, how, averager=averager)
 
 
 def _steady(shown: list[MeasuredPicture], group: SeedGroup) -> list[MeasuredPicture]:
@@ -294,12 +298,12 @@ def film_flicker(session: Session, subject: MeasuredSubject, group: SeedGroup) -
     changes = []
     session.retune(group.quality, seed=1)
     window = group.quality.accumulate
-    frames = []
+    averager, frames = new_averager(), []
     for state in subject.around(window + FLICKER):
         started = time.perf_counter()
         frames.append(_TracedFrame(state, session.samples(state), session.clock.seconds, started))
     for number in range(window, len(frames) - window):
-        picture = subject.look.develop(_helped(session, frames, number))
+        picture = subject.look.develop(_helped(session, frames, number, averager))
         seen = SeenFrame(frames[number].state, frames[number].samples.distance)
         if before is not None:
             flow = flow_between(seen, before[1], bodies)

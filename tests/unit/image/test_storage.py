@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from stages import Stage
 
-from sumo3dviz_pt.image.average import accumulated
 from sumo3dviz_pt.image.exr import read_layers, write_exr
 from sumo3dviz_pt.image.traced import packed, unpacked
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.layers import MovingPart
+from sumo3dviz_pt.render.averaging.average import accumulated
 
 FAR = (41_000.0, 87_000.0)
 

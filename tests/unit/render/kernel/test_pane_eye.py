@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from builders import RAW, box, diffuse, frame_of, scene_of, session_of, static, view_at
 
-from sumo3dviz_pt.image.traced import TracedFrame, packed, unpacked
+from sumo3dviz_pt.image.traced import packed, unpacked
 from sumo3dviz_pt.model.falling import Pane, reflectance
 from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.traced import TracedFrame
 
 pytestmark = pytest.mark.usefixtures("compiled")
 

@@ -12,12 +12,12 @@ from builders import view_at
 from scipy.ndimage import median_filter
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.image.average import accumulated
-from sumo3dviz_pt.image.traced import TracedFrame
 from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import LUMINANCE, Layers
 from sumo3dviz_pt.model.scene import Haze
+from sumo3dviz_pt.model.traced import TracedFrame
+from sumo3dviz_pt.render.averaging.average import accumulated
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.passes.finish import Finishing, apply_haze, finished, horizon_behind
 from sumo3dviz_pt.render.sky.baked import bake_sky

@@ -1,0 +1,1 @@
+"""Averages frames of a film on the device that traced them."""
