@@ -334,6 +334,7 @@ def key_of(production: Production) -> str:
         **({} if production.metered is None else {"metered": production.metered}),
         "quality": production.quality.model_dump(exclude={"purpose"}),
         "variant": production.variant,
+        **production.device,
         "versions": versions(),
         "package": package_hashes(),
     }
@@ -393,6 +394,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "preset": production.quality.model_dump(exclude={"purpose"}),
         **({} if production.pilot is None else {"pilot": dict(production.pilot)}),
         "variant": production.variant,
+        **production.device,
         "scene": with_files(job.model_dump(by_alias=True), inputs.name),
         "inputs": dict(sorted(inputs.hashes.items())),
         **({"companions": inputs.companions} if inputs.companions else {}),

@@ -21,7 +21,7 @@ from pydantic import Field
 
 from sumo3dviz_pt.catalog import data_root, did_you_mean
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.installation.dependencies import load
+from sumo3dviz_pt.installation.dependencies import find_driver, load
 from sumo3dviz_pt.job.cameras import LensSettings
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
@@ -242,6 +242,17 @@ class Production:
     command: str = ""
     pilot: Mapping[str, Any] | None = None
     metered: float | None = None
+
+    @property
+    def device(self) -> dict[str, str]:
+        """The GPU and its driver: pixels hang on them. Empty where processors render.
+
+        On all processors pixels are the same.
+        """
+        if self.variant != "cuda":
+            return {}
+        driver = find_driver()
+        return {"device": f"{driver.device}, CUDA {driver.cuda}"}
 
     @property
     def settings(self) -> CameraSettings:

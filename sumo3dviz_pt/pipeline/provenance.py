@@ -231,7 +231,7 @@ _SECTIONS: Mapping[str, str] = MappingProxyType(
 )
 """Mappings in an account, and the words before their keys."""
 
-_PLAIN = ("camera", "time", "exposure", "variant")
+_PLAIN = ("camera", "time", "exposure", "variant", "device")
 """Single values in an account."""
 
 _DIGESTS: Mapping[str, str] = MappingProxyType(

@@ -104,13 +104,13 @@ def soiled(uv: Any, own: Any, use: Any) -> tuple[Any]:
         mi.Vector2f(own.x + own.y + shift, own.z + 0.5 * own.y), cells=21.0, mask=PERIOD - 1
     )
     broad = corners(mi.Vector2f(own.x - own.y - shift, own.z), cells=3.0, mask=PERIOD - 1)
-    mottled = 1.0 + 0.35 * broad.noise(1) + 0.3 * fine.noise(2)
+    mottled = 1.0 + 0.25 * broad.noise(1) + 0.2 * fine.noise(2)
     across = own.y + 0.6 * own.x + shift
     run = corners(mi.Vector2f(34.0 * across, 1.3 * own.z), cells=1.0, mask=PERIOD - 1)
     wide = corners(mi.Vector2f(11.0 * across, 0.7 * own.z), cells=1.0, mask=PERIOD - 1)
     streak = dr.clip(0.1 + 0.6 * run.noise(3) + 0.4 * wide.noise(4), 0.0, 1.0)
     there = -uv.y >= 0.0
-    share = told_grime(uv) * dr.maximum(mottled, 0.0) + 0.2 * uv.x * streak
+    share = told_grime(uv) * dr.maximum(mottled, 0.0) + 0.09 * uv.x * streak
     return (dr.select(there, dr.clip(amount * share, 0.0, 0.8), 0.0),)
 
 

@@ -263,12 +263,21 @@ def _render_shot(
             frames.layers.finish()
         write_sound(path, production, pace)
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
-        whole |= _overlays(production.job, path, float(pace.fps))
+        whole |= _overlays(production.job, path, float(pace.fps)) | _denoiser(production)
         whole |= {"files": digests | files_beside(path, frames.files), "delivered": films}
         write_json(account_file(path), sealed(whole), indent=1)
         if order.discard_frames:
             discard(folder, wanted)
     return FilmReport(path, folder, len(wanted), _with_rest(cpu, started))
+
+
+def _denoiser(production: Production) -> dict[str, str]:
+    """Return where a GPU's pictures were denoised: on it or on the processor."""
+    from sumo3dviz_pt.render.passes.finish import denoiser_device
+
+    if not production.device or production.quality.denoise == "none":
+        return {}
+    return {"denoised_on": denoiser_device()}
 
 
 def _overlays(job: Job, path: Path, rate: float) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """Makes finished pictures of traced ones: denoised, mixed, with lamps, haze and what falls.
 
-Noise is removed by Intel Open Image Denoise through `mitsuba-oidn`, on linear radiance.
+Noise is removed by Intel Open Image Denoise through `mitsuba-oidn`, on linear radiance: on the GPU
+that traces, where the library finds it, else on the processor. The two give other last digits.
 
 Haze is aerial perspective, laid on in linear radiance before the picture is stored. Far things fade
 into the light of the horizon behind them: radiance x transmittance + horizon radiance x (1 -
@@ -14,10 +15,12 @@ alone, and what lamps give is in the picture already.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 from scipy.ndimage import maximum_filter, uniform_filter
 
@@ -26,8 +29,11 @@ from sumo3dviz_pt.model.geometry import Bools, Image, Ints
 from sumo3dviz_pt.model.layers import LUMINANCE, Layers
 from sumo3dviz_pt.model.lens import planes_of_rays
 from sumo3dviz_pt.model.scene import Haze, View
+from sumo3dviz_pt.render.backend import traces_by_optix
 from sumo3dviz_pt.render.passes.regression import regressed
 from sumo3dviz_pt.render.sky.baked import horizon_towards
+
+log = logging.getLogger(__name__)
 
 _LUMINANCE = LUMINANCE.astype(np.float32)
 _WINDOW = 5
@@ -75,7 +81,7 @@ def denoise(
         None if normal is None else np.ascontiguousarray(normal, np.float32),
         hdr=True,
         quality=levels[quality],
-        device=_device(),
+        device=_device(denoiser_device()),
     )
     return np.maximum(np.array(result, dtype=np.float32), 0.0)
 
@@ -154,11 +160,33 @@ def texture(smooth: Image, raw: Image) -> Image:
     return np.asarray(contrast / (contrast + noise + 1e-12), dtype=np.float32)
 
 
+def denoiser_device() -> str:
+    """Return where pictures are denoised: `cuda` with that variant of Mitsuba, if it can be."""
+    return _found_device(traces_by_optix(mi.variant() or ""))
+
+
 @cache
-def _device() -> Any:
+def _found_device(wanted: bool) -> str:
+    """Return `cuda` if that is wanted and works, else `cpu`; say once where it does not work."""
+    import mitsuba_oidn as oidn
+
+    if wanted:
+        try:
+            _device("cuda")
+        except oidn.Error as error:
+            log.warning("the denoiser cannot use the GPU (%s): it uses the processor", error)
+        else:
+            return "cuda"
+    return "cpu"
+
+
+@cache
+def _device(name: str) -> Any:
     """Return the process's only device: each keeps half a gigabyte of buffers at 1280x720."""
     import mitsuba_oidn as oidn
 
+    if name == "cuda":
+        return oidn.Device.cuda(0)
     device = oidn.Device(oidn.DeviceType.CPU)
     device.num_threads = _THREADS
     return device

@@ -76,6 +76,7 @@ CASES = [
     (("camera",), "driver", "camera: post -> driver"),
     (("time",), 5.0, "time: 4.0 -> 5.0"),
     (("variant",), "scalar", "variant: llvm -> scalar"),
+    (("device",), "NVIDIA H200, CUDA 12.4", "device: only the second has it"),
     (("world",), "9", "roads, houses, plants, lamps or their materials are others"),
     (("light",), "9", "sky, sun or air are others"),
     (("plan",), "9", "the shot shows other bodies, or has other room for them"),

@@ -122,7 +122,11 @@ def needle() -> Prototype:
     up = _stroke(np.zeros(3), 0.0, (0.1 * _RADIUS, 0.86 * _RADIUS), 0.0014)
     hub = tube([(0.004, 0.0, 0.0), (-0.002, 0.0, 0.0)], radius=0.1 * _RADIUS, sides=10)
     parts = (Part(up, "lamp_amber"), Part(hub, "trim"))
-    lamps = tuple(_glow((-0.001, 0.0, share * _RADIUS)) for share in (0.3, 0.45, 0.6, 0.75))
+    # Lamps are ellipses: several, one a little before the next, make a line.
+    lamps = tuple(
+        _glow((-0.001 - 1e-4 * k, 0.0, share * _RADIUS), (0.0026, 0.3 * _RADIUS))
+        for k, share in enumerate((0.26, 0.42, 0.58, 0.72))
+    )
     return Prototype(NEEDLE, parts, parts, lamps)
 
 
@@ -137,9 +141,11 @@ def tick_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
     return tuple(lamps)
 
 
-def _glow(at: tuple[float, float, float]) -> VehicleLamp:
-    """A point of light that shines at the driver."""
-    return VehicleLamp("dials", at, (0.0045, 0.0045), float(np.pi))
+def _glow(
+    at: tuple[float, float, float], size: tuple[float, float] = (0.003, 0.003)
+) -> VehicleLamp:
+    """A spot of light that shines at the driver, of a width and height [m]."""
+    return VehicleLamp("dials", at, size, float(np.pi))
 
 
 def _stroke(middle: Floats, angle: float, span: tuple[float, float], half: float) -> Mesh:

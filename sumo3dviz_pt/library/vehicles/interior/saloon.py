@@ -130,7 +130,7 @@ def _row(half: float, x: float, *, floor: float) -> Iterator[MaterialMesh]:
 
 def _pad(thick: float, wide: float, tall: float) -> Mesh:
     """A cushion by its half sizes [m]."""
-    return superellipsoid((thick, wide, tall), squareness=3.2, segments=28, rings=14)
+    return superellipsoid((thick, wide, tall), squareness=3.2, segments=30, rings=28)
 
 
 def _rails(
