@@ -85,9 +85,9 @@ def storing(path: Path) -> Iterator[Row]:
 def helping(centre: TracedFrame, others: list[TracedFrame]) -> Iterator[Row]:
     """Time what neighbours do: all of it, and by part."""
     averager = Averager()
-    yield timed("8 neighbours, once more", lambda: averager.accumulated(centre, others))
+    yield timed("8 neighbours", lambda: averager.accumulated(centre, others))
     fresh = iter([replace(centre) for _ in range(8)])
-    yield timed("  and a new frame", lambda: averager.accumulated(next(fresh), others))
+    yield timed("  with a frame that is new", lambda: averager.accumulated(next(fresh), others))
     yield timed("  motion of one", lambda: motion_between(centre, others[0]))
 
 

@@ -90,6 +90,8 @@ def run(preset: str, size: tuple[int, int], film: Film | None = None) -> dict[st
             misses = sum(not entry.get("cache_hit", True) for entry in dr.kernel_history())
             compiled += misses if number >= WARM else 0
             shelf.add(traced, session.finishing_of(state))
+            # What averages is compiled once the first window is full.
+            dr.kernel_history_clear()
         dr.set_flag(dr.JitFlag.KernelHistory, False)
     phases = {key: float(np.median([clock.get(key, 0.0) for clock in clocks[WARM:]]))
               for key in ("update", "render")}  # fmt: skip

@@ -31,7 +31,7 @@ NEAR = 1e-3
 
 _FOUND = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
 _AVX512 = [name for name in _FOUND if "512" in name or name.endswith("V4")]
-_CORES = ("Haswell", "Zen", "SkylakeX", "Prescott")
+_CORES = ("Haswell", "Zen", *(["SkylakeX"] if _AVX512 else []), "Prescott")
 _SHAKEN = "SUMO3DVIZ_SHAKEN"
 
 PROCESSORS: Mapping[str, Mapping[str, str]] = {
@@ -45,7 +45,7 @@ PROCESSORS: Mapping[str, Mapping[str, str]] = {
     },
     "shaken": {_SHAKEN: "1"},
 }
-"""Environments that make this machine compute as others do, by name."""
+"""Environments that make this machine compute as others do, by name: those that it can be."""
 
 _CHOSEN = frozenset(key for chosen in PROCESSORS.values() for key in chosen)
 _ROUNDED = ("sin", "cos", "tan", "arcsin", "arccos", "arctan", "arctan2", "exp", "log", "hypot")

@@ -12,7 +12,7 @@ from alike import assert_files_alike
 from bakery.bake import completed_recipe
 from bench.baked_files import baked_again
 from bench.processor_accounts import library
-from bench.processors import accounts_of, compared, differences
+from bench.processors import PROCESSORS, accounts_of, compared, differences
 
 from sumo3dviz_pt.catalog import digest_of, find, names
 
@@ -159,6 +159,8 @@ def here(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.slow
 @pytest.mark.parametrize("processor", ["Prescott", "old", "Haswell", "SkylakeX", "shaken"])
 def test_other_processors_build_the_same(processor: str, here: Path, tmp_path: Path) -> None:
+    if processor not in PROCESSORS:
+        pytest.skip("this machine's processor lacks what that one has")
     accounts_of(processor, tmp_path, only=PLAIN, scenes=())
     assert len(list(tmp_path.glob("*.npz"))) == len(PLAIN)
     assert not list(compared(here, tmp_path))

@@ -54,7 +54,7 @@ def test_presets_compile_nothing_late(scene: Path) -> None:
 
 def test_a_window_finishes_what_has_all_its_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
     finished = []
-    monkeypatch.setattr(presets, "helped", lambda *given: finished.append(given))
+    monkeypatch.setattr(presets, "helped", lambda *given, averager: finished.append(given))
     window = presets.Window(2)
     for number in range(9):
         window.add(f"frame {number}", f"how {number}")
