@@ -501,7 +501,8 @@ def _leaps(look: _Look, blur: float) -> Floats:
     first = np.searchsorted(samples.times, look.times[:-1] - blur - _AROUND, side="right") - 1
     last = np.searchsorted(samples.times, look.times[1:] + blur + _AROUND, side="left")
     first, last = np.clip(first, 0, len(paces) - 1), np.clip(last, 1, len(paces))
-    fastest = np.array([paces[a:b].max() for a, b in zip(first, last, strict=True)])
+    ends = np.stack([first, last], axis=1).ravel()
+    fastest = np.maximum.reduceat(np.append(paces, -np.inf), ends)[::2]
     beyond = np.zeros(len(look.times))
     allowed = (JUMP_FACTOR * fastest + _SIDEWAYS) * np.diff(look.times) + _LEAP
     beyond[:-1] = _ways(look.motion) - allowed

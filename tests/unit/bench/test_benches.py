@@ -10,7 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bench import before_after, curves, finishing, growth, presets, rays, viewer, weathers
+from bench import (
+    before_after,
+    curves,
+    finishing,
+    frame_parts,
+    growth,
+    presets,
+    rays,
+    viewer,
+    weathers,
+)
 from builders import write_scenario
 from viewer.browser import chromium
 
@@ -153,6 +163,17 @@ def test_curves_are_drawn_and_published(scene: Path, tmp_path: Path) -> None:
     curves.publish(case, tmp_path / "docs" / case.name, tmp_path / "work")
     lines = curves.overview(tmp_path / "docs", [case])
     assert lines[2].startswith("| [tiny](../docs/tiny/report.md) |")
+    assert lines[2].count("|") == lines[0].count("|")
+
+
+@pytest.mark.slow
+def test_every_part_of_a_frame_is_timed(scene: Path) -> None:
+    film = frame_parts.Film(scene, "post", 4.0)
+    found = frame_parts.measured(film, "draft", SIZE, "llvm")
+    for kind in ("cpu", "wall"):
+        assert {*found[kind]} == {*frame_parts.PARTS}
+        assert found[kind]["trace"] > 0 and found[kind]["average"] > 0
+    lines = frame_parts.table([{"film": "post", "preset": "draft", **found}], "cpu")
     assert lines[2].count("|") == lines[0].count("|")
 
 
