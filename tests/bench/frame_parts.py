@@ -101,7 +101,7 @@ class Stopwatch:
         self.wall.setdefault(part, []).append(wall)
 
     def medians(self, count: int) -> dict[str, dict[str, float]]:
-        """Medians of the last so many entries of each part."""
+        """Medians of each part over its last entries, as many as are counted."""
         return {
             kind: {part: float(np.median(noted[-count:])) for part, noted in parts.items()}
             for kind, parts in (("cpu", self.cpu), ("wall", self.wall))

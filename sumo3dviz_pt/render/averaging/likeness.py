@@ -34,7 +34,7 @@ _REACH, _AROUND = WIDEST // 2, _NARROW[0] // 2
 """How far windows of light reach, and that of its noise, which asks for windows of 3 [px]."""
 
 _TOGETHER = 4
-"""So many windows side by side are summed by one thread."""
+"""How many windows side by side are summed at once: they share most of their values."""
 
 _OF_NINE = 9 / 8
 """Variance of values over that of their differences from the mean of nine."""
@@ -47,7 +47,7 @@ _NEVER_EXACT = 1e-6
 
 
 def window_sums(values: Sequence[Any], window: int) -> list[Any]:
-    """Return the sums of so many values from each of the first four on.
+    """Return the sums of four windows that begin at successive values.
 
     Args:
         values: Three more than the window has, or more.
@@ -102,7 +102,7 @@ class Doubts:
 
 @dataclass(frozen=True, slots=True)
 class _Area:
-    """A picture with so many pixels around it as windows of noise reach.
+    """A picture and a border around it, as wide as windows of noise reach.
 
     Attributes:
         width: Of the picture [px].
@@ -135,7 +135,7 @@ def _clamped(index: Any, first: int, last: int) -> Any:
 
 
 def _doubt(mean: Any, variance: Any, values: Any) -> Any:
-    """Return squares of means of so many values in units of their standard errors."""
+    """Return squares of means, of so many values each, in units of their standard errors."""
     return mean * mean / (variance / values + _NEVER_EXACT)
 
 
@@ -163,7 +163,7 @@ class _Counts:
 
     @classmethod
     def of(cls, nine: Any, five: Any, three: Any) -> _Counts:
-        """Return counts, given the sums of so many rows of these numbers each."""
+        """Return the counts of windows, given sums over 9, 5 and 3 rows of joined numbers."""
         digits = (
             mi.UInt32(nine) & 255,
             mi.UInt32(five) >> 8 & 63,
