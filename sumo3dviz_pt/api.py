@@ -305,8 +305,8 @@ class Scene:
             progress: Whether a bar or lines say how far it is, or a function to call after
                 every frame; default a bar on terminals and in notebooks.
             choices: `quality`, `size`, `spp`, `seed`, `variant`, `time_budget`, `target_error`
-                as in `still`; `fps`, `speed`, `frames`, `resume`, `overwrite`, `discard_frames`
-                as on the command line.
+                as in `still`; `fps`, `speed`, `frames`, `resume`, `overwrite`, `discard_frames`,
+                `mix_devices` as on the command line.
 
         Returns:
             The films, or the folders of frames if only `frames` were asked for: a list of

@@ -57,6 +57,9 @@ def _add_own(sub: argparse.ArgumentParser) -> None:
         "--lease", type=float, default=180.0, metavar="T", help="silence of the dead [180 s]"
     )
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, or its file .json")
+    sub.add_argument(
+        "--gres", metavar="GPUS", help="Slurm's GPUs of a job [gpu:1 with --variant cuda]"
+    )
     sub.add_argument("--partition", metavar="NAME", help="Slurm's")
     sub.add_argument("--account", metavar="NAME", help="Slurm's")
     sub.add_argument("--time", metavar="H:MM:SS", help="Slurm's limit for a job")
@@ -188,6 +191,7 @@ def _farm_order(options: argparse.Namespace) -> FarmOrder:
         options.time,
         options.mem,
         options.detach,
+        options.gres or ("gpu:1" if options.variant == "cuda" else None),
     )
     return FarmOrder(
         check_engine(engine),

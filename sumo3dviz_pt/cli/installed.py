@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,9 @@ def add_doctor(commands: Any) -> None:
         "--install", action="store_true", help="install the shared libraries that are missing"
     )
     sub.add_argument("--yes", action="store_true", help="do not ask before installing")
+    sub.add_argument(
+        "--frame", action="store_true", help="also time frames of an example here, half a minute"
+    )
     sub.set_defaults(run=run_doctor)
 
 
@@ -96,8 +100,24 @@ def run_doctor(options: argparse.Namespace) -> int:
     diagnosis = examine()
     if options.install and _mended(diagnosis, yes=options.yes):
         diagnosis = examine()
-    print("\n".join(diagnosis.lines))
+    print("\n".join(diagnosis.lines), flush=True)
+    if options.frame and diagnosis.healthy:
+        _time_frames(("llvm", "cuda") if diagnosis.gpu else ("llvm",))
     return 0 if diagnosis.healthy else 1
+
+
+def _time_frames(variants: Sequence[str]) -> None:
+    """Say how long frames of an example take by some variants."""
+    from sumo3dviz_pt.pipeline.production import example
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.pipeline.steps import opening_steps
+    from sumo3dviz_pt.report.pace import pace_of
+
+    job = load_job(example("ronda"))
+    for variant in variants:
+        with progress(f"frames by {variant}", opening_steps(job)):
+            pace = pace_of(job, variant)
+        print(f"{'frame':<15} {pace}", flush=True)
 
 
 def _mended(diagnosis: Diagnosis, *, yes: bool) -> bool:

@@ -301,7 +301,7 @@ def request_of(options: argparse.Namespace) -> Request:
 
 _NOT_SEEN = {
     "-o": 1, "--output": 1, "--frames": 1, "--shot": 1, "--film": 1,
-    "--resume": 0, "--overwrite": 0, "--discard-frames": 0,
+    "--resume": 0, "--overwrite": 0, "--discard-frames": 0, "--mix-devices": 0,
     "-q": 0, "--quiet": 0, "-v": 0, "--verbose": 0,
 }  # fmt: skip
 """Options that no picture shows, and how many words follow them."""

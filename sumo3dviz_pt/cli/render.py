@@ -74,6 +74,11 @@ def add_film(sub: Parser, *, output: str = FILM_HELP, required: bool = True) -> 
         "--discard-frames", action="store_true", help="keep frames only while others need them"
     )
     sub.add_argument(
+        "--mix-devices",
+        action="store_true",
+        help="keep frames that another kind of processor or GPU traced; their pixels differ a bit",
+    )
+    sub.add_argument(
         "--final-exr",
         action="store_true",
         help="also write the finished frames' radiance, to film.final/",
@@ -158,6 +163,7 @@ def order_of(options: argparse.Namespace, scene: Path) -> FilmOrder:
         options.overwrite,
         options.final_exr,
         options.shot,
+        options.mix_devices,
     )
     name = options.output.name.replace("{scene}", scene.stem)
     return replace(order, path=options.output.with_name(name))

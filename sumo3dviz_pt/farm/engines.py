@@ -284,6 +284,7 @@ def _script(plan: FarmPlan, name: str, tasks: Sequence[int]) -> str:
         "ntasks": "1",
         "time": choice.time or _time_limit(plan),
         "mem": choice.memory,
+        "gres": choice.gpus,
         "partition": choice.partition,
         "account": choice.account,
         "requeue": "",

@@ -41,6 +41,7 @@ class EngineChoice:
         account: Slurm's.
         time: Slurm's limit for each job, such as 2:00:00.
         memory: Slurm's, such as 6G.
+        gpus: What each of Slurm's jobs gets, as its --gres: gpu:1, or a kind such as gpu:a100:1.
         detach: Whether Slurm's jobs are submitted and not followed.
     """
 
@@ -53,11 +54,12 @@ class EngineChoice:
     time: str | None = None
     memory: str | None = None
     detach: bool = False
+    gpus: str | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
         settle(self)
-        for key in ("scheduler", "partition", "account", "time", "memory"):
+        for key in ("scheduler", "partition", "account", "time", "memory", "gpus"):
             value = getattr(self, key)
             if value is not None and not _ONE_WORD.fullmatch(value):
                 raise ConfigError(f"this should be one word, not {value!r}", key=key)

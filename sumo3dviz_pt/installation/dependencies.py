@@ -313,12 +313,14 @@ class Driver:
     Attributes:
         cuda: Newest version of CUDA that the driver knows, such as `12.4`; empty without a driver.
         device: Name of the first GPU; empty without one.
+        memory: Of that GPU [bytes]; 0 where the driver does not say.
         optix: Whether rays can be traced; True on Windows, where only using it tells.
         problem: Why the variant `cuda` cannot work, and what to do; empty if it may.
     """
 
     cuda: str = ""
     device: str = ""
+    memory: int = 0
     optix: bool = False
     problem: str = ""
 
@@ -342,8 +344,10 @@ def find_driver(load: Callable[[str], Any] = ctypes.CDLL) -> Driver:
     name = ctypes.create_string_buffer(100)
     cuda.cuDeviceGetName(name, len(name), 0)
     device = name.value.decode("utf-8", errors="replace")
+    room = ctypes.c_size_t(0)
+    memory = 0 if cuda.cuDeviceTotalMem_v2(ctypes.byref(room), 0) else room.value
     if _WINDOWS:
-        return Driver(known, device, optix=True)
+        return Driver(known, device, memory, optix=True)
     try:
         load(_OPTIX)
     except OSError:
@@ -351,8 +355,8 @@ def find_driver(load: Callable[[str], Any] = ctypes.CDLL) -> Driver:
             f"the NVIDIA driver has no OptiX ({_OPTIX} is not here): install all of the driver; a"
             " container needs NVIDIA_DRIVER_CAPABILITIES=all"
         )
-        return Driver(known, device, problem=missing)
-    return Driver(known, device, optix=True)
+        return Driver(known, device, memory, problem=missing)
+    return Driver(known, device, memory, optix=True)
 
 
 def _number(ask: Callable[[Any], int]) -> int:

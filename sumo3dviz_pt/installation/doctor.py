@@ -47,11 +47,13 @@ class Diagnosis:
 
     Attributes:
         healthy: Whether films can be rendered and encoded.
+        gpu: Whether the variant `cuda` may work.
         lines: What there is, each with its name in front.
         lacks: Shared libraries that a package manager may bring, by the keys of its packages.
     """
 
     healthy: bool
+    gpu: bool
     lines: tuple[str, ...]
     lacks: tuple[str, ...]
 
@@ -81,6 +83,7 @@ def examine() -> Diagnosis:
     """Look at the installation."""
     trial = _tried_in_another_process()
     llvm = dependencies.find_llvm()
+    driver = find_driver()
     encodes, about_ffmpeg = _ffmpeg()
     packages = ("sumo3dviz_pt", *(known.package for known in DEPENDENCIES))
     about = {
@@ -91,13 +94,14 @@ def examine() -> Diagnosis:
         "memory": f"{physical_memory() / 2**30:.1f} GiB" if physical_memory() else "unknown",
         "renderer": trial.variant or "does not work",
         "libLLVM": _about_llvm(llvm, trial),
-        "CUDA, OptiX": _about_gpu(find_driver()),
+        "CUDA, OptiX": _about_gpu(driver),
         "ffmpeg": about_ffmpeg,
         "bodies kept in": _bodies_folder(),
         "kernels kept in": _writable(_kernels_folder()),
     }
     return Diagnosis(
         healthy=bool(trial.variant) and encodes and not trial.problems,
+        gpu=not driver.problem,
         lines=tuple(f"{name:<15} {text}" for name, text in [*about.items(), *_remarks(trial)]),
         lacks=tuple(_lacks(trial, llvm)),
     )
@@ -114,7 +118,8 @@ def _about_gpu(driver: Driver) -> str:
     """Return what the variant `cuda` would use, or why it cannot work."""
     if driver.problem:
         return f"not in use: {driver.problem}"
-    return f"CUDA {driver.cuda} and OptiX on {driver.device}; for `--variant cuda`"
+    memory = f" ({driver.memory / 2**30:.0f} GiB)" if driver.memory else ""
+    return f"CUDA {driver.cuda} and OptiX on {driver.device}{memory}; for `--variant cuda`"
 
 
 def _remarks(trial: LoadingTrial) -> list[tuple[str, str]]:

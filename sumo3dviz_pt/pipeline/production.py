@@ -296,7 +296,7 @@ class Production:
 
     @cached_property
     def key(self) -> str:
-        """A hash of everything that a frame's pixels depend on, beside its time."""
+        """A hash of all that a frame's pixels depend on, beside its time and what traces it."""
         return key_of(self)
 
     @cached_property

@@ -11,6 +11,7 @@ the part's own shape, and no index in its group.
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -70,6 +71,15 @@ def watched(variant: str) -> Iterator[None]:
         yield
     if _DISABLED in b"".join(heard):
         raise RenderError(f"{variant} did not trace all rays: the picture would be false")
+
+
+def worked() -> float:
+    """Return the reading of a meter of work [s]: all CPUs', or the clock where a GPU traces.
+
+    No CPU-seconds count what a GPU does.
+    """
+    by_gpu = traces_by_optix(mi.variant() or "")
+    return time.perf_counter() if by_gpu else time.process_time()
 
 
 def answers() -> bool:

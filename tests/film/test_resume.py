@@ -9,7 +9,7 @@ from PIL import Image
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.image.exr import read_exr
+from sumo3dviz_pt.image.exr import PROVENANCE, read_attributes, read_exr, write_exr
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.pipeline.films.frames import NOTE, account_in
 from sumo3dviz_pt.video import probe
@@ -18,6 +18,9 @@ pytestmark = pytest.mark.slow
 
 CHEAP = ["--fps", "5", "--spp", "1", "--size", "32x18", "--variant", "scalar"]
 """Nothing is compiled: for so few pixels that is ten times faster."""
+
+GPU = {"variant": "cuda", "device": "NVIDIA H200, CUDA 12.4"}
+"""What a frame's account says that a GPU traced."""
 
 
 @pytest.fixture(scope="module")
@@ -219,6 +222,36 @@ def test_pictures_and_films_say_all_that_they_are_made_from(tmp_path, place, ren
     # The same world, whoever asks; the still has a plan of its own.
     assert accounts["a.frames"]["world"] != ""
     assert (tmp_path / "a.frames" / NOTE).is_file()
+
+
+def traced_elsewhere(path):
+    """Let a stored frame say that a GPU traced it."""
+    account = json.loads(read_attributes(path)[PROVENANCE])
+    text = {PROVENANCE: json.dumps({**account, **GPU})}
+    write_exr(path, {"radiance": read_exr(path)[0]}, attributes=text)
+
+
+def test_devices_are_mixed_only_where_that_is_said(tmp_path, render):
+    """Their pixels differ a little, and what was rendered is not thrown away unasked."""
+    film, folder = tmp_path / "a.mp4", tmp_path / "a.frames"
+    render(film)
+    film.unlink()
+    traced_elsewhere(folder / "000002.exr")
+    (folder / "000001.exr").unlink()
+    before = stamps(folder)
+    for words in (["--resume"], ["--frames", "1:2"]):
+        said = render(film, *words, code=2)
+        assert "traced by cuda on NVIDIA H200, CUDA 12.4, and this command traces by" in said
+        assert "--mix-devices" in said and not film.exists() and stamps(folder) == before
+        # A part of a film is held against the note that lies beside the other parts.
+        note = json.loads((folder / NOTE).read_text())
+        (folder / NOTE).write_text(json.dumps({**note, **GPU}))
+    said = render(film, "--resume", "--mix-devices")
+    assert "both stay in one film" in said and before.items() <= stamps(folder).items()
+    assert json.loads((tmp_path / "a.json").read_text())["devices"] == [
+        "cuda on NVIDIA H200, CUDA 12.4",
+        "scalar",
+    ]
 
 
 def test_compare_says_what_differs(tmp_path, place, capsys):

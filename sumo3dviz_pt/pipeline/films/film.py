@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -37,6 +37,8 @@ from sumo3dviz_pt.pipeline.films.frames import (
     is_sequence,
     masters_folder,
     numbered,
+    read_account,
+    traced_on,
     write_json,
 )
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
@@ -223,9 +225,11 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
 def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
     """Return a shot, ready to be rendered."""
     times = order.pace(job, shot).times(shot)
-    # A frame alone has no help, and only our own kernel knows what a pixel shows.
-    together = len(times) > 1 and ready_renderer(request.variant).jit
-    own = replace(request, camera=shot.camera)
+    # A frame alone has no help, and only our own kernel knows what a pixel shows. Frames say what
+    # traces them, which where there is no libLLVM is not what was asked for.
+    backend = ready_renderer(request.variant)
+    together = len(times) > 1 and backend.jit
+    own = replace(request, camera=shot.camera, variant=backend.name)
     made = prepare(job, own, times, film=True, together=together)
     return metered(made, request.metered)
 
@@ -264,6 +268,7 @@ def _render_shot(
         write_sound(path, production, pace)
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
         whole |= _overlays(production.job, path, float(pace.fps)) | _denoiser(production)
+        whole |= _devices(frames.files) if order.mix_devices else {}
         whole |= {"files": digests | files_beside(path, frames.files), "delivered": films}
         write_json(account_file(path), sealed(whole), indent=1)
         if order.discard_frames:
@@ -278,6 +283,12 @@ def _denoiser(production: Production) -> dict[str, str]:
     if not production.device or production.quality.denoise == "none":
         return {}
     return {"denoised_on": denoiser_device()}
+
+
+def _devices(files: Iterable[Path]) -> dict[str, list[str]]:
+    """Return what traced a film's frames, where that is more than one device."""
+    devices = sorted({traced_on(read_account(file)) for file in files if file.is_file()})
+    return {"devices": devices} if len(devices) > 1 else {}
 
 
 def _overlays(job: Job, path: Path, rate: float) -> dict[str, Any]:

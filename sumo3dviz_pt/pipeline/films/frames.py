@@ -127,7 +127,7 @@ SAME_TIME = 1e-9
 """Times of frames that differ by less count as equal [s]."""
 
 Account = Mapping[str, Any]
-State = Literal["absent", "damaged", "other", "done"]
+State = Literal["absent", "damaged", "other", "elsewhere", "done"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,12 +308,19 @@ def film_of(folder: Path) -> Account | None:
         return {}
 
 
-def state_of(path: Path, *, key: str, time: float) -> State:
+def traced_on(account: Account) -> str:
+    """Return what traced a frame, in words: the variant, and of a GPU its name and driver."""
+    device = account.get("device")
+    return f"{account.get('variant')}{f' on {device}' if device else ''}"
+
+
+def state_of(path: Path, *, shared: Account, time: float) -> State:
     """Return whether a frame is there, whole, and just what would be rendered.
 
     Args:
         path: Its file.
-        key: Of the production.
+        shared: The account that the film's frames share; `elsewhere` is a frame of that film which
+            another device traced.
         time: SUMO's [s].
     """
     from sumo3dviz_pt.image.exr import read_exr
@@ -322,12 +329,13 @@ def state_of(path: Path, *, key: str, time: float) -> State:
         return "absent"
     try:
         account = read_account(path)
-        if account.get("key") != key or abs(float(account.get("time", "nan")) - time) > SAME_TIME:
+        away = abs(float(account.get("time", "nan")) - time)
+        if account.get("key") != shared["key"] or not away <= SAME_TIME:
             return "other"
         read_exr(path)
     except (InputError, TypeError, ValueError):
         return "damaged"
-    return "done"
+    return "done" if traced_on(account) == traced_on(shared) else "elsewhere"
 
 
 def stored_film(folder: Path) -> StoredFilm:

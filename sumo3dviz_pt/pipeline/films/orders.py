@@ -90,6 +90,7 @@ class FilmOrder:
         overwrite: Whether a film and frames that exist are replaced.
         final_exr: Whether finished frames are written as EXR files, too.
         shot: Only this shot of the scene file, counted from 1; None is all.
+        mix_devices: Whether frames that another device traced are kept, too.
     """
 
     path: Target
@@ -103,6 +104,7 @@ class FilmOrder:
     overwrite: bool = False
     final_exr: bool = False
     shot: Whole | None = None
+    mix_devices: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""

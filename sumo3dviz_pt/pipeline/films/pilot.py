@@ -11,7 +11,6 @@ References:
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, pairwise
@@ -207,7 +206,9 @@ def _measured(production: Production, wish: Mapping[str, float], helped: float) 
 
 
 def _costs(production: Production, state: FrameState) -> dict[int, float]:
-    """Return the CPU-seconds of a later frame by its samples."""
+    """Return the work of a later frame by its samples: CPU-seconds, or seconds of a GPU."""
+    from sumo3dviz_pt.render.backend import worked
+
     costs: dict[int, float] = {}
     with opened(production) as session:
         for group, spp in enumerate(_COSTS):
@@ -216,9 +217,9 @@ def _costs(production: Production, state: FrameState) -> dict[int, float]:
             for number in range(_FIRST + _REPEATS):
                 done = 1 + number + group * (_FIRST + _REPEATS)
                 announce(Doing.MEASURE, done, len(_COSTS) * (_FIRST + _REPEATS), what="pilot")
-                started = time.process_time()
+                started = worked()
                 session.render(state)
-                seconds.append(time.process_time() - started)
+                seconds.append(worked() - started)
             costs[spp] = float(np.median(seconds[_FIRST:]))
     return costs
 

@@ -22,6 +22,7 @@ from typing import Any, BinaryIO
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.pipeline.films.frames import (
     NOTE,
+    State,
     account_file,
     counted,
     film_of,
@@ -33,6 +34,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     numbered,
     read_account,
     state_of,
+    traced_on,
     why_other,
 )
 from sumo3dviz_pt.pipeline.films.layers import beside, is_written
@@ -207,12 +209,13 @@ def missing_frames(
         shared: The account that all frames share.
 
     Raises:
-        ConfigError: If frames would come to lie among those of another film.
+        ConfigError: If frames would come to lie among those of another film, or among those that
+            another device traced.
     """
     if order.frames is not None:
         _check_neighbours(folder, wanted, order, shared)
     if order.resume:
-        return _stale(production, folder, wanted, shared)
+        return _stale(production, folder, wanted, order, shared)
     if order.overwrite:
         for number in frame_numbers(folder) if order.frames is None else wanted:
             frame_file(folder, number).unlink(missing_ok=True)
@@ -224,7 +227,10 @@ def _check_neighbours(
 ) -> None:
     """Refuse a part of a film beside parts of another; say so where the order allows it."""
     before = film_of(folder) if set(frame_numbers(folder)) - set(wanted) else None
-    if before is None or before.get("key") == shared["key"]:
+    if before is None:
+        return
+    if before.get("key") == shared["key"]:
+        _check_device(folder, before, order, shared)
         return
     what = f"{folder} holds frames of another film (what differs: {why_other(before, shared)})"
     if not (order.resume or order.overwrite):
@@ -232,16 +238,48 @@ def _check_neighbours(
     log.warning("%s; they have to be rendered anew", what)
 
 
+def _check_device(
+    folder: Path, there: Mapping[str, Any], order: FilmOrder, shared: Mapping[str, Any]
+) -> None:
+    """Refuse to mix devices in one film, whose pixels differ a little, unless the order says so.
+
+    Args:
+        folder: Of the film's frames.
+        there: The account of some that are there.
+        order: Says whether they may be mixed.
+        shared: The account of those to come.
+    """
+    before, now = traced_on(there), traced_on(shared)
+    if before == now:
+        return
+    what = f"{folder} holds frames that were traced by {before}, and this command traces by {now}"
+    if not order.mix_devices:
+        raise ConfigError(
+            f"{what}: go on with --variant {there.get('variant')} on a machine like the first,"
+            " begin anew with --overwrite, or let `render` or `farm` keep both with --mix-devices",
+            key="variant",
+        )
+    log.warning("%s: both stay in one film", what)
+
+
 def _stale(
-    production: Production, folder: Path, wanted: Sequence[int], shared: Mapping[str, Any]
+    production: Production,
+    folder: Path,
+    wanted: Sequence[int],
+    order: FilmOrder,
+    shared: Mapping[str, Any],
 ) -> list[int]:
     """Return the numbers of frames that are missing, damaged or not what would be rendered now."""
-    states = {
+    states: dict[int, State] = {
         number: state_of(
-            frame_file(folder, number), key=production.key, time=float(production.times[number])
+            frame_file(folder, number), shared=shared, time=float(production.times[number])
         )
         for number in wanted
     }
+    elsewhere = [number for number, state in states.items() if state == "elsewhere"]
+    if elsewhere:
+        _check_device(folder, read_account(frame_file(folder, elsewhere[0])), order, shared)
+        states |= dict.fromkeys(elsewhere, "done")
     bare = _without_layers(
         production, folder, [n for n, state in states.items() if state == "done"]
     )

@@ -47,7 +47,7 @@ _KNOWN = frozenset(
         *("left_out", "plan", "pilot", "spp", "quality", "shot"),  # follow from what is compared
         *("scene", "preset", "inputs", "companions", "versions", "package", "camera", "variant"),
         *("frames", "frame_rate", "fps", "size", "shutter", "road_users", "signal_changes"),
-        *("world", "light", "overlays", *_DEVELOPED),
+        *("world", "light", "overlays", "devices", *_DEVELOPED),
     }
 )
 """What an account says and other checks here compare, or what follows from that."""
@@ -64,7 +64,7 @@ def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[s
     """
     checks: tuple[Callable[[Account, Account, Acts], Iterator[str]], ...] = (
         *(_lengths, _times, _cameras, _shutters, _presence, _bodies, _motion, _lamps, _signals),
-        *(_development, _digests, _weather, _drawn_over),
+        *(_development, _digests, _weather, _drawn_over, _traced),
     )
     faults = [fault for check in checks for fault in check(one, other, acts)]
     return faults + list(_settings(one, other, acts, planned))
@@ -264,6 +264,14 @@ def _drawn_over(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     )
     if first != second and not (acts.overlays or acts.anything):
         yield "overlays are others: " + " and ".join(_overlays(drawn) for drawn in (first, second))
+
+
+def _traced(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that a film mixes frames of several devices, whose pixels differ a little."""
+    del acts
+    for film in (one, other):
+        if devices := film.get("devices"):
+            yield f"{film.get('film')} mixes frames of several devices: {' and '.join(devices)}"
 
 
 def _overlays(drawn: Account) -> str:

@@ -32,10 +32,12 @@ def study(folder, *, films=3, each=2, **choice):
 
 
 def test_each_array_has_the_numbers_of_its_tasks(tmp_path):
-    plan = study(tmp_path, workers=4, threads=8, partition="long", account="me", memory="6G")
+    own = {"partition": "long", "account": "me", "memory": "6G", "gpus": "gpu:a100:1"}
+    plan = study(tmp_path, workers=4, threads=8, **own)
     folder = write_scripts(plan).parent
     frames = (folder / "frames.sbatch").read_text("utf-8")
-    for line in ("array=0-5%4", "cpus-per-task=8", "partition=long", "account=me", "mem=6G"):
+    lines = ("array=0-5%4", "cpus-per-task=8", "partition=long", "account=me", "mem=6G")
+    for line in (*lines, "gres=gpu:a100:1"):
         assert f"#SBATCH --{line}\n" in frames
     assert '--task "$SLURM_ARRAY_TASK_ID"' in frames
     assert "#SBATCH --array=6-8%4\n" in (folder / "films.sbatch").read_text("utf-8")

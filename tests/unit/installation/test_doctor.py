@@ -23,7 +23,7 @@ LOST = "ImportError('libatomic.so.1: cannot open shared object file: No such fil
 
 @pytest.mark.slow
 def test_names_versions_files_and_places(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["doctor"]) == 0
+    assert main(["doctor", "--frame"]) == 0
     said = capsys.readouterr().out
     about = dict(line.split(maxsplit=1) for line in said.splitlines())
     assert {"Python", "mitsuba", "drjit", "numpy", "processor", "memory", "ffmpeg"} <= set(about)
@@ -32,6 +32,7 @@ def test_names_versions_files_and_places(capsys: pytest.CaptureFixture[str]) -> 
     assert "CUDA" in about["CUDA,"] or "NVIDIA driver" in about["CUDA,"]
     assert f"bodies kept in  {os.environ['SUMO3DVIZ_PT_CACHE']}" in said
     assert "kernels kept in" in said
+    assert re.search(r"^frame .* of 640x360 in preview takes [\d.]+ s \([\d.]+ CPU-", said, re.M)
 
 
 def without(tmp_path: Path, module: str, error: str = LOST) -> dict[str, str]:

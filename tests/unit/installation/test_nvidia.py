@@ -32,6 +32,10 @@ class Cuda:
         name.value = b"NVIDIA H200"
         return 0
 
+    def cuDeviceTotalMem_v2(self, found, device: int) -> int:
+        found._obj.value = 150 << 30
+        return 0
+
 
 def machine(**libraries):
     """Loads what a machine has."""
@@ -54,6 +58,7 @@ def linux(monkeypatch):
 def test_a_whole_driver_tells_version_and_device() -> None:
     found = find_driver(machine(cuda=Cuda(), optix=object()))
     assert (found.cuda, found.device, found.optix) == ("12.4", "NVIDIA H200", True)
+    assert found.memory == 150 << 30
     assert not found.problem
 
 

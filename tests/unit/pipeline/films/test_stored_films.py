@@ -178,14 +178,16 @@ def test_a_folder_without_frames_of_its_film(tmp_path, capsys):
 def test_what_a_frame_is(tmp_path):
     account = account_of()
     folder = write_film(tmp_path / "f", range(2), account)
-    key = account["key"]
-    assert state_of(frame_file(folder, 0), key=key, time=4.0) == "done"
-    assert state_of(frame_file(folder, 0), key=key, time=4.08) == "other"
-    assert state_of(frame_file(folder, 0), key="another", time=4.0) == "other"
-    assert state_of(frame_file(folder, 7), key=key, time=4.0) == "absent"
+    assert state_of(frame_file(folder, 0), shared=account, time=4.0) == "done"
+    assert state_of(frame_file(folder, 0), shared=account, time=4.08) == "other"
+    assert state_of(frame_file(folder, 0), shared={**account, "key": "x"}, time=4.0) == "other"
+    assert state_of(frame_file(folder, 7), shared=account, time=4.0) == "absent"
+    for elsewhere in ({"variant": "cuda"}, {"device": "NVIDIA H200, CUDA 12.4"}):
+        there = state_of(frame_file(folder, 0), shared={**account, **elsewhere}, time=4.0)
+        assert there == "elsewhere"
     cut = frame_file(folder, 1)
     cut.write_bytes(cut.read_bytes()[:-40])
-    assert state_of(cut, key=key, time=4.08) == "damaged"
+    assert state_of(cut, shared=account, time=4.08) == "damaged"
 
 
 # What pictures say of themselves -----------------------------------------------------------------
