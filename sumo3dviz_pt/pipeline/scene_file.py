@@ -377,7 +377,9 @@ def _text_of(path: Path) -> str:
 
 
 def _no_scene(path: Path, what: str, place: Path) -> ConfigError:
-    """Say how to get a scene file."""
+    """Say how to get a scene file, or that one lies in the folder that was named."""
+    if len(scenes := sorted(path.glob("scene*.yaml"))) == 1:
+        return ConfigError(f"is {what}; its scene file is {scenes[0]}", file=path)
     return ConfigError(
         f"is {what}, not a scene file; write one with: sumo3dviz-pt init {place}", file=path
     )

@@ -233,7 +233,7 @@ def rays_of(scene: str, session: Any, state: Any) -> list[RayRow]:
     seen = Watched(solids, width * height * quality.spp)
 
     def glow() -> None:
-        kernel.glow(sensor, state.view, spp=GLOW_SPP, seed=1)
+        kernel.glow(sensor, state.view, spp=GLOW_SPP, few=GLOW_SPP, seed=1)
 
     with through(kernel, seen):
         glow()

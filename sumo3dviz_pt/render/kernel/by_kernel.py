@@ -120,6 +120,9 @@ _MIRRORED = 0x2545F491
 GLOW_SPP = 64
 """Samples of lamps that are seen directly, where there may be one."""
 
+_OF_LARGE = 4
+"""Share of them that large lamps get, at least."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Reflected:
@@ -276,7 +279,10 @@ class ByKernel:
     def _glow(self, kernel: Kernel, order: PassOrder) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
         sensor, seed = self._loaded.scene.sensors()[0], order.seed ^ 0x3C6EF372
-        return kernel.glow(sensor, self._view, spp=order.glow_spp, seed=seed, band=order.band)
+        spp = order.glow_spp
+        # Large lamps get no fewer samples than all else.
+        few = min(spp, max(-(-spp // _OF_LARGE), order.spp * order.passes))
+        return kernel.glow(sensor, self._view, spp=spp, few=few, seed=seed, band=order.band)
 
     def _reflected(self, kernel: Kernel, order: PassOrder) -> _Reflected | None:
         """Trace what a pane before the eye shows of what lies under it; None without a pane."""

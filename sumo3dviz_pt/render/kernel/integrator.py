@@ -158,6 +158,9 @@ FIRST = Channels.in_order(ids=1, first_depth=1)
 _OF_MIRRORS, _IN_MIRRORS = 4, 0x27D4EB2F
 """Share of the samples of lamps that pixels of mirrors get, and a part of their seed."""
 
+_LARGE, _IN_LARGE = 4.0, 0x165667B1
+"""Width and height of lamps that few samples hit well, as lit panes [px]; part of their seed."""
+
 _MOST_LANES = 1 << 22  # at once; each takes 60 bytes
 
 
@@ -244,6 +247,7 @@ class Kernel:
         view: View,
         *,
         spp: int,
+        few: int,
         seed: int,
         band: tuple[float, float] = (0.0, 1.0),
     ) -> Image:
@@ -252,7 +256,8 @@ class Kernel:
         Args:
             sensor: One of Mitsuba's, with its sampler.
             view: What it sees.
-            spp: As in `trace`, of each pixel where there may be a lamp; a quarter in mirrors.
+            spp: As in `trace`, of each pixel where there may be a small lamp; a quarter in mirrors.
+            few: The same of pixels where only large lamps may be.
             seed: Of the pass.
             band: First and last row that are traced, shares of the picture's height.
         """
@@ -261,6 +266,7 @@ class Kernel:
         first, last = rows_of(band, size[1])
         there = covered(places, view, size)
         there[:first] = there[last:] = False
+        small = there & covered(places, view, size, thinner=_LARGE)
         picture = np.zeros((*there.shape, 3), np.float32)
         eye = self.eye(sensor, view)
         if self.mirrors is not None:
@@ -270,7 +276,8 @@ class Kernel:
             there &= ~shown
             some = -(-spp // _OF_MIRRORS)
             self._glow_in(picture, shown, sensor, eye, spp=some, seed=seed ^ _IN_MIRRORS)
-        self._glow_in(picture, there, sensor, eye, spp=spp, seed=seed)
+        self._glow_in(picture, there & ~small, sensor, eye, spp=few, seed=seed ^ _IN_LARGE)
+        self._glow_in(picture, there & small, sensor, eye, spp=spp, seed=seed)
         return picture
 
     def _glow_in(

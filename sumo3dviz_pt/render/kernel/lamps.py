@@ -212,34 +212,38 @@ _NEAREST = 0.01  # faces that reach behind the eye are cut here [m]
 _BEYOND = 1e6  # projected points are kept within this of the picture [px]
 
 
-def covered(corners: Floats, view: View, size: tuple[int, int]) -> Bools:
+def covered(
+    corners: Floats, view: View, size: tuple[int, int], *, thinner: float = np.inf
+) -> Bools:
     """Return the pixels that triangles may cover, (h, w); others are surely free of them.
 
     Args:
         corners: In the network's coordinates, (n, 3, 3) [m].
         view: Of the camera.
         size: Width, height [px].
+        thinner: Only those count that are narrower or lower than this in a sharp picture [px].
     """
     width, height = size
     seen = (corners - view.position) @ view.world_from_camera.matrix[:3, :3]
     there = np.zeros((height, width), dtype=np.bool_)
     for part, lens in view.lens.halves(size):
-        there[part] = _covered(seen, lens, view.lens.eye_size(size))
+        there[part] = _covered(seen, lens, view.lens.eye_size(size), thinner)
     return there
 
 
-def _covered(seen: Floats, lens: Lens, size: tuple[int, int]) -> Bools:
+def _covered(seen: Floats, lens: Lens, size: tuple[int, int], thinner: float) -> Bools:
     """Return the pixels of one eye's picture that triangles may cover, (h, w).
 
     Args:
         seen: Corners in the camera's frame, (n, 3, 3) [m].
         lens: Of the eye.
         size: Width, height [px].
+        thinner: As in `covered`.
     """
     width, height = size
     if lens.is_straight:
         seen = seen[(seen[..., 0] > _NEAREST).any(axis=1)]
-    row, column = _spans(seen, lens, size)
+    row, column = _spans(seen, lens, size, thinner)
     inside = (row[1] >= 0) & (row[0] < height) & (column[1] >= 0) & (column[0] < width)
     top, bottom = np.clip(row[:, inside], 0, height - 1)
     left, right = np.clip(column[:, inside], 0, width - 1)
@@ -255,18 +259,22 @@ def _covered(seen: Floats, lens: Lens, size: tuple[int, int]) -> Bools:
     return np.asarray(edges.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0)
 
 
-def _spans(seen: Floats, lens: Lens, size: tuple[int, int]) -> tuple[Ints, Ints]:
+def _spans(seen: Floats, lens: Lens, size: tuple[int, int], thinner: float) -> tuple[Ints, Ints]:
     """Return the first and last rows, and columns, of triangles in a picture, (2, n) each.
 
     Args:
         seen: Corners in the camera's frame, (n, 3, 3) [m].
         lens: Of one eye.
         size: Width, height [px].
+        thinner: As in `covered`; where only a bound is known, a triangle counts as thin.
     """
     if lens.is_straight:
         low, high = _ends_ahead(seen, lens, size)
     else:
         low, high = _ends_around(seen, lens, size)
+    extents = high - low
+    thin = (extents < thinner).any(axis=0) | ~np.isfinite(extents).all(axis=0)
+    seen, low, high = seen[thin], low[:, thin], high[:, thin]
     # Whole numbers are at pixels' centres; one pixel more is kept for rounding.
     room = 1.0 + _blur(seen, lens, size[0])
     spans = np.clip(np.stack([np.floor(low) - room, np.ceil(high) + room]), -_BEYOND, _BEYOND)

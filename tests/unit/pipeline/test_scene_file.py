@@ -224,6 +224,9 @@ def test_files_that_are_no_scene(tmp_path):
         load_job(tmp_path / "latin.yaml")
     with pytest.raises(ConfigError, match="is a folder, not a scene file; write one"):
         load_job(tmp_path)
+    (tmp_path / "scene.yaml").write_text("seed: 1\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"is a folder; its scene file is .*scene\.yaml"):
+        load_job(tmp_path)
     assert "is a mapping" in str(complaint(tmp_path, "- a\n"))
     assert "is a mapping" in str(complaint(tmp_path, ""))
     assert "scenario" in str(complaint(tmp_path, "seed: 1\n"))

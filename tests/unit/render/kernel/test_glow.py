@@ -44,3 +44,25 @@ def test_small_lamps_cover_little() -> None:
     assert 10 <= pixels.sum() <= 10 * 25
     assert not covered(corners - (0.0, 60.0, 0.0), view, SIZE).any()
     assert not covered(np.zeros((0, 3, 3)), view, SIZE).any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_thin_lamps_are_told_from_large_ones(seed: int) -> None:
+    """Pixels of large ones alone get fewer samples; no thin one may lie among them unseen."""
+    rng = np.random.default_rng(seed)
+    view = view_at(FROM, heading=rng.uniform(0, 360), fov=80)
+    middles = FROM + rng.normal(scale=(9.0, 9.0, 1.0), size=(40, 1, 3))
+    thin = middles + rng.normal(scale=0.02, size=(40, 3, 3))
+    wide = middles[:8] + rng.normal(scale=2.0, size=(8, 3, 3))
+    every = np.concatenate([thin, wide])
+    few = covered(every, view, SIZE, thinner=1.5)
+    assert not (few & ~covered(every, view, SIZE)).any()
+    small = [one for one in thin if covered(one[None], view, SIZE, thinner=1.5).any()]
+    assert small and not (hits(np.array(small), view) & ~few).any()
+    # A bar is thin, however long, and what reaches behind the eye is large.
+    bar = FROM + np.array([[[-6.0, 20.0, 0.0], [6.0, 20.0, 0.0], [6.0, 20.0, 0.05]]])
+    pane = FROM + np.array([[[-9.0, 5.0, -6.0], [9.0, 5.0, -6.0], [0.0, 5.0, 9.0]]])
+    ahead = view_at(FROM, heading=0, fov=80)
+    assert covered(bar, ahead, SIZE, thinner=1.5).any()
+    assert covered(pane, ahead, SIZE).mean() > 0.3
+    assert not covered(pane, ahead, SIZE, thinner=1.5).any()

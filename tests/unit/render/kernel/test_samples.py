@@ -26,7 +26,7 @@ def test_any_number_of_samples_is_traced(sampler: str) -> None:
         sensor = session.loaded.scene.sensors()[0]
         eye = kernel.eye(sensor, view)
         for spp in (1, 2, 3, 5, 7, 13, 22, 32):
-            glow = kernel.glow(sensor, view, spp=spp, seed=spp)
+            glow = kernel.glow(sensor, view, spp=spp, few=spp, seed=spp)
             assert np.isfinite(glow).all() and glow.max() <= 1.0 + 1e-5
             layers = kernel.trace(sensor, eye, spp=spp, seed=spp, limits=Limits(2, 2))
             assert layers["hit"].max() == 1.0
