@@ -52,6 +52,12 @@ def test_equal_accounts_have_no_faults():
     assert not named_differences(account(), account(), Acts(light=True))
 
 
+def test_a_film_of_several_devices_is_told_even_where_both_are():
+    mixed = account() | {"film": "a.mp4", "devices": ["cuda on NVIDIA H200, CUDA 12.4", "llvm"]}
+    said = account_faults(mixed, copy.deepcopy(mixed), NOTHING, PLANNED)
+    assert len(said) == 2 and "a.mp4 mixes frames of several devices" in said[0]
+
+
 def frame_more(other):
     other["frames"].append(other["frames"][-1])
 
