@@ -312,8 +312,8 @@ _APART = frozenset({"scenario", "template", "cameras", "shots", "output", "overl
 def key_of(production: Production) -> str:
     """Return a hash of all that a frame's pixels depend on, beside its time and what traces it.
 
-    What traces, a processor or which GPU, changes pixels by rounding only. It stands beside the key
-    in each frame's account, so that frames of one film are known as such on every machine.
+    What traces, a variant or a GPU, changes pixels by rounding and noise only. It stands beside the
+    key in each frame's account, so that frames of one film are known as such on every machine.
     The shot's window counts: wheels turn and people step by the way since its beginning, and the
     room for road users depends on all of its frames. What acts on the developed picture alone
     (tone curve, glare, response, codec) does not count, nor do layers, which lie beside the

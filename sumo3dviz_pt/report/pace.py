@@ -1,4 +1,4 @@
-"""Times frames of a bundled example on this machine, as a film of it would be rendered."""
+"""Times frames of a bundled example on this machine, each rendered for itself."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Pace:
 
 
 def pace_of(job: Job, variant: str) -> Pace:
-    """Render some frames of an example, each traced, denoised and developed for itself.
+    """Render some frames of an example: trace, denoise and develop each.
 
     Args:
         job: Of `ronda`.

@@ -135,7 +135,13 @@ def _clamped(index: Any, first: int, last: int) -> Any:
 
 
 def _doubt(mean: Any, variance: Any, values: Any) -> Any:
-    """Return squares of means, of so many values each, in units of their standard errors."""
+    """Return how surely means differ from 0: the squares of their distances in standard errors.
+
+    Args:
+        mean: The means.
+        variance: Of the values that they are of.
+        values: How many these are.
+    """
     return mean * mean / (variance / values + _NEVER_EXACT)
 
 

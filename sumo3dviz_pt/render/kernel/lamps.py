@@ -274,6 +274,8 @@ def _spans(seen: Floats, lens: Lens, size: tuple[int, int], thinner: float) -> t
         low, high = _ends_around(seen, lens, size)
     extents = high - low
     thin = (extents < thinner).any(axis=0) | ~np.isfinite(extents).all(axis=0)
+    # A slanting line is wide and high, too, and yet thin.
+    thin |= _thickness(seen, lens, size[0]) < thinner
     seen, low, high = seen[thin], low[:, thin], high[:, thin]
     # Whole numbers are at pixels' centres; one pixel more is kept for rounding.
     room = 1.0 + _blur(seen, lens, size[0])
@@ -305,12 +307,24 @@ def _ends_around(seen: Floats, lens: Lens, size: tuple[int, int]) -> tuple[Float
     return np.where(wide, -np.inf, low - bend), np.where(wide, np.inf, high + bend)
 
 
+def _thickness(seen: Floats, lens: Lens, width: int) -> Floats:
+    """Return the least height of triangles, as large as they look from before, (n,) [px]."""
+    edges = np.roll(seen, -1, axis=1) - seen
+    doubled = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    longest = np.linalg.norm(edges, axis=2).max(axis=1, initial=1e-12)
+    return np.asarray(doubled / longest / (_away(seen) * lens.pixel_width(width)))
+
+
+def _away(seen: Floats) -> Floats:
+    """Return how far the nearest corners of triangles are from the eye, (n,) [m]."""
+    return np.asarray(np.maximum(np.linalg.norm(seen, axis=-1).min(axis=1, initial=np.inf), 0.1))
+
+
 def _blur(seen: Floats, lens: Lens, width: int) -> Floats:
     """Return the radius into which a lens blurs triangles, (n,) [px]."""
     if lens.aperture == 0.0:
         return np.zeros(len(seen))
-    away = np.maximum(np.linalg.norm(seen, axis=-1).min(axis=1, initial=np.inf), 0.1)
-    apart = np.abs(1.0 / away - 1.0 / lens.focus)
+    apart = np.abs(1.0 / _away(seen) - 1.0 / lens.focus)
     return np.asarray(np.ceil(lens.aperture * apart / lens.pixel_width(width)))
 
 

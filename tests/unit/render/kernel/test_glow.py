@@ -63,6 +63,8 @@ def test_thin_lamps_are_told_from_large_ones(seed: int) -> None:
     bar = FROM + np.array([[[-6.0, 20.0, 0.0], [6.0, 20.0, 0.0], [6.0, 20.0, 0.05]]])
     pane = FROM + np.array([[[-9.0, 5.0, -6.0], [9.0, 5.0, -6.0], [0.0, 5.0, 9.0]]])
     ahead = view_at(FROM, heading=0, fov=80)
-    assert covered(bar, ahead, SIZE, thinner=1.5).any()
+    slanting = FROM + np.array([[[-6.0, 20.0, -5.0], [6.0, 20.0, 5.0], [6.0, 20.0, 5.05]]])
+    for line in (bar, slanting):
+        assert covered(line, ahead, SIZE, thinner=1.5).any()
     assert covered(pane, ahead, SIZE).mean() > 0.3
     assert not covered(pane, ahead, SIZE, thinner=1.5).any()
