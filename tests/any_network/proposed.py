@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, EulerianCamera
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, unit
@@ -128,25 +127,52 @@ def furnished(pose: Pose, static: Sequence[StaticPart]) -> Iterator[str]:
                 yield f"{part.id} nearer than {NEAR:g} m hides {100 * share:.0f} % of the picture"
 
 
-def planted(pose: Pose, static: Sequence[StaticPart], lanes: LaneIndex) -> Iterator[str]:
-    """Yield plants of ours that fill much of a picture, and if they hide much of its roads.
+@dataclass(frozen=True, slots=True, eq=False)
+class Plants:
+    """What our code planted, looked at by its corners: leaves are smaller than a picture's cells.
 
-    Args:
-        pose: Of the camera.
-        static: What was built, looked at by its corners: leaves are smaller than a picture's cells.
-        lanes: The roads.
+    Attributes:
+        names: Of the plants.
+        owners: Whose each part is, its place among the names, (n,).
+        corners: Of each part's faces, (m, 3) [m].
+        balls: Around each part, middle and radius, (n, 4) [m].
     """
-    away, cells, names = _plants_in(pose, static)
-    inner = _middle()[cells]
-    for name in np.unique(names):
-        own = names == name
-        near = len(np.unique(cells[own & (away < 1.4 * NEAR)])) / np.prod(_CELLS)
-        middle = 4.0 * len(np.unique(cells[own & inner])) / np.prod(_CELLS)
-        if near > LITTLE or middle > COVERED:
-            yield (
-                f"{name}, {away[own].min():.1f} m away, covers {100 * near:.0f} % of the picture"
-                f" from near, and {100 * middle:.0f} % of its middle"
-            )
+
+    names: tuple[str, ...]
+    owners: Ints
+    corners: tuple[Floats, ...]
+    balls: Floats
+
+    @classmethod
+    def among(cls, static: Sequence[StaticPart]) -> Plants:
+        """Find them among all that was built, once for many pictures."""
+        numbers: dict[str, int] = {}
+        owners, corners, balls = [], [], []
+        for part in static:
+            mesh, begin = part.part.mesh, 0
+            for name, count in mesh.things:
+                faces, begin = mesh.faces[begin : begin + count], begin + count
+                if _PLANTED in name and count:
+                    own = mesh.vertices[faces].reshape(-1, 3)
+                    middle = 0.5 * (own.min(axis=0) + own.max(axis=0))
+                    owners.append(numbers.setdefault(name, len(numbers)))
+                    corners.append(own)
+                    balls.append([*middle, 0.5 * np.linalg.norm(np.ptp(own, axis=0))])
+        found = np.array(balls, dtype=float).reshape(-1, 4)
+        return cls(tuple(numbers), np.array(owners, dtype=np.int64), tuple(corners), found)
+
+
+def planted(pose: Pose, plants: Plants, lanes: LaneIndex) -> Iterator[str]:
+    """Yield plants of ours that fill much of a picture, and if they hide much of its roads."""
+    names, (away, cells, owners) = plants.names, _plants_in(pose, plants)
+    near = _cells_of(owners, cells, away < 1.4 * NEAR, many=len(names))
+    middle = 4.0 * _cells_of(owners, cells, _middle()[cells], many=len(names))
+    for one in np.flatnonzero((near > LITTLE) | (middle > COVERED)):
+        yield (
+            f"{names[one]}, {away[owners == one].min():.1f} m away, covers"
+            f" {100 * near[one]:.0f} % of the picture from near,"
+            f" and {100 * middle[one]:.0f} % of its middle"
+        )
     road = _roads_in(pose, lanes)
     before = np.full(len(road), np.inf)
     np.minimum.at(before, cells, away)
@@ -156,17 +182,20 @@ def planted(pose: Pose, static: Sequence[StaticPart], lanes: LaneIndex) -> Itera
         yield f"plants hide {100 * hidden:.0f} % of the roads in the middle of the picture"
 
 
-def _plants_in(pose: Pose, static: Sequence[StaticPart]) -> tuple[Floats, Ints, NDArray[np.str_]]:
+def _cells_of(owners: Ints, cells: Ints, chosen: Bools, *, many: int) -> Floats:
+    """Which share of a picture's cells the chosen corners of each owner lie in, (many,)."""
+    count = int(np.prod(_CELLS))
+    pairs = np.unique(owners[chosen] * count + cells[chosen])
+    return np.bincount(pairs // count, minlength=many) / count
+
+
+def _plants_in(pose: Pose, plants: Plants) -> tuple[Floats, Ints, Ints]:
     """Of corners of our plants in a picture: distances [m], cells, and whose they are."""
-    corners, owners = [np.zeros((0, 3))], [np.zeros(0, dtype=np.str_)]
-    for part in static:
-        mesh = part.part.mesh
-        names = [name if _PLANTED in name else "" for name, _ in mesh.things]
-        if any(names):
-            whose = np.repeat(names, [3 * count for _, count in mesh.things])
-            corners.append(mesh.vertices[mesh.faces].reshape(-1, 3)[whose != ""])
-            owners.append(whose[whose != ""])
+    chosen = np.flatnonzero(_may_show(pose, plants.balls))
+    corners = [np.zeros((0, 3)), *(plants.corners[one] for one in chosen)]
     way = np.concatenate(corners) - pose.eye
+    counts = [len(some) for some in corners[1:]]
+    owners = np.repeat(plants.owners[chosen], counts)
     depth, x, y = (way @ axis for axis in pose.axes())
     half = np.tan(np.radians(pose.fov) / 2.0) * np.maximum(depth, 0.05)
     x, y = x / half, y / half / _RATIO
@@ -174,7 +203,17 @@ def _plants_in(pose: Pose, static: Sequence[StaticPart]) -> tuple[Floats, Ints, 
     across, down = _CELLS
     column, row = ((0.5 * (v[inside] + 1.0) * n).astype(int) for v, n in ((x, across), (y, down)))
     away = np.linalg.norm(way[inside], axis=1)
-    return away, row * across + column, np.concatenate(owners)[inside]
+    return away, row * across + column, owners[inside]
+
+
+def _may_show(pose: Pose, balls: Floats) -> Bools:
+    """Whether balls, (n, 4), reach into a picture; most plants are beside it."""
+    depth, x, y = ((balls[:, :3] - pose.eye) @ axis for axis in pose.axes())
+    half, reach = np.tan(np.radians(pose.fov) / 2.0), balls[:, 3] + 0.01
+    within = depth > -reach
+    for beside, tangent in ((x, half), (y, half * _RATIO)):
+        within &= np.abs(beside) - tangent * depth < reach * np.hypot(1.0, tangent)
+    return np.asarray(within)
 
 
 def _middle() -> Bools:
@@ -241,11 +280,13 @@ def _pictured(place: Floats, pose: Pose) -> bool:
 
 def _around(part: StaticPart, eye: Floats, reach: float, *, plan: bool) -> Floats:
     """Triangles whose boxes come near an eye, (n, 3, 3) [m]; in plan, whatever their height."""
-    corners = part.part.mesh.vertices[part.part.mesh.faces]
-    axes = 2 if plan else 3
-    low, high = corners.min(axis=1)[:, :axes], corners.max(axis=1)[:, :axes]
-    near = ((low < eye[:axes] + reach) & (high > eye[:axes] - reach)).all(axis=1)
-    return np.asarray(corners[near], dtype=np.float64)
+    vertices, faces = part.part.mesh.vertices, part.part.mesh.faces
+    for axis in range(2 if plan else 3):
+        # By yes and no of each vertex: most parts have nothing near, and are millions of faces.
+        for fits in (vertices[:, axis] < eye[axis] + reach, vertices[:, axis] > eye[axis] - reach):
+            if not fits.all():
+                faces = faces[fits[faces].any(axis=1)] if fits.any() else faces[:0]
+    return np.asarray(vertices[faces], dtype=np.float64)
 
 
 def _hits(eye: Floats, rays: Floats, triangles: Floats) -> Floats:

@@ -16,6 +16,7 @@ from any_network.laws import before_camera, blocked_ways, standing_on_roads
 from any_network.paving import ground_over_paving, paved_twice
 from any_network.programs import why_missing
 from any_network.proposed import (
+    Plants,
     Pose,
     badly_placed,
     filled,
@@ -99,11 +100,9 @@ def test_eyes_of_proposed_cameras_are_in_the_open(built, request):
         for law in (badly_placed, filled, furnished)
         for fault in law(pose, built.static)
     ]
-    lanes = build_lane_index(built.town.scenario.network)
+    lanes, plants = build_lane_index(built.town.scenario.network), Plants.among(built.static)
     faults += [
-        f"{name}: {fault}"
-        for name, pose in _poses(built)
-        for fault in planted(pose, built.static, lanes)
+        f"{name}: {fault}" for name, pose in _poses(built) for fault in planted(pose, plants, lanes)
     ]
     assert not faults, "\n".join(faults[:20])
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from any_network.proposed import Pose
+from any_network.proposed import Plants, Pose
 from any_network.proposed import planted as planted_before
 from any_network.shared import unshared
 from hypothesis import given, settings
@@ -221,9 +221,9 @@ def test_no_plant_of_ours_hides_much_of_a_picture_whoever_chose_the_camera(plant
             if np.hypot(*(way.positions[:, :2] - poi.position).T).min() < 60.0
         ]
         built = build_scenery(pois, (), ObjectsSettings(), around=here, budget=90_000)
-        static = (*built.static, *unshared(built.stands))
+        plants = Plants.among([*built.static, *unshared(built.stands)])
         faults[clear] = [
-            fault for pose in poses for fault in planted_before(pose, static, here.index)
+            fault for pose in poses for fault in planted_before(pose, plants, here.index)
         ]
     assert len(faults[False]) > 5, "the law sees what stands in the way"
     assert not faults[True], "\n".join(faults[True])
