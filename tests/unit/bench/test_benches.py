@@ -146,7 +146,8 @@ def test_films_are_compared_before_and_after(scene: Path, tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_weathers_and_lenses_are_measured(scene: Path) -> None:
-    hours, few = (("day", ("city_day", 4.0)),), ("fog",)
+    # What stands around is no matter: the plainest template is the quickest to build and load.
+    hours, few = (("day", ("abstract", 4.0)),), ("fog",)
     plan = weathers.Plan(scene, "post", hours, few, SIZE, "draft", sizes=(SIZE,))
     rows = [line.split("|")[1:-1] for line in weathers.measured(plan) if line.startswith("|")]
     assert [row[1].strip() for row in rows[2:4]] == ["dry", "fog"]
