@@ -253,10 +253,10 @@ def _way(
     world: World, riders: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
 ) -> tuple[CameraPath, Floats]:
     """Return a camera's way and the moments that it consists of [s]; arguments as in `way_of`."""
-    fleet = with_seat(everyone(world, riders), camera, world=world)
+    # Where an eye is hangs on no opened vehicle: none is built for it.
     built = exposed_camera(
         camera,
-        fleet=fleet,
+        fleet=everyone(world, riders),
         left_hand=world.left_hand,
         step=frame_step(times, fps=float(world.job.output.fps)),
         focused=False,
