@@ -198,7 +198,7 @@ def main() -> None:
         for preset in given.presets:
             command = [sys.executable, __file__, "--one", film, preset]
             command += ["--size", given.size, "--variant", given.variant]
-            done = subprocess.run(command, capture_output=True, text=True, check=True)
+            done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
             found = json.loads(done.stdout.splitlines()[-1])
             rows.append({"film": film, "preset": preset, **found})
             print(film, preset, found, flush=True)
