@@ -28,6 +28,9 @@ _COLLECTIONS: Mapping[str, type] = {
 _NUMBERS = "biufU"
 """Kinds of NumPy's numbers and words that arrays may hold; others are read one by one."""
 
+_WORD = 8
+"""Arrays begin at multiples of the widest number's size [bytes]."""
+
 
 def kinds_in(*roots: Any) -> Kinds:
     """Return all data classes that values of some types hold, as their annotations say."""
@@ -126,9 +129,11 @@ class _Packer:
 
     def _bytes(self, content: bytes) -> tuple[int, int]:
         """Collect bytes; return where they begin, and how many they are."""
-        begin = self._size
-        self.chunks.append(content)
-        self._size += len(content)
+        # Numbers that lie where a processor reads them at once need no copy later.
+        spare = -self._size % _WORD
+        begin = self._size + spare
+        self.chunks += [bytes(spare), content]
+        self._size = begin + len(content)
         return begin, len(content)
 
 

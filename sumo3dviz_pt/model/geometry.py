@@ -63,10 +63,24 @@ def settled(values: ArrayLike, step: float = GRID) -> Floats:
 
 
 def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
-    """Return the values as a read-only array of the given type."""
+    """Return the values as a read-only array of the given type: themselves if they are one."""
+    if isinstance(values, np.ndarray) and values.dtype == dtype and _is_settled(values):
+        return values
     array: NDArray[Any] = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
+
+
+def _is_settled(array: NDArray[Any]) -> bool:
+    """Return whether nothing writes an array's numbers, and they lie as those of a copy would."""
+    looked_into: Any = array
+    while type(looked_into) is np.ndarray:
+        flags = looked_into.flags
+        if flags.writeable or not (flags.c_contiguous and flags.aligned):
+            return False
+        looked_into = looked_into.base
+    content = looked_into.obj if isinstance(looked_into, memoryview) else looked_into
+    return content is None or isinstance(content, bytes)
 
 
 def turned(vectors: Floats, matrix: Floats) -> Floats:

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.files.values import kinds_in, packed, unpacked
+from sumo3dviz_pt.model.geometry import frozen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +48,12 @@ nested = st.recursive(
         | st.frozensets(st.text())
     ),
 )
+
+
+def test_arrays_lie_where_they_need_no_copy():
+    inner = Inner(frozen([True, False, True], np.bool_)), Inner(frozen([1.5]))
+    values = back(Outer(inner, None)).inner[1].values
+    assert values.flags.aligned and frozen(values) is values
 
 
 @given(nested)

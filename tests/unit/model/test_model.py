@@ -10,6 +10,7 @@ from sumo3dviz_pt.model.geometry import (
     GRID,
     Mesh,
     Transform,
+    frozen,
     merge_meshes,
     on_faces,
     product,
@@ -35,6 +36,24 @@ def test_meshes_are_frozen_and_checked():
         Mesh(*TRIANGLE, uvs=[[0, 0]])
     with pytest.raises(ValueError, match="2 tints for 1 faces"):
         Part(mesh, "a", np.zeros((2, 3)))
+
+
+def test_only_what_somebody_may_write_is_copied():
+    mesh = Mesh(*TRIANGLE)
+    again = Mesh(mesh.vertices, mesh.faces)
+    assert np.shares_memory(mesh.vertices, again.vertices)
+    assert np.shares_memory(mesh.faces, again.faces)
+    read = np.frombuffer(memoryview(bytes(24 * 9))[72:144], np.float64)
+    assert frozen(read) is read
+    own = np.zeros(9)
+    looks = own.view()
+    looks.setflags(write=False)
+    unaligned = np.frombuffer(bytes(73), np.uint8)[1:].view(np.float64)
+    borrowed = np.frombuffer(memoryview(bytearray(72)).toreadonly(), np.float64)
+    columns = frozen(np.zeros((3, 4))).T
+    for values in (own, looks, unaligned, borrowed, columns, mesh.faces):
+        kept = frozen(values)
+        assert not np.shares_memory(kept, values) and not kept.flags.writeable
 
 
 def test_merging_keeps_what_all_have():
