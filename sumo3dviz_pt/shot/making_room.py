@@ -31,7 +31,7 @@ _LOW, _HIGH = 0.3, 1.4  # between which a thing is in the way, above the ground 
 _EVERY = 0.25  # how often road users are looked at [s]
 _MOVED = 0.15  # how far they move until they are looked at again [m]
 _SPARE = 0.25  # around them is a hedge cut [m]
-_CELL = 0.5  # [m]
+_CELL = 0.75  # of the ground, in which what may be in the way is found before it is looked at [m]
 
 
 def with_room(place: BuiltPlace, fleet: Fleet, camera_path: CameraPath) -> BuiltPlace:
@@ -126,7 +126,7 @@ class TakenGround:
     @cached_property
     def _cells(self) -> tuple[Ints, Floats, Floats]:
         """Cells with boxes, ascending, (c,), and the lowest and highest road in each, (c,) [m]."""
-        points = []
+        numbers, heights = [], []
         for size in np.unique(self.sizes, axis=0):
             alike = np.flatnonzero((self.sizes == size).all(axis=1))
             along, aside = (_steps(extent + 2.0 * (_SPARE + _CELL)) for extent in size)
@@ -134,13 +134,13 @@ class TakenGround:
             way, front = self.ways[alike], self.fronts[alike]
             left = np.stack([-way[:, 1], way[:, 0]], axis=1)
             flat = front[:, None, :2] + a[:, None] * way[:, None] + b[:, None] * left[:, None]
-            height = np.broadcast_to(front[:, None, 2:], (*flat.shape[:2], 1))
-            points.append(np.concatenate([flat, height], axis=2).reshape(-1, 3))
-        every = np.concatenate(points)
-        cells, at = np.unique(_cell_of(every), return_inverse=True)
+            numbers.append(_cell_of(flat.reshape(-1, 2)))
+            heights.append(np.repeat(front[:, 2], len(a)))
+        cells, at = np.unique(np.concatenate(numbers), return_inverse=True)
+        up = np.concatenate(heights)
         lowest, highest = np.full(len(cells), np.inf), np.full(len(cells), -np.inf)
-        np.minimum.at(lowest, at, every[:, 2])
-        np.maximum.at(highest, at, every[:, 2])
+        np.minimum.at(lowest, at, up)
+        np.maximum.at(highest, at, up)
         return cells, lowest, highest
 
 
