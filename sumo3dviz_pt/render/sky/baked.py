@@ -81,17 +81,34 @@ class SkyMap:
     """A baked sky.
 
     Attributes:
-        radiance: Rows from zenith to nadir, columns clockwise from north, (h, w, 3);
-            without the sun.
-        horizon: Radiance just above the horizon, columns as above, (w, 3).
+        closed: Rows from zenith to nadir, columns clockwise from north, (h, w + 2, 3), without the
+            sun; the last column stands before the first, too, and the first after the last.
+        horizon: Radiance just above the horizon, columns clockwise from north, (w, 3).
         sun: The sun or moon, or None when both are down or hidden.
         illuminance: On a horizontal plane, sun included [lx].
     """
 
-    radiance: Image
+    closed: Image
     horizon: Image
     sun: Sun | None
     illuminance: float
+
+    @property
+    def radiance(self) -> Image:
+        """Each direction once, rows and columns as in `closed`, (h, w, 3)."""
+        return self.closed[:, 1:-1]
+
+
+def _closed(*blocks: Image) -> Image:
+    """Put blocks of rows, (..., w, 3), under each other, closed around as in `SkyMap`.
+
+    Written once, as Mitsuba keeps it: these maps are the largest arrays of a scene.
+    """
+    rows, columns = sum(map(len, blocks)), blocks[0].shape[1]
+    whole = np.empty((rows, columns + 2, 3), np.float32)
+    np.concatenate(blocks, out=whole[:, 1:-1], casting="same_kind")
+    whole[:, 0], whole[:, -1] = whole[:, -2], whole[:, 1]
+    return whole
 
 
 def map_size(sky: Sky) -> tuple[int, int]:
@@ -112,16 +129,15 @@ def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
     if sky.image is not None:
         whole = np.maximum(resampled(sky.image, size, sky.rotation) * sky.image_scale, 0.0)
         whole = np.asarray(whole + np.asarray(sky.night, np.float32), np.float32)
-        return SkyMap(
-            whole, horizon_of(whole[: rows // 2]), None, illuminance_of(whole[: rows // 2], None)
-        )
+        upper = whole[: rows // 2]
+        return SkyMap(_closed(whole), horizon_of(upper), None, illuminance_of(upper, None))
     return sky_of_dome(*bake_dome(sky, (rows // 2, columns)))
 
 
 def sky_of_dome(dome: Image, sun: Sun | None) -> SkyMap:
     """Return the sky of an upper half, (h, w, 3), and what stands in it."""
     horizon = horizon_of(dome)
-    whole = np.concatenate([dome, lower_half(horizon, len(dome))])
+    whole = _closed(dome, lower_half(horizon, len(dome)))
     return SkyMap(whole, horizon, sun, illuminance_of(dome, sun))
 
 

@@ -244,16 +244,24 @@ def sky_weight(sky: SkyMap, *, lamps: bool) -> float:
 
 
 def sky_entry(sky: SkyMap, weight: float = 1.0) -> Any:
-    """Return the baked sky as an environment map; its columns already run clockwise from north."""
-    return load(
-        {
-            "type": "envmap",
-            "bitmap": mi.Bitmap(np.ascontiguousarray(sky.radiance, np.float32)),
-            "sampling_weight": weight,
-            # Mitsuba's maps are y-up and put their first column at -z.
-            "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
-        }
-    )
+    """Return the baked sky as an environment map; its columns already run clockwise from north.
+
+    Mitsuba would copy a bitmap three times; the map that replaces a small one it takes as it is,
+    where it compiles.
+    """
+    placed = {
+        "type": "envmap",
+        "sampling_weight": weight,
+        # Mitsuba's maps are y-up and put their first column at -z.
+        "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
+    }
+    if "scalar" in mi.variant():
+        return load({**placed, "bitmap": mi.Bitmap(np.ascontiguousarray(sky.radiance))})
+    entry = load({**placed, "bitmap": mi.Bitmap(np.zeros((2, 4, 3), np.float32))})
+    parameters = mi.traverse(entry)
+    parameters["data"] = mi.TensorXf(sky.closed)
+    parameters.update()
+    return entry
 
 
 def update_sky(parameters: Any, entries: Mapping[str, Any]) -> None:

@@ -12,6 +12,7 @@ from sumo3dviz_pt.render.sky.daylight import (
     directions,
     twilight_factor,
 )
+from sumo3dviz_pt.render.sky.weathered import sky_entry
 
 SMALL = (256, 512)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -55,6 +56,33 @@ def test_the_sky_is_brightest_around_the_sun(azimuth, elevation):
     towards = directions(SMALL)[brightest]
     level = towards[:2] / np.linalg.norm(towards[:2])
     assert level @ sun_at(azimuth, 0)[:2] > np.cos(np.radians(10))
+
+
+def test_mitsuba_has_the_map_that_it_would_make_of_a_picture():
+    """To the bit: what it shows, and how it is sampled."""
+    import drjit as dr
+    import mitsuba as mi
+
+    sky = bake_sky(Sky(sun_at(200, 30)), SMALL)
+    plain = {
+        "type": "envmap",
+        "bitmap": mi.Bitmap(np.ascontiguousarray(sky.radiance)),
+        "sampling_weight": 2.0,
+        "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
+    }
+    found = []
+    for entry in (mi.load_dict(plain), sky_entry(sky, 2.0)):
+        emitter = mi.load_dict({"type": "scene", "sky": entry}).environment()
+        numbers = mi.PCG32(1 << 14)
+        point = dr.zeros(mi.Interaction3f, 1 << 14)
+        square = mi.Point2f(numbers.next_float32(), numbers.next_float32())
+        drawn, weight = emitter.sample_direction(point, square)
+        density = emitter.pdf_direction(point, drawn)
+        weighs = mi.Float(emitter.sampling_weight())
+        texels = mi.traverse(emitter)["data"]
+        found.append([np.array(value) for value in (drawn.d, weight, density, texels, weighs)])
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("elevation", [10, 35, 60, 89])
