@@ -225,6 +225,9 @@ _OFF = 0.381966
 
 _Feed = Callable[[bytes | memoryview], None]
 
+_Known = dict[tuple[Any, ...], tuple[bytes, np.ndarray[Any, Any]]]
+"""Digests of arrays by where their numbers lie, with the arrays, so that nothing else does."""
+
 
 def world_digest(data: SceneData) -> str:
     """Return a digest of what stands: ground, roads, houses, plants, lamps, and their materials.
@@ -253,27 +256,28 @@ def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
 def _digest(*values: Any) -> str:
     """Return one digest of many values."""
     whole = hashlib.blake2b(digest_size=16)
+    known: _Known = {}
     for value in values:
-        _take(value, whole.update)
+        _take(value, whole.update, known)
     return whole.hexdigest()
 
 
-def _take(value: Any, feed: _Feed) -> None:
+def _take(value: Any, feed: _Feed, known: _Known) -> None:
     """Feed a value, whatever is in it."""
     if isinstance(value, np.ndarray):
-        _take_array(value, feed)
+        feed(_array_digest(value, known))
     elif isinstance(value, Mapping):
         for key in sorted(value):
             feed(f"{key}:".encode())
-            _take(value[key], feed)
+            _take(value[key], feed, known)
     elif isinstance(value, list | tuple | frozenset):
         feed(f"[{len(value)}".encode())
         for item in sorted(value) if isinstance(value, frozenset) else value:
-            _take(item, feed)
+            _take(item, feed, known)
     elif is_dataclass(value):
         for name, item in _attributes(value):
             feed(f"{name}=".encode())
-            _take(item, feed)
+            _take(item, feed, known)
     else:
         feed(_word(value).encode())
 
@@ -286,15 +290,26 @@ def _attributes(value: Any) -> Iterator[tuple[str, Any]]:
         yield attribute.name, (item is not None) if is_picture else item
 
 
-def _take_array(array: np.ndarray[Any, Any], feed: _Feed) -> None:
-    """Feed an array: whole numbers as they are, others as steps of a grid."""
-    feed(f"{array.shape}".encode())
+def _array_digest(array: np.ndarray[Any, Any], known: _Known) -> bytes:
+    """Return the digest of an array, made once for all that look at the same numbers.
+
+    Bodies of many colours share most of theirs.
+    """
+    where = (array.__array_interface__["data"][0], array.shape, array.strides, array.dtype.str)
+    if where not in known:
+        whole = hashlib.blake2b(f"{array.shape}".encode(), digest_size=16)
+        whole.update(_steps(array).data)
+        known[where] = (whole.digest(), array)
+    return known[where][0]
+
+
+def _steps(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return an array's whole numbers as they are, others as steps of a grid."""
     if array.dtype.kind != "f":
-        feed(np.ascontiguousarray(array, dtype=np.int64).data)
-        return
+        return np.ascontiguousarray(array, dtype=np.int64)
     steps = array * np.float64(_GRID)
     steps += _OFF
-    feed(np.ascontiguousarray(np.floor(steps, out=steps)).data)
+    return np.ascontiguousarray(np.floor(steps, out=steps))
 
 
 def _word(value: Any) -> str:

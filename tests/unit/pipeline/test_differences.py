@@ -211,3 +211,15 @@ def test_long_commands_are_told_too():
     words = ["render", *(f"scenes/scene_{number}.yaml" for number in range(500))]
     told = command_in([*words, "-o", "{scene}.mp4"])
     assert Request(command=told).command == told and len(told) > 10_000
+
+
+def test_digests_hang_on_numbers_not_on_where_they_lie():
+    mesh = box((0.0, 0.0, 0.0), (1.0, 1.0, 2.0))
+    twice = [static(name, mesh, "matt") for name in "ab"]
+    copies = [static(name, replace(mesh, vertices=mesh.vertices.copy()), "matt") for name in "ab"]
+    moved = [twice[0], static("b", replace(mesh, vertices=mesh.vertices + 0.01), "matt")]
+    worlds = [
+        world_digest(scene_of(parts, {"matt": diffuse(0.3)}, sky=constant_sky(1.0)))
+        for parts in (twice, copies, moved)
+    ]
+    assert worlds[0] == worlds[1] != worlds[2]
