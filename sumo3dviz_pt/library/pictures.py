@@ -12,22 +12,25 @@ References:
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import re
 import struct
 import zlib
 from collections.abc import Callable, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.files.atomic import read_plain, refuse_special
 from sumo3dviz_pt.files.quiet import silenced
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.scene import CloudLayer
+from sumo3dviz_pt.model.weather import CloudLayer, StoredClouds
 
 MOST_PIXELS = 1 << 26
 """Of a picture or a map: 8192 x 8192, which take a gigabyte as numbers."""
@@ -152,6 +155,29 @@ def cloud_layer(image: Image, *, lit_from: float) -> CloudLayer:
     light = np.maximum(image[..., 1:], 0.0) / np.maximum(cover, 0.02)[..., None]
     sunlit, skylit = (np.ascontiguousarray(light[..., part], np.float32) for part in (0, 1))
     return CloudLayer(np.asarray(cover, np.float32), sunlit, skylit, lit_from)
+
+
+def stored_clouds(path: Path, *, lit_from: float) -> StoredClouds:
+    """Find a layer of clouds in a file of `cloud_image`.
+
+    Args:
+        path: An .exr file.
+        lit_from: Elevation of the sun that the recipe had [rad].
+
+    Raises:
+        InputError: If the file cannot be read.
+    """
+    try:
+        whole = hashlib.blake2b(path.read_bytes(), digest_size=16)
+    except OSError as error:
+        raise InputError("cannot be read", file=path) from error
+    # What unpacks it counts, too.
+    whole.update(f"{lit_from!r} {version('OpenEXR')}".encode() + catalog.code_digest("library"))
+
+    def read() -> CloudLayer:
+        return cloud_layer(read_exr_map(path), lit_from=lit_from)
+
+    return StoredClouds(whole.hexdigest(), lit_from, read)
 
 
 logger = logging.getLogger(__name__)

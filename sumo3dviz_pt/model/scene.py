@@ -24,33 +24,13 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Ints, Mesh, Trans
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.swaying import Swaying
 from sumo3dviz_pt.model.trajectory import TyreTracks
-from sumo3dviz_pt.model.weather import Weather, WeatherCourse
+from sumo3dviz_pt.model.weather import CloudLayer, StoredClouds, Weather, WeatherCourse
 
 CANDELAS_PER_UNIT = 32_000.0
 """Luminance of radiance 1 [cd/m^2]: a sunlit white wall has about 1."""
 
 LENS_THAT_SHINES = 0.0
 """Reflectance of a vehicle's lamp while it shines: nothing else is as black, which tells it."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CloudLayer:
-    """Clouds over the upper hemisphere, equirectangular.
-
-    Rows go from the zenith to the horizon, columns clockwise from north seen
-    from above (north, east, south, west).
-
-    Attributes:
-        cover: Opacity, (h, w) in [0, 1].
-        sunlit: Share of the sun's irradiance that leaves as radiance x pi, (h, w).
-        skylit: Share of the sky's irradiance that leaves as radiance x pi, (h, w).
-        lit_from: Elevation of the sun that `sunlit` was made for [rad].
-    """
-
-    cover: Image
-    sunlit: Image
-    skylit: Image
-    lit_from: float = float(np.pi / 4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +57,7 @@ class Sky:
 
     sun_direction: Floats | None
     turbidity: float = 3.0
-    clouds: CloudLayer | None = None
+    clouds: CloudLayer | StoredClouds | None = None
     image: Image | None = None
     image_scale: float = 1.0
     rotation: float = 0.0
@@ -87,7 +67,7 @@ class Sky:
     glow: Colour = (0.0, 0.0, 0.0)
     tint: Colour = (1.0, 1.0, 1.0)
     exposure: float = 0.0
-    overcast: CloudLayer | None = None
+    overcast: CloudLayer | StoredClouds | None = None
 
     def __post_init__(self) -> None:
         """Make the directions unit vectors."""

@@ -1,4 +1,4 @@
-"""The weather as values, of one moment and over time, and how much daylight it lets through.
+"""The weather as values, of one moment and over time, how much daylight passes it, and clouds.
 
 Rates of rain and snow are in millimetres of water an hour, as all measured relations take them.
 
@@ -27,13 +27,17 @@ References:
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
+
+from sumo3dviz_pt.model.geometry import Image
 
 CONTRAST = -math.log(0.02)
 """Optical depth at which a black thing keeps 2 % of contrast."""
@@ -525,3 +529,67 @@ def _through(depth: float, sine: float) -> float:
 def _falling(weather: Weather) -> float:
     """All that falls, as water [mm/h]."""
     return sum(weather.rates.values())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CloudLayer:
+    """Clouds over the upper hemisphere, equirectangular.
+
+    Rows go from the zenith to the horizon, columns clockwise from north seen
+    from above (north, east, south, west).
+
+    Attributes:
+        cover: Opacity, (h, w) in [0, 1].
+        sunlit: Share of the sun's irradiance that leaves as radiance x pi, (h, w).
+        skylit: Share of the sky's irradiance that leaves as radiance x pi, (h, w).
+        lit_from: Elevation of the sun that `sunlit` was made for [rad].
+    """
+
+    cover: Image
+    sunlit: Image
+    skylit: Image
+    lit_from: float = float(np.pi / 4)
+
+    @property
+    def key(self) -> str:
+        """A hash of all that it is."""
+        whole = hashlib.blake2b(repr(self.lit_from).encode(), digest_size=16)
+        for image in (self.cover, self.sunlit, self.skylit):
+            whole.update(f"{image.shape}{image.dtype.str}".encode())
+            whole.update(np.ascontiguousarray(image).data)
+        return whole.hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class StoredClouds:
+    """A layer of clouds in a file, which is read only where one looks at it.
+
+    Attributes:
+        key: A hash of all that the layer is made from.
+        lit_from: As in `CloudLayer`.
+        read: Returns the layer.
+    """
+
+    key: str
+    lit_from: float
+    read: Callable[[], CloudLayer]
+
+    @cached_property
+    def layer(self) -> CloudLayer:
+        """The layer itself."""
+        return self.read()
+
+    @property
+    def cover(self) -> Image:
+        """As in `CloudLayer`."""
+        return self.layer.cover
+
+    @property
+    def sunlit(self) -> Image:
+        """As in `CloudLayer`."""
+        return self.layer.sunlit
+
+    @property
+    def skylit(self) -> Image:
+        """As in `CloudLayer`."""
+        return self.layer.skylit

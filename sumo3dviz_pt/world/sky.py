@@ -29,12 +29,13 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.job.settings import Lights, SkySettings, SunSettings
-from sumo3dviz_pt.library.pictures import cloud_layer, read_exr_map, read_radiance_map
+from sumo3dviz_pt.library.pictures import read_radiance_map, stored_clouds
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image
 from sumo3dviz_pt.model.layers import LUMINANCE
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.numbers import SOLAR, zone_named
-from sumo3dviz_pt.model.scene import CloudLayer, Sky
+from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.model.weather import StoredClouds
 
 
 @dataclass(frozen=True, slots=True)
@@ -365,16 +366,15 @@ def _angles(angles: Mapping[str, float]) -> SunPosition:
     )
 
 
-def read_clouds(name: str) -> tuple[CloudLayer, SunPosition]:
-    """Read a baked cloud layer and the sun that lights it.
+def read_clouds(name: str) -> tuple[StoredClouds, SunPosition]:
+    """Find a baked cloud layer, and read the sun that lights it.
 
     Raises:
         ConfigError: If there is no such sky asset.
     """
     entry = catalog.find("skies", name)
-    maps = read_exr_map(entry.folder / entry.meta["map"])
     lit_by = _angles(entry.meta["sun"])
-    return cloud_layer(maps, lit_from=lit_by.elevation), lit_by
+    return stored_clouds(entry.folder / entry.meta["map"], lit_from=lit_by.elevation), lit_by
 
 
 def preset_sky(settings: SkySettings, location: Location | None) -> Sky:

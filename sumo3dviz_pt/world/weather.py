@@ -242,7 +242,7 @@ def in_weather(sky: Sky, course: WeatherCourse | None) -> Sky:
     sky = replace(sky, exposure=sky.exposure + float(np.mean(stops)))
     if sky.image is not None or not any(cover(moment) > 0.0 for moment in course.moments):
         return sky
-    clouds = read_clouds(CLOUDS)[0]
+    clouds = read_clouds(CLOUDS)[0].layer
     # Through the least gap a bright evening would sparkle.
     return replace(sky, overcast=replace(clouds, cover=np.ones_like(clouds.cover)))
 

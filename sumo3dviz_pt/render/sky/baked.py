@@ -12,7 +12,7 @@ import hashlib
 import json
 import logging
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mitsuba as mi
@@ -330,8 +330,13 @@ def cached_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
 
 
 def _folder(sky: Sky, size: tuple[int, int]) -> Path:
-    """Return where a sky is kept: its recipe, our code and Mitsuba are in the name."""
-    recipe = packed((sky, size, mi.__version__, mi.variant()), _KINDS)
+    """Return where a sky is kept: its recipe, our code and Mitsuba are in the name.
+
+    Clouds stand there by their key, so that they need not be read for it.
+    """
+    clouds = None if sky.clouds is None else sky.clouds.key
+    plain = replace(sky, clouds=None, overcast=None)  # no map shows what falls from other clouds
+    recipe = packed((plain, clouds, size, mi.__version__, mi.variant()), _KINDS)
     digest = hashlib.blake2b(catalog.code_digest("render/sky"), digest_size=16)
     for content in recipe.values():
         digest.update(content)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.job.settings import SkySettings
+from sumo3dviz_pt.library.pictures import stored_clouds
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.world.sky import KINDS, SkyPreset, base_exposure, build_sky, read_clouds
 
@@ -153,6 +154,17 @@ def test_clocks_mean_what_they_show(zone):
 def test_clock_without_place_is_an_error(location):
     with pytest.raises(ConfigError, match=r"sky\.sun\.place: .*latitude"):
         build_sky(SkySettings(sun=NOON), location=location)
+
+
+def test_clouds_are_known_by_their_file_and_their_sun(tmp_path):
+    path = tmp_path / "clouds.exr"
+    keys = []
+    for content in (b"one", b"other"):
+        path.write_bytes(content)
+        keys += [stored_clouds(path, lit_from=lit).key for lit in (0.5, 0.6, 0.5)]
+    assert keys[0] == keys[2] and len(set(keys)) == 4
+    with pytest.raises(InputError, match="cannot be read"):
+        stored_clouds(tmp_path / "none.exr", lit_from=0.5)
 
 
 def test_clouds_turn_with_the_sun():

@@ -10,7 +10,7 @@ from bakers.skies.recipe import CloudRecipe, towards_of
 from bakers.skies.sheets import altocumulus, cirrus, mackerel, stratus
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Image
-from sumo3dviz_pt.model.scene import CloudLayer
+from sumo3dviz_pt.model.weather import CloudLayer
 
 
 def make_clouds(recipe: CloudRecipe) -> CloudLayer:

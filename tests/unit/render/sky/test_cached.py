@@ -1,9 +1,12 @@
 """Skies that are kept in the user's cache."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.scene import CloudLayer, Sky
+from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.model.weather import CloudLayer, StoredClouds
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.sky import baked as skies
 from sumo3dviz_pt.render.sky.baked import bake_dome, sky_of_dome
@@ -69,6 +72,17 @@ def test_a_sky_is_baked_once_and_read_to_the_bit(sky, baked):
     assert_same(skies.cached_sky(sky, SIZE), plain)
     assert_same(skies.cached_sky(sky, SIZE), plain)
     assert len(baked) == 1
+
+
+def test_stored_clouds_are_read_once_where_a_sky_is_baked(baked):
+    layer, read = cloudy().clouds, []
+    found = StoredClouds("one", layer.lit_from, lambda: read.append(1) or layer)
+    sky = Sky(SUN, clouds=found)
+    assert_same(skies.cached_sky(sky, SIZE), plain_sky(cloudy(), SIZE))
+    assert_same(skies.cached_sky(replace(sky, clouds=replace(found)), SIZE), plain_sky(sky, SIZE))
+    assert len(baked) == len(read) == 1
+    skies.cached_sky(replace(sky, clouds=replace(found, key="other")), SIZE)
+    assert len(baked) == len(read) == 2
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, CloudLayer, Sky
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Sky
+from sumo3dviz_pt.model.weather import CloudLayer
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.sky.baked import bake_sky, horizon_towards
 from sumo3dviz_pt.render.sky.daylight import (
