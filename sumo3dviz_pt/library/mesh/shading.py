@@ -5,6 +5,7 @@ The coarser meshes are for what is only a few pixels large.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -108,14 +109,30 @@ def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
     if not len(mesh.faces):
         return Mesh(mesh.vertices, mesh.faces)
     keys = np.floor((mesh.vertices - low) / cells + 0.5).astype(np.int64)
-    _, place = np.unique(keys, axis=0, return_inverse=True)
-    place = place.reshape(-1)
+    _, place = np.unique(numbered_rows(keys), return_inverse=True)
     out = np.square((mesh.vertices - low) / size - 0.5).sum(axis=1)
     order = np.argsort(-out, kind="stable")
     _, first = np.unique(place[order], return_index=True)
     vertices = mesh.vertices[order[first]]
     faces = place[mesh.faces]
     # Twins of one face cover each other.
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    _, first = np.unique(numbered_rows(np.sort(faces, axis=1)), return_index=True)
     faces = faces[np.sort(first)]
     return Mesh(vertices, faces[areas(vertices, faces) > 1e-6])
+
+
+def numbered_rows(rows: Ints) -> Ints:
+    """Return one number for each row, (n, k) -> (n,), that compares as the row does.
+
+    NumPy sorts numbers several times faster than rows.
+    """
+    if not len(rows):
+        return np.zeros(0, np.int64)
+    low = rows.min(axis=0)
+    spans = (rows.max(axis=0) - low + 1).tolist()
+    if math.prod(spans) >= 1 << 62:
+        return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+    numbers = np.zeros(len(rows), np.int64)
+    for column, lowest, span in zip(rows.T, low.tolist(), spans, strict=True):
+        numbers = numbers * span + (column - lowest)
+    return numbers

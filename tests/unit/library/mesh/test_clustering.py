@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders import ball
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from sumo3dviz_pt.library.mesh.shading import clustered_body
+from sumo3dviz_pt.library.mesh.shading import clustered_body, numbered_rows
 from sumo3dviz_pt.model.geometry import Mesh
+
+WHOLE = st.integers(-3, 3)
 
 
 @pytest.mark.parametrize("cell", [0.1, 0.25, 0.5])
@@ -44,3 +49,15 @@ def test_small_bodies_get_small_cells():
     (coarse,) = clustered_body([fine], 0.35)
     assert len(coarse.faces) > 60
     assert np.abs(coarse.bounds - fine.bounds).max() < 0.02
+
+
+@given(
+    rows=arrays(np.int64, st.tuples(st.integers(0, 30), st.integers(1, 3)), elements=WHOLE),
+    scale=st.sampled_from([1, 1 << 50]),
+)
+def test_numbers_of_rows_compare_as_the_rows_do(rows, scale):
+    rows = rows * scale
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    found = np.unique(numbered_rows(rows), return_index=True, return_inverse=True)
+    np.testing.assert_array_equal(found[1], first)
+    np.testing.assert_array_equal(found[2], place.reshape(-1))
