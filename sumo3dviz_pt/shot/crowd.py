@@ -410,7 +410,11 @@ class _Members:
         """Most bodies at once, by name, where the road users are chosen, (k, n)."""
         if not chosen.any():
             return Counter()
-        most = (self.counts @ chosen).max(axis=1)
+        # Only who is chosen at all, and frames in which somebody else is than in the one before.
+        users = np.flatnonzero(chosen.any(axis=1))
+        some = chosen[users]
+        other = (some[:, 1:] != some[:, :-1]).any(axis=0)
+        most = (self.counts[:, users] @ some[:, np.append(True, other)]).max(axis=1)
         return Counter({name: int(n) for name, n in zip(self.names, most, strict=True) if n})
 
 

@@ -1,5 +1,7 @@
 """Room for everyone whom a shot shows."""
 
+from collections import Counter
+
 import numpy as np
 from builders import view_at
 
@@ -12,6 +14,7 @@ from sumo3dviz_pt.shot.crowd import (
     Choice,
     CrowdFrames,
     CrowdPlan,
+    _Members,
     can_be_full,
     fitting,
     plan_crowd,
@@ -169,3 +172,13 @@ def test_nobody_is_brought_nearer_than_was_chosen():
     wanted = chosen(["far", None, "near"])
     choice = fitting(wanted, [CAR, CAR, WALKER], slots, np.array([1.0, 2.0, 3.0]))
     assert levels_of(choice) == ["far", None, "near"]
+
+
+def test_the_most_bodies_at_once_are_those_of_some_frame():
+    rng = np.random.default_rng(5)
+    drawn = [("a", "b")[: rng.integers(0, 3)] + ("a",) * int(rng.integers(0, 2)) for _ in range(9)]
+    for share in (0.0, 0.1, 0.7):
+        chosen = np.repeat(rng.random((9, 20)) < share, 3, axis=1)
+        frames = [Counter(n for k in np.flatnonzero(f) for n in drawn[k]) for f in chosen.T]
+        wanted = {n: most for n in "ab" if (most := max(frame[n] for frame in frames))}
+        assert _Members.of(drawn).most(chosen) == wanted
