@@ -8,6 +8,7 @@ module makes all four the same every time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -59,12 +60,28 @@ def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
         values: Of any shape.
         kind: Of the copy's numbers.
     """
-    size = values.size * np.dtype(kind).itemsize
-    room = np.empty(size + _REGISTER, np.uint8)
-    begin = -room.ctypes.data % _REGISTER
-    flat = room[begin : begin + size].view(kind)
+    flat = aligned_zeros((values.size,), kind)
     flat[:] = values.ravel()
     return flat
+
+
+def aligned_zeros(shape: tuple[int, ...], kind: DTypeLike) -> NDArray[Any]:
+    """Return zeros of a shape that are aligned so, to be filled and then read in place."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    room = np.zeros(size + _REGISTER, np.uint8)
+    begin = -room.ctypes.data % _REGISTER
+    return room[begin : begin + size].view(kind).reshape(shape)
+
+
+def in_place(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
+    """Return numbers flat and aligned: themselves if they lie so, else a copy.
+
+    Args:
+        values: Of any shape.
+        kind: Of the numbers that are returned.
+    """
+    fits = values.dtype == kind and values.flags.c_contiguous
+    return values.ravel() if fits and values.ctypes.data % _REGISTER == 0 else aligned(values, kind)
 
 
 def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int) -> Layers:

@@ -25,7 +25,7 @@ from sumo3dviz_pt.model.layers import MovingPart
 from sumo3dviz_pt.render.compound import METALLIC_ATTRIBUTE, ROUGHNESS_ATTRIBUTE
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, Row, RowMaker
-from sumo3dviz_pt.render.kernels import aligned
+from sumo3dviz_pt.render.kernels import aligned, aligned_zeros, in_place
 from sumo3dviz_pt.render.loaded import HeldMesh, LoadedScene
 from sumo3dviz_pt.render.paint import Paint
 from sumo3dviz_pt.render.textures import WEAR_ATTRIBUTE
@@ -127,9 +127,9 @@ class Tables:
         # A scene without meshes has one row that nothing refers to.
         vertices, faces = (last.vertex + last.vertices, last.face + last.faces) if last else (1, 1)
         # Only single numbers come from Mitsuba, and large scenes have many.
-        points, normals = (np.zeros((vertices, 4), np.float32) for _ in range(2))
-        corners = np.zeros((faces, 4), np.uint32)
-        looks, metals = np.zeros((faces, 4), np.float32), np.zeros(faces, np.float32)
+        points, normals = (aligned_zeros((vertices, 4), np.float32) for _ in range(2))
+        corners = aligned_zeros((faces, 4), np.uint32)
+        looks, metals = (aligned_zeros(shape, np.float32) for shape in ((faces, 4), (faces,)))
         worn = [p for p in self._places if f"{p.mesh.name}.{WEAR_ATTRIBUTE}" in parameters]
         wear = np.tile([*UNWORN, 0.0], (worn[-1].vertex + worn[-1].vertices if worn else 1, 1))
         for place, row in zip(self._places, rows, strict=True):
@@ -409,7 +409,7 @@ def _number(shape: Any) -> int:
 def _own(values: Any, kind: Any = None, of: Any = np.float32) -> Any:
     """Return a flat copy in Dr.Jit's own memory, which may be written later."""
     kind = mi.Float if kind is None else kind
-    source = kind(aligned(np.asarray(values), of))
+    source = kind(in_place(np.asarray(values), of))
     target = dr.empty(kind, len(source))
     dr.scatter(target, source, dr.arange(mi.UInt32, len(source)))
     dr.eval(target)
