@@ -74,3 +74,14 @@ def test_as_much_memory_as_a_file_needs_is_set_aside(tmp_path):
         assert tracemalloc.get_traced_memory()[1] < 10_000_000
     finally:
         tracemalloc.stop()
+
+
+def test_folders_that_were_cut_or_changed_are_not_read(tmp_path):
+    folder = tmp_path / "kept"
+    atomic.write_folder(folder, {"a.bin": b"some numbers", "b.json": b"{}"})
+    assert atomic.read_folder(folder) == {"a.bin": b"some numbers", "b.json": b"{}"}
+    for content in (b"some number", b"same numbers", b""):
+        (folder / "a.bin").write_bytes(content)
+        assert atomic.read_folder(folder) is None
+    atomic.write_folder(folder, {"a.bin": b"some numbers", "b.json": b"{}"})
+    assert atomic.read_folder(folder) is not None
