@@ -337,6 +337,11 @@ def _shot(production: Production, pace: Pace) -> dict[str, Any]:
     return {"from": float(times[0]), **pace.account(), "frames": len(times)}
 
 
+_ON_PROCESSORS = (
+    "the times are a processor's; `sumo3dviz-pt doctor --frame` times frames of the GPU beside it"
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Plan:
     """What would be done for one shot.
@@ -351,6 +356,7 @@ class Plan:
         stored: How many of these lie there already, whatever they show.
         film_exists: Whether the film does.
         cost: Forecast of all frames, as if none were there.
+        variant: Mitsuba's; forecasts are of processors.
         wish: What a pilot would choose the samples by; empty if the preset does.
     """
 
@@ -363,6 +369,7 @@ class Plan:
     stored: int
     film_exists: bool
     cost: Cost
+    variant: str
     wish: Mapping[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
@@ -383,6 +390,8 @@ class Plan:
             f" {space_in_words(cost.frames_mb)} of frames, {space_in_words(cost.film_mb)} of film",
         ]
         lines += [f"  note    {what}" for what in lacking(cost, self.path)]
+        if self.variant == "cuda":
+            lines.append(f"  note    {_ON_PROCESSORS}")
         for name, value in self.wish.items():
             lines.append(f"  pilot   chooses other samples than the preset's: {name} {value:g}")
         return "\n".join(lines)
@@ -427,6 +436,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
                 sum(frame_file(folder, number).exists() for number in wanted),
                 film.exists(),
                 cost,
+                request.variant,
                 request.wish,
             )
         )
