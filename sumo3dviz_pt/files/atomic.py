@@ -280,7 +280,7 @@ def _listing(files: Files) -> bytes:
 def _digests(files: Files) -> dict[str, list[int]]:
     """Return length and checksum of every file's content.
 
-    They tell damage, which needs no cryptography: a cached town has hundreds of megabytes, and the
-    folder's name says already what its content hangs on.
+    They show damage, which needs no cryptography: a cached town has hundreds of megabytes, and the
+    folder's name already says what its content depends on.
     """
     return {name: [len(content), zlib.crc32(content)] for name, content in files.items()}

@@ -158,7 +158,7 @@ def cloud_layer(image: Image, *, lit_from: float) -> CloudLayer:
 
 
 def stored_clouds(path: Path, *, lit_from: float) -> StoredClouds:
-    """Find a layer of clouds in a file of `cloud_image`.
+    """Find a layer of clouds in a file that `cloud_image` made.
 
     Args:
         path: An .exr file.

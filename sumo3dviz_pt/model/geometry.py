@@ -63,7 +63,10 @@ def settled(values: ArrayLike, step: float = GRID) -> Floats:
 
 
 def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
-    """Return the values as a read-only array of the given type: themselves if they are one."""
+    """Return the values as a read-only array of the given type: themselves if they are one.
+
+    Whoever makes an array read-only must keep no view of it that can be written.
+    """
     if isinstance(values, np.ndarray) and values.dtype == dtype and _is_settled(values):
         return values
     array: NDArray[Any] = np.array(values, dtype=dtype)

@@ -562,7 +562,7 @@ class CloudLayer:
 
 @dataclass(frozen=True, eq=False)
 class StoredClouds:
-    """A layer of clouds in a file, which is read only where one looks at it.
+    """A layer of clouds in a file, which is read when somebody first looks at it.
 
     Attributes:
         key: A hash of all that the layer is made from.

@@ -226,7 +226,7 @@ _OFF = 0.381966
 _Feed = Callable[[bytes | memoryview], None]
 
 _Known = dict[tuple[Any, ...], tuple[bytes, np.ndarray[Any, Any]]]
-"""Digests of arrays by where their numbers lie, with the arrays, so that nothing else does."""
+"""Digests of arrays by where their numbers lie; the arrays are kept, so nothing else lies there."""
 
 
 def world_digest(data: SceneData) -> str:

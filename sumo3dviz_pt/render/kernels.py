@@ -74,7 +74,7 @@ def aligned_zeros(shape: tuple[int, ...], kind: DTypeLike) -> NDArray[Any]:
 
 
 def in_place(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
-    """Return numbers flat and aligned: themselves if they lie so, else a copy.
+    """Return numbers flat and aligned: the same ones if they already are, else a copy.
 
     Args:
         values: Of any shape.

@@ -410,7 +410,7 @@ class _Members:
         """Most bodies at once, by name, where the road users are chosen, (k, n)."""
         if not chosen.any():
             return Counter()
-        # Only who is chosen at all, and frames in which somebody else is than in the one before.
+        # Only users who are ever chosen, and frames whose users differ from the frame before.
         users = np.flatnonzero(chosen.any(axis=1))
         some = chosen[users]
         other = (some[:, 1:] != some[:, :-1]).any(axis=0)

@@ -253,7 +253,7 @@ def _way(
     world: World, riders: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
 ) -> tuple[CameraPath, Floats]:
     """Return a camera's way and the moments that it consists of [s]; arguments as in `way_of`."""
-    # Where an eye is hangs on no opened vehicle: none is built for it.
+    # The place of an eye does not depend on an opened cockpit, so none is built.
     built = exposed_camera(
         camera,
         fleet=everyone(world, riders),

@@ -1,6 +1,6 @@
-"""Packs what a GPU machine needs that reaches no network, to measure it there with `measure.sh`.
+"""Packs what a GPU machine without a network needs, to measure it there with `measure.sh`.
 
-Run from the repository's root, with the Python version of that machine:
+Run from the repository's root on Linux, x86-64, with the Python version of that machine:
 
     python tools/gpu/pack.py gpu.tar.xz --python 3.12
 
@@ -11,7 +11,8 @@ There, with the archive's parts:
 
 The archive holds the code as last committed, the examples, and packages for Linux on x86-64 without
 what no frame needs: SUMO, matplotlib and the encoder's program stay behind. It is cut into parts,
-as such machines take little at once.
+as such machines take little at once. The machine itself must have NVIDIA's driver and libLLVM, on
+which the pictures to compare with are traced.
 """
 
 from __future__ import annotations
@@ -63,8 +64,10 @@ def main() -> None:
             archive.add(root, NAME)
         content = packed.read_bytes()
     most = round(options.most * 1e6)
+    for old in options.out.parent.glob(f"{options.out.name}.[0-9]*"):
+        old.unlink()  # of an archive with more parts
     for number, start in enumerate(range(0, len(content), most)):
-        part = options.out.with_name(f"{options.out.name}.{number:02d}")
+        part = options.out.with_name(f"{options.out.name}.{number:04d}")
         part.write_bytes(content[start : start + most])
         print(f"wrote {part} ({part.stat().st_size / 1e6:.1f} MB)")
 

@@ -129,7 +129,9 @@ def numbered_rows(rows: Ints) -> Ints:
     if not len(rows):
         return np.zeros(0, np.int64)
     low = rows.min(axis=0)
-    spans = (rows.max(axis=0) - low + 1).tolist()
+    # In Python's whole numbers, which do not overflow.
+    pairs = zip(low.tolist(), rows.max(axis=0).tolist(), strict=True)
+    spans = [highest - lowest + 1 for lowest, highest in pairs]
     if math.prod(spans) >= 1 << 62:
         return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
     numbers = np.zeros(len(rows), np.int64)

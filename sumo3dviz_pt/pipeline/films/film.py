@@ -338,7 +338,7 @@ def _shot(production: Production, pace: Pace) -> dict[str, Any]:
 
 
 _ON_PROCESSORS = (
-    "the times are a processor's; `sumo3dviz-pt doctor --frame` times frames of the GPU beside it"
+    "these times are for a processor; `sumo3dviz-pt doctor --frame` also measures the GPU"
 )
 
 

@@ -335,7 +335,7 @@ def _folder(sky: Sky, size: tuple[int, int]) -> Path:
     Clouds stand there by their key, so that they need not be read for it.
     """
     clouds = None if sky.clouds is None else sky.clouds.key
-    plain = replace(sky, clouds=None, overcast=None)  # no map shows what falls from other clouds
+    plain = replace(sky, clouds=None, overcast=None)  # another recipe has `overcast` as its clouds
     recipe = packed((plain, clouds, size, mi.__version__, mi.variant()), _KINDS)
     digest = hashlib.blake2b(catalog.code_digest("render/sky"), digest_size=16)
     for content in recipe.values():

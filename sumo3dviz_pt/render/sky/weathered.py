@@ -246,8 +246,8 @@ def sky_weight(sky: SkyMap, *, lamps: bool) -> float:
 def sky_entry(sky: SkyMap, weight: float = 1.0) -> Any:
     """Return the baked sky as an environment map; its columns already run clockwise from north.
 
-    Mitsuba would copy a bitmap three times; the map that replaces a small one it takes as it is,
-    where it compiles.
+    Mitsuba would copy a bitmap three times. So variants that compile get a tiny one, which the
+    real map then replaces with one copy.
     """
     placed = {
         "type": "envmap",

@@ -110,7 +110,7 @@ def test_a_dry_run_says_what_would_be_done_and_does_nothing(tmp_path, capsys):
     assert "there   1 of these frames in" in said and "the film does not exist" in said
     assert "of CPU time" in said and "of memory" in said and "of the GPU" not in said
     assert main([*command, "--variant", "cuda"]) == 0
-    assert "a processor's; `sumo3dviz-pt doctor --frame` times" in capsys.readouterr().out
+    assert "for a processor; `sumo3dviz-pt doctor --frame` also" in capsys.readouterr().out
     assert sorted(tmp_path.rglob("*")) == before
     assert main([*command, "--frames", "5:8"]) == 0
     assert "frames  3 from number 5" in capsys.readouterr().out

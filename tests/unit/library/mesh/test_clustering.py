@@ -53,7 +53,7 @@ def test_small_bodies_get_small_cells():
 
 @given(
     rows=arrays(np.int64, st.tuples(st.integers(0, 30), st.integers(1, 3)), elements=WHOLE),
-    scale=st.sampled_from([1, 1 << 50]),
+    scale=st.sampled_from([1, 1 << 50, 1 << 61]),
 )
 def test_numbers_of_rows_compare_as_the_rows_do(rows, scale):
     rows = rows * scale
