@@ -63,7 +63,7 @@ def shown(elevation, quality=RAW):
     with session_of(scene, size=(32, 18), quality=quality, white=white) as session:
         pictures = {name: session.render(frame_of(view)) for name, view in views(elevation).items()}
         top = session.sky.radiance.max(axis=(0, 1), keepdims=True)
-        return replace(session.sky, radiance=top), pictures
+        return replace(session.sky, closed=np.repeat(top, 3, axis=1)), pictures
 
 
 def luminance(name, elevation, quality=RAW):
