@@ -83,18 +83,19 @@ def copy_code(root: Path) -> None:
 def fetch_packages(folder: Path, python: str) -> None:
     """Install the packages for a version of Python, without what no frame needs."""
     project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
-    install = [sys.executable, "-m", "pip", "install", "-q", "--no-compile"]
-    only = [
-        "--target",
-        str(folder),
-        "--only-binary=:all:",
-        "--implementation",
-        "cp",
-        "--python-version",
-        python,
+    install = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "-q",
+        "--no-compile",
+        "-c",
+        "constraints.txt",
     ]
+    only = ["--only-binary=:all:", "--implementation", "cp", "--python-version", python]
     wanted = [*project["dependencies"], *MORE]
-    subprocess.run([*install, *only, "-c", "constraints.txt", *wanted], check=True)
+    subprocess.run([*install, *only, "--target", str(folder), *wanted], check=True)
     unused = [found for pattern in UNUSED for found in folder.glob(pattern)]
     plugins = (folder / "mitsuba/plugins").glob("*")
     for found in (*unused, *(each for each in plugins if each.stem not in PLUGINS)):

@@ -134,7 +134,4 @@ def numbered_rows(rows: Ints) -> Ints:
     spans = [highest - lowest + 1 for lowest, highest in pairs]
     if math.prod(spans) >= 1 << 62:
         return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
-    numbers = np.zeros(len(rows), np.int64)
-    for column, lowest, span in zip(rows.T, low.tolist(), spans, strict=True):
-        numbers = numbers * span + (column - lowest)
-    return numbers
+    return np.asarray(np.ravel_multi_index(tuple((rows - low).T), spans), np.int64)
