@@ -137,7 +137,7 @@ class Window:
         began = time.process_time()
         centre, its_own = self._held[self._width]
         others = [one for one, _ in self._held if one is not centre]
-        helped(centre, others, its_own, averager=self._averager)
+        helped(centre, others, its_own, averager=self._averager).finished()
         self.costs.append(time.process_time() - began)
 
 

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -23,6 +25,7 @@ from sumo3dviz_pt.model.numbers import Ratio
 from sumo3dviz_pt.model.random import frame_seed
 from sumo3dviz_pt.pipeline.films import layers as places
 from sumo3dviz_pt.pipeline.films.frames import (
+    FINISHED_AT_ONCE,
     NOTE,
     StoredFilm,
     frame_numbers,
@@ -45,7 +48,7 @@ from sumo3dviz_pt.pipeline.films.overlays import (
     write_captions,
 )
 from sumo3dviz_pt.pipeline.films.sound import sound_folder
-from sumo3dviz_pt.pipeline.films.traced import Shelf
+from sumo3dviz_pt.pipeline.films.traced import HelpedFrame, Shelf
 from sumo3dviz_pt.pipeline.production import Production, check_response, check_target, check_tone
 from sumo3dviz_pt.pipeline.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.still import check_free, response_of
@@ -254,6 +257,8 @@ def developed(
 ) -> Iterator[Image]:
     """Develop stored frames to display-encoded pictures.
 
+    While a frame is read and helped by its neighbours, those before it are finished.
+
     Args:
         files: EXR frames, in order.
         look: How.
@@ -269,31 +274,38 @@ def developed(
 
     shelf = Shelf()
 
-    def picture(file: Path) -> Image:
-        radiance, account = shelf.finished(file)
-        if key is not None and account.get("key") != key:
-            raise InputError("has become a frame of another film", file=file)
-        if masters is not None:
-            text = {PROVENANCE: json.dumps(account, sort_keys=True)}
-            half = bool(account.get("scene", {}).get("output", {}).get("half", True))
-            write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
-        at = float(account.get("exposure", 0.0)) if look.exposure is None else look.exposure
-        optics = Optics.from_dict(account.get("optics"))
-        if optics is not None:
-            seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
-            radiance = optics.on(radiance, exposure=at, seed=seed)
-        return develop_float(
-            radiance,
-            exposure=at,
-            tone=look.tone or str(account.get("tone", "neutral")),
-            glare=float(account.get("glare", 0.0)) if look.glare is None else look.glare,
-            response=response_of(account, look.response),
-        )
-
-    for file in files:
+    def picture(file: Path, frame: HelpedFrame) -> Image:
         with intact(file):
-            image = picture(file)
-        yield image
+            radiance, account = frame.finished(), frame.account
+            if masters is not None:
+                text = {PROVENANCE: json.dumps(account, sort_keys=True)}
+                half = bool(account.get("scene", {}).get("output", {}).get("half", True))
+                write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
+            at = float(account.get("exposure", 0.0)) if look.exposure is None else look.exposure
+            optics = Optics.from_dict(account.get("optics"))
+            if optics is not None:
+                seed = frame_seed(int(account.get("seed", 0)), float(account.get("time", 0.0)))
+                radiance = optics.on(radiance, exposure=at, seed=seed)
+            return develop_float(
+                radiance,
+                exposure=at,
+                tone=look.tone or str(account.get("tone", "neutral")),
+                glare=float(account.get("glare", 0.0)) if look.glare is None else look.glare,
+                response=response_of(account, look.response),
+            )
+
+    coming: deque[Future[Image]] = deque()
+    with ThreadPoolExecutor(FINISHED_AT_ONCE) as pool:
+        for file in files:
+            with intact(file):
+                frame = shelf.helped(file)
+            if key is not None and frame.account.get("key") != key:
+                raise InputError("has become a frame of another film", file=file)
+            coming.append(pool.submit(picture, file, frame))
+            if len(coming) > FINISHED_AT_ONCE:
+                yield coming.popleft().result()
+        while coming:
+            yield coming.popleft().result()
 
 
 _FPS = 25

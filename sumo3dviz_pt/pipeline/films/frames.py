@@ -29,6 +29,9 @@ _PLACE = re.compile(r"\{frame\}|%(?:0(\d))?d")
 _DIGITS = 6
 SUFFIX = ".png"
 
+FINISHED_AT_ONCE = 2
+"""Frames that are finished while the next one is read and helped."""
+
 
 def is_sequence(path: Path) -> bool:
     """Return whether a name is that of numbered pictures."""

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 from sumo3dviz_pt.model.progress import Doing, announce
-from sumo3dviz_pt.pipeline.films.frames import frame_file
+from sumo3dviz_pt.pipeline.films.frames import FINISHED_AT_ONCE, frame_file
 from sumo3dviz_pt.pipeline.films.traced import traced_by, write_traced
 from sumo3dviz_pt.pipeline.production import Production, opened
 
@@ -236,6 +236,9 @@ class Frames:
     def passing(self, cpu: dict[str, float]) -> Generator[Path, None, None]:
         """Yield all files in order, each when those exist that help it; drop what none needs.
 
+        A frame whose file was yielded is read at once, but its account is asked for again when its
+        picture is there, a few frames later.
+
         Only frames that were rendered here go: what took another run's time stays until there is
         a film. So memory and disk hold a window, however long the film is.
 
@@ -250,8 +253,9 @@ class Frames:
                     pending.popleft()
                     next(rendering)
                 yield frame_file(self.folder, number)
-                if number - window in own:
-                    frame_file(self.folder, number - window).unlink()
+                done = number - window - FINISHED_AT_ONCE
+                if done in own:
+                    frame_file(self.folder, done).unlink()
 
     @contextmanager
     def turns(self, cpu: dict[str, float], *, discard: bool) -> Iterator[Iterable[Path]]:

@@ -19,7 +19,8 @@ import numpy as np
 
 from sumo3dviz_pt.model.falling import Cabin, Falling, Glows, Puffs, SkyLight, Throws, Windscreen
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.scene import FrameState, Haze
+from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.scene import FrameState, Haze, View
 from sumo3dviz_pt.model.traced import TracedFrame
 from sumo3dviz_pt.pipeline.films.frames import intact, parsed
 
@@ -227,9 +228,34 @@ class StoredFrame:
         return TRACED in self.strings
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class HelpedFrame:
+    """A frame with its neighbours' help.
+
+    Attributes:
+        layers: As they are now.
+        view: Of the camera.
+        how: It is finished; None where it was stored finished.
+        account: What it was made from.
+    """
+
+    layers: Layers
+    view: View | None = None
+    how: Finishing | None = None
+    account: Mapping[str, Any] = field(default_factory=dict)
+
+    def finished(self) -> Image:
+        """Return its radiance, (h, w, 3); threads may do so for several frames at once."""
+        if self.how is None or self.view is None:
+            return self.layers["radiance"]
+        from sumo3dviz_pt.render.passes.finish import finished
+
+        return finished(self.layers, self.view, self.how)
+
+
 @dataclass(slots=True)
 class Shelf:
-    """Reads and finishes a film's frames; those that the next one needs, too, are kept.
+    """Reads a film's frames and helps each; those that the next one needs, too, are kept.
 
     Memory depends on the window, not on the film's length.
     """
@@ -237,8 +263,8 @@ class Shelf:
     _frames: dict[Path, tuple[StoredFrame, TracedFrame]] = field(default_factory=dict)
     _averager: Averager | None = None
 
-    def finished(self, path: Path) -> tuple[Image, Mapping[str, Any]]:
-        """Return a frame's radiance, (h, w, 3), finished; and what it was made from.
+    def helped(self, path: Path) -> HelpedFrame:
+        """Return a frame with the help of its neighbours.
 
         Its neighbours are the frames of the same film that lie beside it.
 
@@ -249,7 +275,7 @@ class Shelf:
             if path not in self._frames:
                 stored = StoredFrame.read(path)
                 if not stored.traced:
-                    return stored.layers["radiance"], stored.account
+                    return HelpedFrame(Layers(stored.layers), account=stored.account)
                 self._frames[path] = (stored, _traced_frame(stored))
             stored, centre = self._frames[path]
             around = _beside(path, stored.window)
@@ -261,7 +287,8 @@ class Shelf:
             if self._averager is None:
                 self._averager = new_averager()
             known = [one for one in others if one]
-            return helped(centre, known, how, averager=self._averager), stored.account
+            frame = helped(centre, known, how, averager=self._averager)
+            return replace(frame, account=stored.account)
 
     def _neighbour(self, path: Path, centre: StoredFrame) -> TracedFrame | None:
         """Return a frame beside another one; None if it is of another film."""
@@ -296,11 +323,9 @@ def new_averager() -> Averager:
 
 def helped(
     centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing, *, averager: Averager
-) -> Image:
-    """Return a frame's radiance, (h, w, 3), finished with its neighbours' help."""
-    from sumo3dviz_pt.render.passes.finish import finished
-
-    return finished(averager.accumulated(centre, others).layers, centre.view, how)
+) -> HelpedFrame:
+    """Return a frame with its neighbours' help, which is finished as is told."""
+    return HelpedFrame(averager.accumulated(centre, others).layers, centre.view, how)
 
 
 def _traced_frame(stored: StoredFrame) -> TracedFrame:

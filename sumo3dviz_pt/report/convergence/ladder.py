@@ -196,7 +196,7 @@ def _helped(
     around = frames[max(number - window, 0) : number + window + 1]
     others = [frame.traced(session) for frame in around if frame is not frames[number]]
     how = session.finishing_of(frames[number].state)
-    return helped(frames[number].traced(session), others, how, averager=averager)
+    return helped(frames[number].traced(session), others, how, averager=averager).finished()
 
 
 def _steady(shown: list[MeasuredPicture], group: SeedGroup) -> list[MeasuredPicture]:

@@ -60,7 +60,7 @@ class Stored:
         Raises:
             InputError: If the file cannot be read or holds broken values.
         """
-        radiance, _ = self.shelf.finished(self.path)
+        radiance = self.shelf.helped(self.path).finished()
         broken = radiance.size - int(np.count_nonzero(np.isfinite(radiance)))
         if broken:
             raise InputError(f"{broken} values are not finite", file=self.path)
