@@ -26,7 +26,7 @@ from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.values import Positive, Whole
 from sumo3dviz_pt.pipeline.conditions import film_stages
-from sumo3dviz_pt.pipeline.costs import Stages
+from sumo3dviz_pt.pipeline.costs import Stages, rates_of
 from sumo3dviz_pt.pipeline.films.film import check_order, check_places, frames_in_log
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder
@@ -122,12 +122,12 @@ def plan_films(
     check_choices(job, request)
     shots = check_order(job, request, order)
     check_places(job, order, shots)
-    applied = request.applied(job)
+    applied, rates = request.applied(job), rates_of(request.variant)
     films = []
     for shot, path in shots:
         count = frames_in_log(job, order, shot)
         quality = quality_preset(applied.quality, spp=request.spp, together=count > 1)
-        stages = film_stages(applied, quality, frames=count)
+        stages = film_stages(applied, quality, frames=count, rates=rates)
         which = ("--shot", str(_number(job, shot))) if len(shots) > 1 else ()
         films.append(_Film(path, count, stages, (*words, *which)))
     folder = farm_folder(order.path)
@@ -164,7 +164,7 @@ def plan_study_films(
     for stimulus in plan.stimuli:
         job, count = stimulus.job, frames_of(stimulus)
         quality = quality_preset(job.quality, together=count > 1)
-        stages = film_stages(job, quality, frames=count)
+        stages = film_stages(job, quality, frames=count, rates=rates_of(order.variant))
         path = film_path(order.folder, plan, stimulus)
         films.append(_Film(path, count, stages, (*words, "--film", stimulus.name)))
     output = ("-o", str(order.folder))

@@ -25,7 +25,7 @@ from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.motion import LogMotion
 from sumo3dviz_pt.pipeline.accounts import weather_report
 from sumo3dviz_pt.pipeline.conditions import conditions_factor, film_cost, sun_report
-from sumo3dviz_pt.pipeline.costs import space_in_words, time_in_words, update_cost
+from sumo3dviz_pt.pipeline.costs import PROCESSOR, space_in_words, time_in_words
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -262,7 +262,7 @@ def _left_out(item: LeftOut) -> dict[str, Any]:
         "what": item.what,
         "why": item.why,
         "triangles": spared,
-        "cpu_seconds_per_frame": None if spared is None else round(update_cost(spared), 4),
+        "cpu_seconds_per_frame": None if spared is None else round(PROCESSOR.update_of(spared), 4),
     }
 
 
@@ -285,7 +285,7 @@ def _not_compiled(production: Production, triangles: int) -> list[dict[str, Any]
     shutter = shutter_of(production.settings, 1.0 / float(production.job.output.fps))
     if shutter.is_instant:
         # Each further moment of an exposure moves everything again.
-        each = round(update_cost(triangles), 4)
+        each = round(PROCESSOR.update_of(triangles), 4)
         absent.append({"what": MOMENTS, "operations": None, "cpu_seconds_per_frame": each})
     return absent
 

@@ -25,8 +25,10 @@ from sumo3dviz_pt.job.settings import Job, Lights, OutputSettings, Quality, SkyS
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.pipeline.costs import (
+    PROCESSOR,
     TYPICAL_TRIANGLES,
     Cost,
+    Rates,
     Stages,
     cost_of,
     memory_forecast,
@@ -175,7 +177,13 @@ MEASURED = Path(__file__).with_name("weathers.json")
 
 
 def film_cost(
-    quality: Quality, output: OutputSettings, *, triangles: int, frames: int, factor: float
+    quality: Quality,
+    output: OutputSettings,
+    *,
+    triangles: int,
+    frames: int,
+    factor: float,
+    rates: Rates = PROCESSOR,
 ) -> Cost:
     """Forecast what a film costs, by day or night and in its weather.
 
@@ -185,9 +193,10 @@ def film_cost(
         triangles: That the shot holds.
         frames: How many.
         factor: From `conditions_factor`.
+        rates: Of what traces.
     """
     start, dry = (
-        cost_of(quality, size=output.size, triangles=triangles, frames=count, half=output.half)
+        cost_of(quality, size=output.size, triangles=triangles, frames=count, rates=rates)
         for count in (0, frames)
     )
     more = factor - 1.0
@@ -196,18 +205,21 @@ def film_cost(
         cpu_seconds_per_frame=factor * dry.cpu_seconds_per_frame,
         cpu_hours=dry.cpu_hours + more * (dry.cpu_hours - start.cpu_hours),
         wall_seconds=dry.wall_seconds + more * (dry.wall_seconds - start.wall_seconds),
+        frames_mb=dry.frames_mb * (1 if output.half else 2),
     )
 
 
-def film_stages(job: Job, quality: Quality, *, frames: int) -> Stages:
+def film_stages(job: Job, quality: Quality, *, frames: int, rates: Rates = PROCESSOR) -> Stages:
     """Forecast what the stages of a film cost, by day or night and in its weather.
 
     Args:
         job: The scene file, with the command's choices.
         quality: Samples and denoiser.
         frames: Of the film.
+        rates: Of what traces.
     """
-    dry, factor = stages_of(quality, size=job.output.size, frames=frames), forecast_factor(job)
+    dry = stages_of(quality, size=job.output.size, frames=frames, rates=rates)
+    factor = forecast_factor(job)
     return Stages(dry.start, factor * dry.trace, factor * dry.develop, factor * dry.encode)
 
 

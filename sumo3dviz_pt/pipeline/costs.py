@@ -1,13 +1,13 @@
 """Forecasts what a film will cost: CPU time, wall time, memory and disk.
 
 The constants are from `ronda` and `crossing` at 640x360 and 1280x720 on a shared server, see
-docs/internals/forecasts.md; machines differ by a factor of two.
+docs/internals/forecasts.md; machines differ by a factor of two. Those of a GPU are of one card.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 from sumo3dviz_pt.installation.dependencies import threads
@@ -20,17 +20,68 @@ _START = 16.0
 _START_PER_MEGATRIANGLE = 3.5
 """The same, for each million triangles [CPU-s]."""
 
-_UPDATE = 0.42
-"""Moving all road users, for each million triangles of the shot: one thread's work [CPU-s]."""
 
-_PER_MEGASAMPLE, _PER_MEGAPIXEL = 1.05, 1.1
-"""Rendering, for each million samples and for each million pixels [CPU-s]."""
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """What a frame takes of what traces it [CPU-s, or s of a GPU].
 
-_DENOISER = {"none": 0.0, "fast": 1.75, "balanced": 2.8, "high": 2.8}
-"""Denoising and tone, for each million pixels [CPU-s]."""
+    Attributes:
+        update: Moving all road users, for each million triangles of the shot: one thread's work.
+        sample: For each million samples.
+        pixel: For each million pixels.
+        neighbour: Averaging with a frame before or after, for each million pixels: one thread's.
+        tone: What is done to each million pixels beside the denoiser.
+        denoiser: By its quality, for each million pixels.
+    """
 
-_NEIGHBOUR = 0.075
-"""Averaging with a frame before or after, for each million pixels: one thread's work [CPU-s]."""
+    update: float
+    sample: float
+    pixel: float
+    neighbour: float
+    tone: float
+    denoiser: Mapping[str, float]
+
+    def update_of(self, triangles: int) -> float:
+        """Return what moving everything takes."""
+        return self.update * triangles / 1e6
+
+    def help_of(self, quality: Quality, *, size: tuple[int, int], frames: int) -> float:
+        """Return what averaging with frames before and after takes each frame.
+
+        Args:
+            quality: How many frames help.
+            size: Width, height [px].
+            frames: Of the film; a picture alone has no help.
+        """
+        neighbours = 2 * min(quality.accumulate, frames - 1) if frames > 1 else 0
+        return neighbours * self.neighbour * size[0] * size[1] / 1e6
+
+
+PROCESSOR = Rates(
+    update=0.42,
+    sample=1.05,
+    pixel=1.1,
+    neighbour=0.075,
+    tone=0.0,
+    denoiser={"none": 0.0, "fast": 1.75, "balanced": 2.8, "high": 2.8},
+)
+"""Of the server's CPU-seconds; the denoiser's include tone."""
+
+GPU = Rates(
+    update=0.025,
+    sample=0.0065,
+    pixel=0.18,
+    neighbour=0.001,
+    tone=0.25,
+    denoiser={"none": 0.0, "fast": 0.02, "balanced": 0.02, "high": 0.02},
+)
+"""Of one H200's seconds, with the 16 cores beside it (docs/howto/gpu.md)."""
+
+
+def rates_of(variant: str) -> Rates:
+    """Return what frames take by the variant that traces them."""
+    return GPU if variant == "cuda" else PROCESSOR
+
 
 _ENCODE = 0.09
 """Encoding a frame as H.264, for each million pixels [CPU-s]."""
@@ -63,7 +114,7 @@ class Cost:
         cpu_hours: Of the whole shot, its start included.
         wall_seconds: If nothing else runs.
         memory_mb: At its peak.
-        frames_mb: Of stored frames on disk.
+        frames_mb: Of stored frames on disk; `cost_of` takes half precision.
         film_mb: Of the film.
     """
 
@@ -85,8 +136,8 @@ def cost_of(
     size: tuple[int, int],
     triangles: int,
     frames: int,
-    half: bool = True,
     cores: int | None = None,
+    rates: Rates = PROCESSOR,
 ) -> Cost:
     """Forecast what a shot costs.
 
@@ -95,13 +146,13 @@ def cost_of(
         size: Width, height [px].
         triangles: That the shot holds.
         frames: How many.
-        half: Whether frames are stored in half precision.
         cores: That work; None is all of this machine's.
+        rates: Of what traces: `PROCESSOR` or `GPU`.
     """
     cores = cores or threads()
     megapixels = size[0] * size[1] / 1e6
     together = quality.accumulate if frames > 1 else 0
-    stages = stages_of(quality, size=size, triangles=triangles, frames=frames)
+    stages = stages_of(quality, size=size, triangles=triangles, frames=frames, rates=rates)
     frame = stages.trace + stages.develop
     whole = stages.start + frames * (frame + stages.encode)
     return Cost(
@@ -109,7 +160,7 @@ def cost_of(
         cpu_hours=whole.cpu / 3600,
         wall_seconds=whole.wall(cores),
         memory_mb=memory_forecast(megapixels, triangles),
-        frames_mb=frames * megapixels * (_EXR_TRACED if together else _EXR) * (2 - half),
+        frames_mb=frames * megapixels * (_EXR_TRACED if together else _EXR),
         film_mb=frames * megapixels * _FILM,
     )
 
@@ -189,7 +240,12 @@ class Stages:
 
 
 def stages_of(
-    quality: Quality, *, size: tuple[int, int], triangles: int = TYPICAL_TRIANGLES, frames: int
+    quality: Quality,
+    *,
+    size: tuple[int, int],
+    triangles: int = TYPICAL_TRIANGLES,
+    frames: int,
+    rates: Rates = PROCESSOR,
 ) -> Stages:
     """Forecast what the stages of a film cost.
 
@@ -198,34 +254,26 @@ def stages_of(
         size: Width, height [px].
         triangles: That the shot holds.
         frames: Of the film; a picture alone has no help.
+        rates: Of what traces: `PROCESSOR` or `GPU`.
     """
-    megapixels, megatriangles = size[0] * size[1] / 1e6, triangles / 1e6
-    start = _START + _START_PER_MEGATRIANGLE * megatriangles
-    pixels = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
-    denoiser = megapixels * _DENOISER[quality.denoise]
+    megapixels = size[0] * size[1] / 1e6
+    start = _START + _START_PER_MEGATRIANGLE * triangles / 1e6
+    pixels = megapixels * (rates.pixel + rates.sample * quality.spp)
+    finish = megapixels * (rates.tone + rates.denoiser[quality.denoise])
+    helped = rates.help_of(quality, size=size, frames=frames)
+    # More cores beside it do not make a GPU faster.
+    alone = rates is GPU
     return Stages(
         Work(_SERIAL_START * start, (1.0 - _SERIAL_START) * start),
-        Work(update_cost(triangles), pixels),
-        Work(help_cost(quality, size=size, frames=frames), denoiser),
+        Work(rates.update_of(triangles), 0.0) + _work(pixels, alone=alone),
+        Work(helped, 0.0) + _work(finish, alone=alone),
         Work(shared=_ENCODE * megapixels),
     )
 
 
-def update_cost(triangles: int) -> float:
-    """Return what triangles cost whenever everything is moved to its place [CPU-s]."""
-    return _UPDATE * triangles / 1e6
-
-
-def help_cost(quality: Quality, *, size: tuple[int, int], frames: int) -> float:
-    """Return what averaging with frames before and after costs each frame [CPU-s].
-
-    Args:
-        quality: How many frames help.
-        size: Width, height [px].
-        frames: Of the film; a picture alone has no help.
-    """
-    neighbours = 2 * min(quality.accumulate, frames - 1) if frames > 1 else 0
-    return neighbours * _NEIGHBOUR * size[0] * size[1] / 1e6
+def _work(seconds: float, *, alone: bool) -> Work:
+    """Return work that is of one alone, or shared."""
+    return Work(serial=seconds) if alone else Work(shared=seconds)
 
 
 def memory_forecast(megapixels: float, triangles: int) -> float:

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from sumo3dviz_pt.job.settings import Job, Quality
 from sumo3dviz_pt.model.progress import Doing, ProgressEvent, heard_by
-from sumo3dviz_pt.pipeline.costs import TYPICAL_TRIANGLES, cost_of
+from sumo3dviz_pt.pipeline.costs import TYPICAL_TRIANGLES, Rates, cost_of, rates_of
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.production import Request, scenario_files
@@ -322,7 +322,7 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
         wanted = wanted_frames(order.frames, count)
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
-        rendering = _rendering(quality, size, frames=len(missing))
+        rendering = _rendering(quality, size, frames=len(missing), rates=rates_of(request.variant))
         steps += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
         megapixels = len(wanted) * size[0] * size[1] / 1e6
         steps.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
@@ -337,7 +337,8 @@ def still_steps(job: Job, request: Request) -> tuple[WorkStep, ...]:
     """
     applied = request.applied(job)
     quality = quality_preset(applied.quality, spp=request.spp)
-    rendering = _rendering(quality, applied.output.size, frames=1)
+    rates = rates_of(request.variant)
+    rendering = _rendering(quality, applied.output.size, frames=1, rates=rates)
     return (*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering))
 
 
@@ -386,10 +387,10 @@ def opening_steps(job: Job) -> tuple[WorkStep, ...]:
     return (*building_steps(job), WorkStep(Doing.OPEN, _OPEN))
 
 
-def _rendering(quality: Quality, size: tuple[int, int], *, frames: int) -> float:
+def _rendering(quality: Quality, size: tuple[int, int], *, frames: int, rates: Rates) -> float:
     """Return the wall time of a shot's frames [s]."""
     costs = [
-        cost_of(quality, size=size, triangles=TYPICAL_TRIANGLES, frames=count)
+        cost_of(quality, size=size, triangles=TYPICAL_TRIANGLES, frames=count, rates=rates)
         for count in (0, frames)
     ]
     later = costs[1].wall_seconds - costs[0].wall_seconds

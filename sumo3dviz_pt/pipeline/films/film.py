@@ -22,6 +22,7 @@ from sumo3dviz_pt.pipeline.conditions import film_cost, forecast_factor, lacking
 from sumo3dviz_pt.pipeline.costs import (
     TYPICAL_TRIANGLES,
     Cost,
+    rates_of,
     space_in_words,
     spent,
     time_in_words,
@@ -337,8 +338,8 @@ def _shot(production: Production, pace: Pace) -> dict[str, Any]:
     return {"from": float(times[0]), **pace.account(), "frames": len(times)}
 
 
-_ON_PROCESSORS = (
-    "these times are for a processor; `sumo3dviz-pt doctor --frame` also measures the GPU"
+_OF_ONE_CARD = (
+    "these times are those of an H200; `sumo3dviz-pt doctor --frame` measures this machine's GPU"
 )
 
 
@@ -356,7 +357,7 @@ class Plan:
         stored: How many of these lie there already, whatever they show.
         film_exists: Whether the film does.
         cost: Forecast of all frames, as if none were there.
-        variant: Mitsuba's; forecasts are of processors.
+        variant: What traces.
         wish: What a pilot would choose the samples by; empty if the preset does.
     """
 
@@ -376,7 +377,7 @@ class Plan:
         width, height = self.size
         speed = "" if self.pace.speed == 1 else f", speed {in_short(self.pace.speed)}"
         part = "" if self.wanted.start == 0 else f" from number {self.wanted.start}"
-        cost = self.cost
+        cost, meter = self.cost, "GPU" if self.variant == "cuda" else "CPU"
         lines = [
             f"{self.path}",
             f"  shot    {self.shot.camera},"
@@ -385,13 +386,13 @@ class Plan:
             f" {in_short(self.pace.fps)} a second, {self.quality}",
             f"  there   {self.stored} of these frames in {frames_folder(self.path)};"
             f" the film {'exists' if self.film_exists else 'does not exist'}",
-            f"  cost    about {time_in_words(3600 * cost.cpu_hours)} of CPU time,"
+            f"  cost    about {time_in_words(3600 * cost.cpu_hours)} of {meter} time,"
             f" {time_in_words(cost.wall_seconds)} here, {space_in_words(cost.memory_mb)} of memory,"
             f" {space_in_words(cost.frames_mb)} of frames, {space_in_words(cost.film_mb)} of film",
         ]
         lines += [f"  note    {what}" for what in lacking(cost, self.path)]
         if self.variant == "cuda":
-            lines.append(f"  note    {_ON_PROCESSORS}")
+            lines.append(f"  note    {_OF_ONE_CARD}")
         for name, value in self.wish.items():
             lines.append(f"  pilot   chooses other samples than the preset's: {name} {value:g}")
         return "\n".join(lines)
@@ -424,6 +425,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
             triangles=TYPICAL_TRIANGLES,
             frames=len(wanted),
             factor=forecast_factor(applied),
+            rates=rates_of(request.variant),
         )
         planned.append(
             Plan(

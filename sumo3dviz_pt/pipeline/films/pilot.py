@@ -23,7 +23,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.progress import Doing, announce
-from sumo3dviz_pt.pipeline.costs import help_cost
+from sumo3dviz_pt.pipeline.costs import rates_of
 from sumo3dviz_pt.pipeline.films.frames import NOTE, film_of
 from sumo3dviz_pt.pipeline.production import Production, Request, opened
 
@@ -91,7 +91,8 @@ def piloted(production: Production, request: Request, *, folder: Path | None = N
     before = None if folder is None else _chosen_before(production, wish, folder)
     # A film's frames also help each other when it is developed; a picture alone has no help.
     frames = 1 if folder is None else len(production.times)
-    helped = help_cost(production.quality, size=production.job.output.size, frames=frames)
+    rates = rates_of(production.variant)
+    helped = rates.help_of(production.quality, size=production.job.output.size, frames=frames)
     choice = before or _measured(production, wish, helped)
     quality = with_samples(production.quality, choice.spp)
     return replace(production, quality=quality, pilot=choice.as_dict())

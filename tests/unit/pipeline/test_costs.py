@@ -7,13 +7,17 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.pipeline.conditions import MEASURED as BENCH
-from sumo3dviz_pt.pipeline.conditions import lacking
+from sumo3dviz_pt.pipeline.conditions import film_cost, lacking
 from sumo3dviz_pt.pipeline.costs import (
+    GPU,
+    PROCESSOR,
     cost_of,
-    help_cost,
     memory_forecast,
+    rates_of,
     space_in_words,
+    stages_of,
     threads,
     time_in_words,
 )
@@ -49,9 +53,37 @@ def test_costs_grow_as_they_must():
     assert 1.8 * base.wall_seconds < twice.wall_seconds < 2 * base.wall_seconds
     assert base.wall_seconds < 3600 * base.cpu_hours < 2.01 * base.wall_seconds
     assert cost(cores=1).wall_seconds == pytest.approx(3600 * base.cpu_hours)
-    assert cost(half=False).frames_mb == 2 * base.frames_mb
     assert base.memory_mb == memory_forecast(0.9216, 1_400_000) > memory_forecast(0.2, 1_000_000)
     assert threads() >= 1
+
+
+def test_full_precision_takes_twice_the_disk():
+    size = {"size": (1280, 720)}
+    half, full = (
+        film_cost(
+            quality_preset("standard"),
+            OutputSettings(**size, half=kept),
+            triangles=1_400_000,
+            frames=250,
+            factor=1.0,
+        )
+        for kept in (True, False)
+    )
+    assert full == replace(half, frames_mb=2 * half.frames_mb)
+
+
+def test_a_gpu_has_rates_of_its_own():
+    def traced(preset, rates):
+        quality = quality_preset(preset, together=True)
+        stages = stages_of(quality, size=HD["size"], frames=1, rates=rates)
+        return stages.trace
+
+    # What the card took of a frame beside copying, which more samples do not change.
+    more = traced("study", GPU).wall(16) - traced("standard", GPU).wall(16)
+    assert more == pytest.approx(0.178 - 0.039, rel=0.1)
+    assert traced("study", GPU).wall(16) == traced("study", GPU).wall(1), "cores do not matter"
+    assert traced("study", PROCESSOR).wall(16) > 5 * traced("study", GPU).wall(16)
+    assert rates_of("cuda") is GPU and rates_of("llvm") is rates_of("scalar") is PROCESSOR
 
 
 @pytest.mark.parametrize(("preset", "frames"), [("standard", 250), ("standard", 3), ("study", 250)])
@@ -60,7 +92,7 @@ def test_films_pay_for_the_help_of_frames(preset, frames):
     alone, film = (
         cost_of(quality, **{**HD, "frames": count}).cpu_seconds_per_frame for count in (1, frames)
     )
-    helped = help_cost(quality, size=HD["size"], frames=frames)
+    helped = PROCESSOR.help_of(quality, size=HD["size"], frames=frames)
     assert film - alone == pytest.approx(helped) and (helped > 0) == (quality.accumulate > 0)
 
 
@@ -110,7 +142,8 @@ def test_a_dry_run_says_what_would_be_done_and_does_nothing(tmp_path, capsys):
     assert "there   1 of these frames in" in said and "the film does not exist" in said
     assert "of CPU time" in said and "of memory" in said and "of the GPU" not in said
     assert main([*command, "--variant", "cuda"]) == 0
-    assert "for a processor; `sumo3dviz-pt doctor --frame` also" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "of GPU time" in said and "those of an H200; `sumo3dviz-pt doctor --frame`" in said
     assert sorted(tmp_path.rglob("*")) == before
     assert main([*command, "--frames", "5:8"]) == 0
     assert "frames  3 from number 5" in capsys.readouterr().out
