@@ -12,7 +12,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.installation.doctor import physical_memory
-from sumo3dviz_pt.job.settings import Job, Lights, OutputSettings, Quality, SkySettings
+from sumo3dviz_pt.job.settings import Job, OutputSettings, Quality
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.pipeline.costs import (
@@ -36,6 +36,7 @@ from sumo3dviz_pt.pipeline.costs import (
     stages_of,
 )
 from sumo3dviz_pt.pipeline.production import Request, scenario_files
+from sumo3dviz_pt.pipeline.worlds import lamps_are_lit
 
 _HOPELESS = 1.5
 """A film that needs so many times the memory of this machine is not begun: forecasts may be off."""
@@ -240,16 +241,8 @@ def forecast_factor(job: Job) -> float:
     """Return the same for a scene of which nothing was built."""
     from sumo3dviz_pt.world.weather import weather_course
 
-    dark = _is_dark(job.sky, job.lights, location_of(job))
+    dark = lamps_are_lit(job.sky, job.lights, location_of(job))
     return conditions_factor(job.output.size, dark=dark, weather=weather_course(job.weather))
-
-
-@lru_cache(maxsize=64)
-def _is_dark(sky: SkySettings, lights: Lights, location: Location) -> bool:
-    """Whether lamps are lit; many films of a study share that."""
-    from sumo3dviz_pt.world.sky import build_sky, is_dark
-
-    return is_dark(build_sky(sky, location=location), lights)
 
 
 def _kind(weather: WeatherCourse | None) -> str:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.catalog import data_root
-from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.settings import Job, Lights, SkySettings
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import DrivenWay, DrivenWays
@@ -90,10 +90,10 @@ def _whole(
 
 _APART = {
     *("cameras", "shots", "output", "overlays", "quality", "scenario", "motion", "vehicles"),
-    "weather",
+    *("sky", "lights", "weather", "template", "traffic"),
 }
 """Keys that do not change what exists. Cameras that keep a view clear do; `world_of` adds them,
-and what of the weather has a shape."""
+whether lamps are lit, and what of the weather has a shape."""
 
 _ASPECT = 9.0 / 16.0
 """Height / width of the pictures that are kept clear, whatever size is rendered."""
@@ -134,13 +134,13 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     from sumo3dviz_pt.world.areas.covers import with_waterways
     from sumo3dviz_pt.world.build import World
 
-    settings = [job.model_dump(mode="json", exclude=_APART), _shaping(job)]
+    location = scenario.network.location
+    settings = [job.model_dump(mode="json", exclude=_APART), _shaping(job, location)]
     stamps = stamps_of(_shown_by(files))
     cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
     name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
-    location = scenario.network.location
     clearance = clearance_of(job.cameras.values(), aspect=_ASPECT, location=location)
-    key = _key_of(job, files, cameras)
+    key = _key_of(job, files, cameras, location)
     scenario = with_waterways(scenario)
     world = World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
     if world.weather is None or not world.weather.is_snowy:
@@ -148,7 +148,9 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     return replace(world, driven=driven_ways(job, files, location=location))
 
 
-def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]) -> str:
+def _key_of(
+    job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]], location: Location
+) -> str:
     """Return a hash of all that a world is made from; files count by content.
 
     Pictures count by their places, too: materials name them, and a place that was kept by an
@@ -159,7 +161,7 @@ def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]
         "library": str(data_root("assets")),
         "files": [contents(path) for path in _shown_by(files)],
         "cameras": cameras,
-        "weather": _shaping(job),
+        "shaping": _shaping(job, location),
         "versions": versions(),
         "package": package_hashes(),
     }
@@ -176,10 +178,30 @@ def _where_and_what(path: Path) -> list[str]:
     return [str(path.resolve()), *contents(path)]
 
 
-def _shaping(job: Job) -> Mapping[str, Any]:
-    """Return what of the weather changes what stands; fog and wetness do not."""
+def _shaping(job: Job, location: Location) -> Mapping[str, Any]:
+    """Return what of light and weather changes what stands; the sun, fog and wetness do not."""
     season = "summer" if job.weather is None else job.weather.season
-    return {} if season == "summer" else {"season": season}
+    return {"season": season, "dark": lamps_are_lit(job.sky, job.lights, location)}
+
+
+@lru_cache(maxsize=64)
+def lamps_are_lit(sky: SkySettings, lights: Lights, location: Location) -> bool:
+    """Return whether it is dark; many shots of a study share that.
+
+    Args:
+        sky: The scene file's.
+        lights: Its word on lamps.
+        location: Of the network.
+
+    Raises:
+        ConfigError: If settings contradict each other or name what is unknown.
+    """
+    from sumo3dviz_pt.world.sky import build_sky, is_dark
+
+    if lights != "auto" or sky.file is not None:
+        # No sun is asked for, and files take time to read.
+        return lights == "on"
+    return is_dark(build_sky(sky, location=location))
 
 
 @lru_cache(maxsize=1)

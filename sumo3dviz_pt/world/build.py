@@ -292,11 +292,8 @@ class World:
             ConfigError: If the sky's settings contradict each other.
         """
         memory = memory or Memory()
-        lit = partial(build_sky, job.sky, location=scenario.network.location)
-        # A user's file may be another one the next time.
-        sky = lit() if job.sky.file else memory.of(("sky",), lit)
         weather = weather_over(job.weather, scenario.network, memory)
-        sky = in_weather(sky, weather)
+        sky = in_weather(build_sky(job.sky, location=scenario.network.location), weather)
         clear = clearance or Clearance()
         scenario, town = with_town(scenario, job, clear, memory)
         return cls(scenario, job, sky, clear, memory, key, weather, town=town)

@@ -186,7 +186,7 @@ def is_dark(sky: Sky, lights: Lights = "auto") -> bool:
     """
     if lights != "auto":
         return lights == "on"
-    return sky.sun_direction is not None and float(sky.sun_direction[2]) < np.sin(LIGHTING_UP)
+    return sky.sun_direction is not None and bool(sky.sun_direction[2] < np.sin(LIGHTING_UP))
 
 
 logger = logging.getLogger(__name__)

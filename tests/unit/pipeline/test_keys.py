@@ -40,6 +40,7 @@ from sumo3dviz_pt.job.surroundings import (
 )
 from sumo3dviz_pt.job.values import OwnLook
 from sumo3dviz_pt.library.vehicles.user_mesh import companions
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import ScenarioFiles
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -353,21 +354,25 @@ def test_every_file_counts_by_its_content(made, tmp_path):
     assert not same and replace(base, job=base.job).key == whole
 
 
-def test_every_file_counts_for_the_world_but_those_of_road_users(made, tmp_path):
+def test_every_file_counts_for_the_world_but_those_of_light_and_road_users(made, tmp_path):
     written(tmp_path)
     base = changed_scene(made, tmp_path)
     moving = companions_of(base.job.vehicles.user_models.values())
-    moving |= {*base.files.trajectories, *base.files.vehicle_types}
-    whole, counted = _key_of(base.job, base.files, ()), set()
+    moving |= {*base.files.trajectories, *base.files.vehicle_types, base.job.sky.file}
+
+    def key():
+        return _key_of(base.job, base.files, (), Location())
+
+    whole, counted = key(), set()
     paths = {path for path in tmp_path.rglob("*") if path.is_file()}
     for path in sorted(paths):
         before = path.read_bytes()
         path.write_bytes(before + b" and more")
-        counted |= {path} if _key_of(base.job, base.files, ()) != whole else set()
+        counted |= {path} if key() != whole else set()
         path.write_bytes(before)
         # What is kept of a file goes by its size and time; a later time is another file.
-        whole = _key_of(base.job, base.files, ())
-    assert len(counted) == 8 and counted == paths - moving
+        whole = key()
+    assert len(counted) == 7 and counted == paths - moving
 
 
 def companions_of(models):

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
+from sumo3dviz_pt.files.values import packed
+from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.pipeline import worlds
 from sumo3dviz_pt.pipeline.accounts import plan_digest, world_digest
 from sumo3dviz_pt.pipeline.production import Request, example, prepare, read, scenario_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.world import cache
+from sumo3dviz_pt.world.build import build_place
 from sumo3dviz_pt.world.roads.wear import details
 
 TIMES = np.array([5.0, 5.5])
@@ -36,7 +40,7 @@ FAR = {"mode": "eulerian", "position": [40, 60, 9], "look_at": [0, 0, 0]}
 CAMERAS = {"far": {**FAR, "clear_view": False}}
 
 
-@pytest.mark.parametrize(
+SAME_PLACE = pytest.mark.parametrize(
     "changes",
     [
         {"cameras": CAMERAS},
@@ -44,11 +48,31 @@ CAMERAS = {"far": {**FAR, "clear_view": False}}
         {"output__size": [64, 36]},
         {"quality": "draft"},
         {"vehicles__colours": "sumo"},
+        {"sky__preset": "sky_overcast"},
+        {"sky__sun": {"azimuth": 250, "elevation": 12}},
+        {"lights": "off"},
+        {"weather__preset": "rain"},
+        {"traffic": {"leave_out": ["veh0"]}},
     ],
     ids=lambda changes: next(iter(changes)),
 )
-def test_cameras_shots_sizes_and_traffic_share_a_world(scene, changes):
+
+
+@SAME_PLACE
+def test_cameras_shots_sizes_light_and_traffic_share_a_world(scene, changes):
     assert world(scene).memory is world(scene, **changes).memory
+    assert world(scene).key == world(scene, **changes).key
+
+
+@SAME_PLACE
+def test_what_shares_a_world_stands_alike_in_it(scene, changes):
+    path = CameraPath(np.array([[0.0, -30.0, 9.0]]), np.array([[0.0, 1.0, -0.2]]), np.array([0.6]))
+
+    def place(**changes):
+        worlds._memory_of.cache_clear()
+        return packed(build_place(world(scene, **changes), path), cache._KINDS)
+
+    assert place() == place(**changes)
 
 
 @pytest.mark.parametrize(
