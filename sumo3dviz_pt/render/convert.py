@@ -14,7 +14,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
 from sumo3dviz_pt.render.cabins import DARK
 from sumo3dviz_pt.render.coated import coated_plugin
@@ -202,6 +202,40 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
     dr.scatter(target, mi.Float(flat(values)), dr.arange(mi.UInt32, len(target)))
     dr.eval(target)
     parameters.set_dirty(key)
+
+
+_ABSENT = np.uint32(0x80000000)
+"""Bit of a corner's number in faces that are hidden: no mesh has such a vertex."""
+
+
+def faces_of(parameters: Any, name: str) -> NDArray[np.uint32]:
+    """Return the corners of a mesh's faces, hidden or not, (m, 3).
+
+    Args:
+        parameters: Of Mitsuba's scene.
+        name: Of the mesh.
+    """
+    return np.array(parameters[f"{name}.faces"], np.uint32).reshape(-1, 3) & ~_ABSENT
+
+
+def hide(parameters: Any, name: str, hidden: Bools) -> None:
+    """Leave faces of a mesh out of the trees from their next update on, and no others.
+
+    Embree leaves out faces whose corners do not exist, and so builds its trees sooner. Other
+    variants keep all faces, whose places must be out of sight anyway.
+
+    Args:
+        parameters: Of Mitsuba's scene.
+        name: Of the mesh.
+        hidden: Which faces, (m,).
+    """
+    if not mi.variant().startswith("llvm"):
+        return
+    target, faces = parameters[f"{name}.faces"], faces_of(parameters, name)
+    faces[hidden] |= _ABSENT
+    index = dr.arange(mi.UInt32, len(target))
+    dr.scatter(target, mi.UInt32(aligned(faces, np.uint32)), index)
+    dr.eval(target)
 
 
 def shift(parameters: Any, name: str, mesh: Mesh, origin: Floats) -> None:

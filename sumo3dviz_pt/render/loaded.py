@@ -15,12 +15,12 @@ from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.backend import traces_by_optix
 from sumo3dviz_pt.render.compound import COMPOUND, MergedMesh, merged_meshes
 from sumo3dviz_pt.render.convert import view_parameters
+from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.kernels import load, settle
 from sumo3dviz_pt.render.lights.emitter import Glow
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
 from sumo3dviz_pt.render.movers import (
-    Crowd,
     InstancePool,
     Materials,
     Numbers,

@@ -26,6 +26,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.layers import PixelArea
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.convert import faces_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.emitter import LampSizes, lamp_sizes
@@ -389,7 +390,7 @@ def _pieces(parameters: Mapping[str, object], name: str) -> list[Floats]:
     from scipy.sparse.csgraph import connected_components
 
     vertices = np.array(parameters[f"{name}.vertex_positions"], dtype=np.float64).reshape(-1, 3)
-    faces: Ints = np.array(parameters[f"{name}.faces"], dtype=np.int64).reshape(-1, 3)
+    faces: Ints = faces_of(parameters, name).astype(np.int64)
     # Where a mesh is flat, each face has corners of its own.
     _, same = np.unique(np.round(vertices / _SAME), axis=0, return_inverse=True)
     corners = same.reshape(-1)[faces]

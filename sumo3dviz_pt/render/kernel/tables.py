@@ -23,7 +23,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import UNWORN, Floats, Image, Ints
 from sumo3dviz_pt.model.layers import MovingPart
 from sumo3dviz_pt.render.compound import METALLIC_ATTRIBUTE, ROUGHNESS_ATTRIBUTE
-from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
+from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, faces_of
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, Row, RowMaker
 from sumo3dviz_pt.render.kernels import aligned, aligned_zeros, in_place
 from sumo3dviz_pt.render.loaded import HeldMesh, LoadedScene
@@ -144,7 +144,7 @@ class Tables:
             if place in worn:
                 wear[seen, :3] = _array(parameters, f"{name}.{WEAR_ATTRIBUTE}", 3)
             own = slice(place.face, place.face + place.faces)
-            corners[own, :3] = _array(parameters, f"{name}.faces", 3) + place.vertex
+            corners[own, :3] = faces_of(parameters, name) + place.vertex
             corners[own, 3] = self.rows.index(row) | (_SMOOTH if place.smooth else 0)
             looks[own] = _looks(parameters, name, row, place.faces)
             metals[own] = _by_face(parameters, f"{name}.{METALLIC_ATTRIBUTE}", row.metallic, own)

@@ -8,7 +8,7 @@ from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.library.vehicles.plates import letter
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import Mover, Part, Poses, Prototype, Slots
-from sumo3dviz_pt.render.movers import Crowd
+from sumo3dviz_pt.render.crowd import Crowd
 
 FLOOR = -50.0
 PHASES = 4
