@@ -219,6 +219,10 @@ Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 _FURTHER = 150.0
 """Farther than this from all places that it was built around, a scene lacks detail [m]."""
 
+_FILM_WIDTH = 1920
+"""Width of a film for which the distances of levels of detail are chosen [px]: in a picture half
+as wide, things are as small at half the distance."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
@@ -431,15 +435,24 @@ class Live:
 
     # Pictures -----------------------------------------------------------------------------
 
-    def show(self, time: float, view: View, *, dynamic: bool = True) -> None:
-        """Bring all road users to a time, in levels of detail for a view.
+    def frame_at(
+        self, time: float, view: View, *, dynamic: bool = True, passing: bool = False
+    ) -> FrameState:
+        """Return what is on the road at a time, in levels of detail for a view; from any thread.
 
         Args:
             time: SUMO's [s].
             view: The camera.
-            dynamic: Whether road users are shown at all.
+            dynamic: Whether there are road users at all.
+            passing: Whether only a small picture is taken, where less is drawn in detail.
         """
-        self._renderer.show(self._frame(time, view, dynamic=dynamic))
+        detail = self._size[0] / _FILM_WIDTH if passing else 1.0
+        frame = self.shot.frame_of(time, view, detail=detail)
+        return frame if dynamic else replace(frame, movers=(), far=(), deforming=())
+
+    def show(self, frame: FrameState) -> None:
+        """Bring all road users to where they are in a frame."""
+        self._renderer.show(frame)
 
     def resize(self, size: Size) -> None:
         """Take pictures, and parts of them, of another width and height from now on [px]."""
@@ -515,7 +528,7 @@ class Live:
 
         assert self._session is not None
         self._session.retune(quality_preset(quality), seed=self.job.seed)
-        frame = self._frame(time, view, dynamic=dynamic)
+        frame = self.frame_at(time, view, dynamic=dynamic)
         rendered = self._session.render(frame, after_pass=after_pass)
         output, exposure = self.job.output, self.exposure + extra
         return develop(rendered.radiance, exposure=exposure, tone=output.tone, glare=output.glare)
@@ -548,11 +561,6 @@ class Live:
         """What takes quick pictures."""
         assert self._quick is not None
         return self._quick
-
-    def _frame(self, time: float, view: View, *, dynamic: bool) -> FrameState:
-        """Return what is on the road at a time; without road users unless `dynamic`."""
-        frame = self.shot.frame_of(time, view)
-        return frame if dynamic else replace(frame, movers=(), far=(), deforming=())
 
 
 def joined(parts: Sequence[Layers]) -> Layers:

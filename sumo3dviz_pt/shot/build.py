@@ -146,12 +146,13 @@ class Shot:
         exposure = tuple(Moment(rows, self.frame_of(at, view)) for rows, view, at in moments)
         return replace(frame, exposure=exposure)
 
-    def frame_of(self, time: float, view: View) -> FrameState:
+    def frame_of(self, time: float, view: View, *, detail: float = 1.0) -> FrameState:
         """Return the state of a frame that another camera takes.
 
         Args:
             time: SUMO's [s].
             view: Of that camera; a shot has room for what its own cameras see.
+            detail: How far there is detail, as a share of how far there is in a film.
         """
         # Choose how each road user is drawn.
         present = self.present_at(time)
@@ -166,6 +167,9 @@ class Shot:
             can_be_full=can_be_full(drawn, self.full_models) & (present.users != opened),
             lengths=self.fleet.lengths[present.users],
         )
+        if detail < 1.0:
+            away = camera_path.away(present.positions[:, None])[:, 0]
+            choice = choice.coarser(away > detail * visibility.near_end(camera_path))
         if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)

@@ -127,6 +127,12 @@ class Choice:
     full: Bools
     lettered: Bools
 
+    def coarser(self, distant: Bools) -> Choice:
+        """Return the same, but some of the k road users by stand-ins where they are drawn."""
+        rest = ~distant[:, None]
+        far = self.far | ((self.near | self.full) & ~rest)
+        return Choice(self.near & rest, far, self.full & rest, self.lettered & rest)
+
 
 def choose(
     camera_path: CameraPath,

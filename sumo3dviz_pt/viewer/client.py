@@ -16,6 +16,7 @@ import threading
 import time as clock
 from collections import deque
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,11 +26,11 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import KeyFrame
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers, merged
-from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.pipeline.live import Live, Size, encoded, joined
 from sumo3dviz_pt.viewer.keyframes import ViewerEye
 from sumo3dviz_pt.viewer.messages import Frame, Message, Note, Order, parsed
-from sumo3dviz_pt.viewer.state import ViewerState, said_of
+from sumo3dviz_pt.viewer.state import ViewerState, advanced, said_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -306,6 +307,7 @@ class _Shown:
     Attributes:
         time: SUMO's [s].
         dynamic: Whether road users are shown.
+        passing: Whether in levels of detail for a small picture only.
         cut_open: The vehicle whose body is cut open for the camera in it, or None.
         shot: The built scene.
         place: For which levels of detail were chosen, (3,) [m].
@@ -313,14 +315,38 @@ class _Shown:
 
     time: float
     dynamic: bool
+    passing: bool
     cut_open: str | None
     shot: object
     place: Floats
 
     def fits(self, other: _Shown) -> bool:
-        """Return whether both are the same, wherever they are seen from."""
+        """Return whether it is as much as is wanted, wherever that is seen from."""
+        if self.passing and not other.passing:
+            return False
         seen = (self.time, self.dynamic, self.cut_open)
         return seen == (other.time, other.dynamic, other.cut_open) and self.shot is other.shot
+
+
+_LATEST = 0.5
+"""Longest time between two pictures after which the next one is foreseen [s]."""
+
+_EARLY = 0.1
+"""A playing picture may show a time that differs so much from its own [s]: what is there then was
+found while the picture before it was traced."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Coming:
+    """What a playing client's next picture is to show.
+
+    Attributes:
+        wanted: As the renderer will hold it.
+        frame: Becomes what is on the road then.
+    """
+
+    wanted: _Shown
+    frame: Future[FrameState]
 
 
 class Projector:
@@ -335,6 +361,9 @@ class Projector:
         """
         self._live, self._size, self._cut = live, size, HALVES
         self._shown: _Shown | None = None
+        self._ahead = ThreadPoolExecutor(max_workers=1)
+        self._coming: _Coming | None = None
+        self._played = 0.0  # how far time had run at the last playing picture [s]
         self.warm_up()
 
     @property
@@ -360,7 +389,7 @@ class Projector:
         view, begin = live.home, live.ground.begin
         for step in range(_ROUNDS):
             time = begin + step / float(live.job.output.fps)
-            live.show(time, view)
+            live.show(live.frame_at(time, view))
             for number in range(2):
                 began = clock.perf_counter()
                 live.develop(live.glimpse(time, view, number=number), view)
@@ -374,7 +403,7 @@ class Projector:
     def picture(self, client: Client) -> None:
         """Take one more sample of what a client sees, and send it."""
         live, began = self._live, clock.perf_counter()
-        state = client.state
+        state = client.state = self._in_step(client.state)
         try:
             view = state.view(live)
         except ConfigError as error:
@@ -422,13 +451,46 @@ class Projector:
     def _bring(self, state: ViewerState, view: View, *, moved: bool) -> None:
         """Bring the road users to a client's time, in levels of detail for its place."""
         cut_open = view.rides_in if view.cutaway else None
-        wanted = _Shown(state.time, state.dynamic, cut_open, self._live.shot, view.position)
+        wanted = _Shown(
+            state.time, state.dynamic, state.playing, cut_open, self._live.shot, view.position
+        )
         if self._shown is not None and self._shown.fits(wanted):
             away = float(np.linalg.norm(self._shown.place - view.position))
             if away < (_WALKED if moved else _STOOD):
                 return
-        self._live.show(state.time, view, dynamic=state.dynamic)
+        frame = self._frame(wanted, view)
+        self._foresee(state, wanted)
+        self._live.show(frame)
         self._shown = wanted
+
+    def _frame(self, wanted: _Shown, view: View) -> FrameState:
+        """Return what is on the road: as it was foreseen, or found now."""
+        coming, self._coming = self._coming, None
+        if coming is not None and coming.wanted.fits(wanted):
+            return coming.frame.result()
+        how = {"dynamic": wanted.dynamic, "passing": wanted.passing}
+        return self._live.frame_at(wanted.time, view, **how)
+
+    def _foresee(self, state: ViewerState, shown: _Shown) -> None:
+        """Begin to find what a playing client's next picture shows, if it is not late."""
+        live, played = self._live, state.time + state.ahead
+        gap, self._played = played - self._played, played
+        after = advanced(state, min(max(gap, 0.0), _LATEST), live)
+        if not after.playing or after.time <= state.time:
+            return
+        how = {"dynamic": shown.dynamic, "passing": shown.passing}
+
+        def found() -> FrameState:
+            return live.frame_at(after.time, after.view(live), **how)
+
+        self._coming = _Coming(replace(shown, time=after.time), self._ahead.submit(found))
+
+    def _in_step(self, state: ViewerState) -> ViewerState:
+        """Return a state at the time that was foreseen for it, if it plays and that is near."""
+        early = 0.0 if self._coming is None else self._coming.wanted.time - state.time
+        if not state.playing or abs(early) > _EARLY:
+            return state
+        return replace(state, time=state.time + early, ahead=state.ahead - early)
 
     def _send(self, client: Client, view: View, *, still: bool, began: float) -> None:
         """Develop what was sampled and send it to the page, with what it shows."""

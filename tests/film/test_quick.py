@@ -42,7 +42,7 @@ def seen_by(live, time, view, size, count=SAMPLES):
 
 
 def mean_of(live, time, view, size, count=SAMPLES):
-    live.show(time, view)
+    live.show(live.frame_at(time, view))
     return seen_by(live, time, view, size, count)
 
 
@@ -91,7 +91,7 @@ def test_a_moved_camera_sees_from_its_new_place(live):
     """Only the sensor changes, and the picture is that of the new view."""
     time, home = live.ground.begin + 4.0, live.home
     there = view_at(tuple(home.position + np.array([6.0, 4.0, 3.0])), heading=200.0, pitch=-20.0)
-    live.show(time, home)
+    live.show(live.frame_at(time, home))
     moved = seen_by(live, time, there, SIZE, count=16)
     fresh = mean_of(live, time, there, SIZE, count=16)
     for name in ("depth", "hit"):
@@ -110,7 +110,7 @@ def test_distances_are_those_of_the_scene(live):
 
 def test_the_same_sample_is_the_same_picture(live):
     time, view = live.ground.begin + 1.0, live.home
-    live.show(time, view)
+    live.show(live.frame_at(time, view))
     one, other, next_one = (live.glimpse(time, view, number=n) for n in (3, 3, 4))
     for name in one:
         np.testing.assert_array_equal(one[name], other[name])
@@ -131,7 +131,7 @@ def test_a_clean_picture_keeps_its_light(live):
 def test_nobody_is_there_without_traffic(live):
     time, view = live.ground.begin + 4.0, live.home
     with_all = mean_of(live, time, view, SIZE, count=8)
-    live.show(time, view, dynamic=False)
+    live.show(live.frame_at(time, view, dynamic=False))
     alone = seen_by(live, time, view, SIZE, count=8)
     assert np.abs(with_all["radiance"] - alone["radiance"]).max() > 0.1
 
@@ -139,7 +139,7 @@ def test_nobody_is_there_without_traffic(live):
 @pytest.mark.parametrize("away", [(0.0, 0.0, 1e3), (4e3, 4e3, 50.0), (0.0, 0.0, -30.0)])
 def test_far_and_odd_places_give_finite_pictures(live, away):
     view = view_at(tuple(live.home.position + np.array(away)), pitch=-10.0)
-    live.show(live.ground.begin, view)
+    live.show(live.frame_at(live.ground.begin, view))
     seen = live.glimpse(live.ground.begin, view, number=0)
     assert all(np.isfinite(layer).all() and (layer >= 0.0).all() for layer in seen.values())
     assert live.develop(seen, view).dtype == np.uint8
