@@ -331,7 +331,7 @@ class _Shown:
 _LATEST = 0.5
 """Longest time between two pictures after which the next one is foreseen [s]."""
 
-_EARLY = 0.1
+_EARLY = 0.25
 """A playing picture may show a time that differs so much from its own [s]: what is there then was
 found while the picture before it was traced."""
 

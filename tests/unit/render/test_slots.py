@@ -91,3 +91,22 @@ def test_pictures_do_not_depend_on_where_slots_were(before: tuple[float, ...]) -
         session.loaded.drop()
         assert np.array_equal(session.render(wanted).radiance, alone)
         assert np.array_equal(session.render(replace(wanted)).radiance, alone)
+
+
+@pytest.mark.parametrize("level", ["movers", "far"])
+def test_who_was_left_out_of_the_trees_is_seen_later(level) -> None:
+    """Whatever was shown before, a frame is the picture that it is alone."""
+    bare = scene()
+    slots = replace(bare.slots, far={"cube": 3})
+    states = [frame_of(view_at(EYE, pitch=-15), time=1.0)]
+    for places in ((-4.0, 4.0), (-4.0,), (-4.0, 0.0, 4.0)):
+        cars = frame(1.0, *places).movers
+        states.append(replace(states[0], **{level: cars}))
+    alone = []
+    for state in states:
+        with session_of(replace(bare, slots=slots)) as session:
+            alone.append(session.render(state).radiance)
+    with session_of(replace(bare, slots=slots)) as session:
+        for number in (1, 0, 2, 3, 2, 0, 3):
+            np.testing.assert_array_equal(session.render(states[number]).radiance, alone[number])
+    assert not any(np.array_equal(alone[0], other) for other in alone[1:])
