@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -18,6 +19,7 @@ from sumo3dviz_pt.render.convert import view_parameters
 from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.kernels import load, settle
 from sumo3dviz_pt.render.lights.emitter import Glow
+from sumo3dviz_pt.render.lights.picks import LampPicks
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
 from sumo3dviz_pt.render.movers import (
@@ -73,6 +75,7 @@ class LoadedScene:
         origin: Its origin in the network's coordinates, (3,) [m]; None before.
         parameters: Of Mitsuba's scene, or both; None before.
         aimed: Whether light paths aim at lamps.
+        picks: How lamps shine and are picked; None without lamps, and where nothing compiles.
         running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
         weather: Over time, or None.
@@ -96,6 +99,7 @@ class LoadedScene:
         self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None
+        self.picks: LampPicks | None = None
         self.misty = data.weather is not None and data.weather.is_foggy
         self.sky_changes = data.weather is not None and data.weather.changes
         self.veil: AirVeil | None = None
@@ -117,7 +121,7 @@ class LoadedScene:
 
     def drop(self) -> None:
         """Let the scene go; the next frame loads it again."""
-        self.scene = self.standing = self.parameters = None
+        self.scene = self.standing = self.parameters = self.picks = None
 
     def close(self) -> None:
         """Give every object back."""
@@ -198,10 +202,19 @@ class LoadedScene:
         """The same, and plants in wind: all faces that have a moving part's number."""
         return {**self.shown, **{plants.name: plants.shown for plants in self._windswept}}
 
-    def glows(self) -> list[Glow]:
-        """Return how all lamps that paths aim at shine in the frame that is shown."""
+    def glows(self) -> dict[str, Glow]:
+        """Return how all meshes of lamps shine in the frame that is shown, by name."""
         assert self.frame is not None, "show a frame first"
-        return [*self._lamps.glows(self.frame), *self.running.glows()]
+        return {**self._lamps.glows(self.frame), **self.running.glows()}
+
+    def shining(self) -> Floats:
+        """Return the corners of all faces of lamps that shine, as Mitsuba has them, (n, 3, 3) [m].
+
+        They are relative to the origin.
+        """
+        assert self.frame is not None, "show a frame first"
+        corners = [*self._lamps.shining(self.frame), *self.running.shining()]
+        return np.concatenate([np.zeros((0, 3, 3)), *(c.astype(np.float32) for c in corners)])
 
     @property
     def most_lamps(self) -> int:
@@ -274,6 +287,8 @@ class LoadedScene:
             standing |= self.pool.rooted
         if self._scalar is not None:
             parts |= self._scalar.entries(frame)
+        else:
+            self.picks = self._picks_of(parts)
         # Everything is moved to its place before there is a scene, whose trees are so built once.
         rooted = {} if self.pool is None else self.pool.rooted
         self._move(mi.traverse(_Parts({**parts, **rooted})), frame)
@@ -286,6 +301,19 @@ class LoadedScene:
         self.parameters = Parameters([mi.traverse(scene) for scene in scenes])
         for sensor in self.scene.sensors():
             settle(sensor)
+
+    def _picks_of(self, parts: Mapping[str, Any]) -> LampPicks | None:
+        """Make the arrays of all lamps, and tell them to the emitters of their meshes."""
+        # Panes are worn and so come first, as in the kernel's tables.
+        names = sorted(self._lamps.names, key=lambda name: not self._lamps.is_pane(name))
+        emitters = {name: parts[name].emitter() for name in (*names, *self.running.names)}
+        if not emitters:
+            return None
+        wet = self.weather is not None and self.weather.is_wet
+        picks = LampPicks({name: each.sizes for name, each in emitters.items()}, wet=wet)
+        for number, emitter in enumerate(emitters.values()):
+            emitter.picks, emitter.number = picks, dr.opaque(mi.UInt32, number)
+        return picks
 
     def _move(self, parameters: Any, frame: FrameState) -> None:
         """Bring everything that is not fixed to a frame's state."""
@@ -302,6 +330,8 @@ class LoadedScene:
             plants.update(parameters, frame)
         self._lamps.update(parameters, frame)
         self.running.update(parameters, frame)
+        if self.picks is not None:
+            self.picks.follow(self.glows(), frame)
         parameters.update()
 
     def _recentre(self, origin: Floats) -> None:

@@ -100,7 +100,7 @@ class Halos:
             return
         self._seen, running = seen, self._loaded.running.beams
         sources = sources_of(
-            self._loaded.glows(),
+            [glow for glow in self._loaded.glows().values() if glow.weight > 0.0],
             {} if running is None else running.placed,
             beams=self._lights.beam_names,
             beam=None if running is None else running.beam,

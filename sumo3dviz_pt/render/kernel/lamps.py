@@ -1,7 +1,4 @@
-"""All lamps of a scene in one set of tables, and where lamps and mirrors need more samples.
-
-The tables hold the lamps of all meshes. Light is picked and weighed as `render/lights/emitter.py`
-does it for one mesh.
+"""How paths aim at lamps and meet them, and where lamps and mirrors need more samples.
 
 Many samples are traced where lamps may be seen directly, and only there. Most lamps are smaller
 than a pixel and need them, but all together they cover a small part of a picture. So every face of
@@ -29,7 +26,7 @@ from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.convert import faces_of
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
-from sumo3dviz_pt.render.lights.emitter import LampSizes, lamp_sizes
+from sumo3dviz_pt.render.lights.picks import LampPicks
 from sumo3dviz_pt.render.loaded import LoadedScene
 
 
@@ -53,79 +50,18 @@ class LampTables:
     """The lamps of a loaded scene.
 
     Args:
-        loaded: A scene that shows a frame.
+        picks: How they shine and are picked.
         tables: Of the scene.
     """
 
-    def __init__(self, loaded: LoadedScene, tables: Tables) -> None:
-        self._loaded, self._tables, self.names = loaded, tables, tables.lamps
-        shapes = {shape.id(): shape for shape in loaded.scene.shapes()}
-        self._sizes: list[LampSizes] = [lamp_sizes(shapes[name].emitter()) for name in self.names]
-        rows, lamps, cells = [], 0, 0
-        self._firsts = []
-        for name, size in zip(self.names, self._sizes, strict=True):
-            self._firsts.append((lamps, cells))
-            first_face = tables.place(name)[1]
-            rows.append([size.count, size.units, size.fan, size.cells, lamps, cells, first_face, 0])
-            lamps, cells = lamps + size.count, cells + size.cells**2 * size.units
-        self._most = max((size.units for size in self._sizes), default=1)
-        self._rows = mi.UInt32(aligned(np.array(rows, np.uint32), np.uint32))
-        self._radiance, self._axes, self._lobes, self._density, self._chance, self._grid = (
-            dr.zeros(mi.Float, width)
-            for width in (3 * lamps, 3 * lamps, 2 * lamps, cells, cells, 3 * len(rows))
-        )
-        self.follow()
+    def __init__(self, picks: LampPicks, tables: Tables) -> None:
+        self._picks, self._tables = picks, tables
+        firsts = np.array([tables.place(name)[1] for name in picks.names])
+        self._first_faces = mi.UInt32(aligned(firsts, np.uint32))
 
-    def follow(self) -> None:
-        """Bring the tables to what the loaded scene shows."""
-        parameters = self._loaded.parameters
-        for k, (name, (lamps, cells)) in enumerate(zip(self.names, self._firsts, strict=True)):
-            for table, key, first in (
-                (self._radiance, "radiance", 3 * lamps),
-                (self._axes, "axes", 3 * lamps),
-                (self._lobes, "lobes", 2 * lamps),
-                (self._density, "density", cells),
-                (self._chance, "chance", cells),
-                (self._grid, "grid", 3 * k),
-            ):
-                values = parameters[f"{name}.emitter.{key}"]
-                index = dr.arange(mi.UInt32, len(values)) + dr.opaque(mi.UInt32, first)
-                dr.scatter(table, values, index)
-
-    def shining(self) -> Floats:
-        """Return the corners of all faces whose lamps shine, (n, 3, 3) [m]."""
-        parameters = self._loaded.parameters
-        triangles = [np.zeros((0, 3, 3))]
-        for name, size in zip(self.names, self._sizes, strict=True):
-            vertices = np.asarray(parameters[f"{name}.vertex_positions"]).reshape(-1, 3)
-            faces = np.asarray(parameters[f"{name}.faces"]).reshape(-1, 3)
-            # Mitsuba's v runs up, ours down.
-            v = -np.asarray(parameters[f"{name}.vertex_texcoords"]).reshape(-1, 2)[faces[:, 0], 1]
-            lamp = np.minimum((v * size.count).astype(int), size.count - 1)
-            radiance = np.asarray(parameters[f"{name}.emitter.radiance"]).reshape(-1, 3)
-            triangles.append(vertices[faces[(radiance[lamp] != 0.0).any(axis=1)]])
-        return np.concatenate(triangles)
-
-    def _row(self, number: Any, active: Any) -> tuple[Any, Any]:
-        """Return a mesh's sizes, and where its numbers begin."""
-        sizes = dr.gather(mi.Vector4u, self._rows, 2 * number, active)
-        return sizes, dr.gather(mi.Vector4u, self._rows, 2 * number + 1, active)
-
-    def _cell(self, number: Any, sizes: Any, place: Any, active: Any) -> Any:
-        """Return where the numbers of a place's cell begin, within its mesh's."""
-        grid = dr.gather(mi.Vector3f, self._grid, number, active)
-        last = mi.Float(sizes.w) - 1.0
-        column = mi.UInt32(dr.clip((place.x - grid.x) * grid.z, 0.0, last))
-        row = mi.UInt32(dr.clip((place.y - grid.y) * grid.z, 0.0, last))
-        return (row * sizes.w + column) * sizes.y
-
-    def _shining(self, lamp: Any, out: Any, active: Any) -> Any:
-        """Return the radiance of a lamp into a direction."""
-        full = dr.gather(mi.Color3f, self._radiance, lamp, active)
-        cosine = dr.dot(out, dr.gather(mi.Vector3f, self._axes, lamp, active))
-        lobe = dr.gather(mi.Vector2f, self._lobes, lamp, active)
-        share = lobe.x + (1.0 - lobe.x) * dr.exp(lobe.y * (cosine - 1.0))
-        return dr.select(active, full * share, 0.0)
+    def given(self, number: Any, column: Any, line: Any, *, of: int, active: Any) -> Any:
+        """Return what a mesh of lamps gives to a cell; arguments as in `LampPicks.given`."""
+        return self._picks.given(number, column, line, of=of, active=active)
 
     def met(self, number: Any, si: Any, before: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance of a lamp that a ray met, and the density of aiming there.
@@ -136,18 +72,13 @@ class LampTables:
             before: Where the ray started, an interaction.
             active: Which lanes count.
         """
-        sizes, firsts = self._row(number, active)
         out = si.to_world(si.wi)
         cosine = dr.dot(out, si.n)
         front = active & (cosine > 0.0)
-        # Mitsuba's v runs up, ours down.
-        lamp = dr.minimum(mi.UInt32(-si.uv.y * mi.Float(sizes.x)), sizes.x - 1)
-        unit = dr.minimum(mi.UInt32(si.uv.x * mi.Float(sizes.y)), sizes.y - 1)
-        cell = self._cell(number, sizes, before.p, active)
-        density = dr.gather(mi.Float, self._density, firsts.y + cell + unit, front)
+        density = self._picks.density(number, si.uv.x, before.p, front)
         away = dr.squared_norm(si.p - before.p)
         pdf = dr.select(front, density * away / cosine, 0.0)
-        return self._shining(firsts.x + lamp, out, front), pdf
+        return self._picks.shining(number, si.uv.y, out, front), pdf
 
     def aim(self, number: Any, place: Any, sample: Any, active: Any) -> LampAim:
         """Pick a point on a lamp by what lamps give to a place.
@@ -158,29 +89,10 @@ class LampTables:
             sample: Two numbers in [0, 1).
             active: Which lanes count.
         """
-        sizes, firsts = self._row(number, active)
-        first = firsts.y + self._cell(number, sizes, place, active)
-
-        def chance(k: Any) -> Any:
-            return dr.gather(mi.Float, self._chance, first + k, active)
-
-        def below(k: Any) -> Any:
-            return (k < sizes.y - 1) & (chance(dr.minimum(k, sizes.y - 1)) < sample.x)
-
-        unit = dr.binary_search(0, self._most - 1, below)
-        unit = dr.minimum(unit, sizes.y - 1)
-        low = dr.select(unit > 0, chance(dr.maximum(unit, 1) - 1), 0.0)
-        left = (sample.x - low) / dr.maximum(chance(unit) - low, 1e-12) * mi.Float(sizes.z)
-        part = dr.minimum(mi.UInt32(dr.maximum(left, 0.0)), sizes.z - 1)
-        left = dr.clip(left - mi.Float(part), 0.0, 1.0)
-        face = firsts.z + unit * sizes.z + part
-        return self._towards(
-            place,
-            face,
-            mi.warp.square_to_uniform_triangle(mi.Point2f(left, sample.y)),
-            (sizes, firsts.x, dr.gather(mi.Float, self._density, first + unit, active)),
-            active,
-        )
+        picked = self._picks.pick(number, place, sample.x, active)
+        face = picked.face + dr.gather(mi.UInt32, self._first_faces, number, active)
+        part = mi.warp.square_to_uniform_triangle(mi.Point2f(picked.left, sample.y))
+        return self._towards(place, face, part, (number, picked.density), active)
 
     def _towards(self, place: Any, face: Any, part: Any, picked: Any, active: Any) -> LampAim:
         """Return a point of a face as a place sees it.
@@ -189,10 +101,10 @@ class LampTables:
             place: The lit point.
             face: Number of the face.
             part: Where in the face, two numbers.
-            picked: The mesh's sizes, its first lamp, and the density of points [1/m2].
+            picked: Number of the mesh, and the density of points [1/m2].
             active: Which lanes count.
         """
-        sizes, first_lamp, density = picked
+        number, density = picked
         tables = self._tables
         corners = tables.corners(face, active)[0]
         a, b, c = (dr.gather(mi.Vector4f, tables.points, corners[k], active) for k in range(3))
@@ -205,8 +117,7 @@ class LampTables:
         cosine = -dr.dot(d, normal)
         front = active & (cosine > 0.0)
         pdf = dr.select(front, density * dr.square(distance) / cosine, 0.0)
-        lamp = dr.minimum(mi.UInt32(-v * mi.Float(sizes.x)), sizes.x - 1)
-        return LampAim(d, distance, pdf, self._shining(first_lamp + lamp, -d, front))
+        return LampAim(d, distance, pdf, self._picks.shining(number, v, -d, front))
 
 
 _NEAREST = 0.01  # faces that reach behind the eye are cut here [m]

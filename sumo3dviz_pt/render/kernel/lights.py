@@ -11,7 +11,7 @@ underestimates is aimed at, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import drjit as dr
@@ -23,7 +23,8 @@ from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.lamps import LampTables
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
-from sumo3dviz_pt.render.lights.emitter import grid_of
+from sumo3dviz_pt.render.lights.emitter import WIDE, grid_corner
+from sumo3dviz_pt.render.lights.picks import opaque_point
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.sky.weathered import SUN_DISTANCE
 
@@ -60,6 +61,10 @@ _BY_PLACE = 0.7
 """Share of the choice that depends on the place."""
 
 
+Power = Callable[[Any, Any, Any], Any]
+"""What an emitter gives to a cell, by number of the emitter, column and line of the cell."""
+
+
 class EmitterChances:
     """The chances of a scene's emitters.
 
@@ -72,25 +77,54 @@ class EmitterChances:
         self._count, self._placed = count, placed
         self._chances = self._summed = self._grid = mi.Float(0.0)
 
-    def follow(self, weights: Floats, power: Floats, grid: Floats) -> None:
+    def follow(self, weights: Floats, power: Power, grid: Floats) -> None:
         """Bring the chances to a frame.
 
         Args:
             weights: How often paths aim at each emitter from anywhere, (count,).
-            power: What each gives to each cell, (count, cells), if the place matters.
+            power: What an emitter gives to a cell by number, column and line, if the place matters.
             grid: x and y of the corner in the renderer's coordinates [m], and cells per metre.
         """
-        chances = (weights / weights.sum())[None]
+        chances = weights / weights.sum()
+        self._grid = _array(grid)
         if self._placed:
-            total = power.sum(axis=0)
-            by_place = (power / np.where(total > 0.0, total, 1.0)).T
-            chances = np.where(
-                total[:, None] > 0.0, (1.0 - _BY_PLACE) * chances + _BY_PLACE * by_place, chances
+            self._follow_places(_array(chances), power)
+        else:
+            self._chances, self._summed = _array(chances), _array(np.cumsum(chances))
+
+    def _follow_places(self, weights: Any, power: Power) -> None:
+        """Find the chances of each cell, one lane for each; arguments as in `follow`."""
+        cell = dr.arange(mi.UInt32, CELLS**2)
+        column, line = cell % CELLS, cell // CELLS
+        chances, sums = (dr.empty(mi.Float, CELLS**2 * self._count) for _ in range(2))
+
+        def added(each: Callable[[Any, Any], Any]) -> Any:
+            """Add up a number of all emitters by theirs and the sum before."""
+            start = dr.zeros(mi.UInt32, CELLS**2), dr.zeros(mi.Float, CELLS**2)
+            looped = dr.while_loop(
+                start, lambda k, _: k < self._count, lambda k, total: (k + 1, each(k, total))
             )
-        summed = np.cumsum(chances, axis=1)
-        self._chances, self._summed, self._grid = (
-            mi.Float(aligned(table, np.float32)) for table in (chances, summed, grid)
-        )
+            return looped[1]
+
+        given = added(lambda k, total: total + power(k, column, line))
+
+        def share(k: Any) -> Any:
+            weight = dr.gather(mi.Float, weights, k)
+            by_place = (1.0 - _BY_PLACE) * weight + _BY_PLACE * power(k, column, line) / given
+            return dr.select(given > 0.0, by_place, weight)
+
+        whole = added(lambda k, total: total + share(k))
+
+        def write(k: Any, total: Any) -> Any:
+            each = share(k)
+            total += each
+            dr.scatter(chances, each / whole, cell * self._count + k)
+            dr.scatter(sums, total / whole, cell * self._count + k)
+            return total
+
+        added(write)
+        dr.eval(chances, sums)
+        self._chances, self._summed = chances, sums
 
     def chance(self, number: Any, place: Any, active: Any) -> Any:
         """Return the chance that paths aim from a place at an emitter, by its number."""
@@ -129,8 +163,6 @@ class EmitterChances:
 FAR = 0.1 * SUN_DISTANCE
 """What rays meet beyond this distance is the sun [m]."""
 
-_BEAM = 16  # numbers of a beam: three rows of the inverse of its matrix, then its intensity
-
 
 class LightAim(NamedTuple):
     """A direction towards an emitter.
@@ -168,9 +200,12 @@ class Lights:
         shapes = [shape for shape in scene.shapes() if shape.id() == "sun"]
         self._sun_shape: Any = shapes[0] if shapes else None
         self._sun: Any = shapes[0].emitter() if shapes else None
-        self._lamps = LampTables(loaded, tables) if tables.lamps else None
+        self._lamps = LampTables(loaded.picks, tables) if loaded.picks is not None else None
         self._beams = loaded.running.beams
         self._beam: Any = self._beams.unit() if self._beams is not None else None
+        self._pattern = (
+            None if self._beams is None else _array(np.asarray(self._beams.beam.pattern, float))
+        )
         # Sky and sun come first, then lamps, then beams: these are the emitters' numbers.
         first = ["sky", *(["sun.emitter"] if self._sun is not None else [])]
         self._first_lamp = len(first)
@@ -188,12 +223,11 @@ class Lights:
         parameters = self._loaded.parameters
         if self._loaded.sky_changes:
             self._sky_given = self._light_of_sky()
-        weights = np.array([_weight(parameters, name) for name in self._names])
-        self._choice.follow(weights, self._powers(), self._grid())
-        if self._lamps is not None:
-            self._lamps.follow()
         if self._beams is not None:
-            self._beam_rows = _array(_beam_rows(self.beam_names, self._beams.placed))
+            self._beam_rows = _array(self._beams.rows(self.beam_names))
+        weights = np.array([_weight(parameters, name) for name in self._names])
+        grid = self._grid()
+        self._choice.follow(weights, self._powers(grid), grid)
 
     def _light_of_sky(self) -> float:
         """Return what the sky gives to a place, where that matters."""
@@ -205,27 +239,54 @@ class Lights:
         """Return the grid of the choice: x and y of its corner [m], and cells per metre."""
         frame = self._loaded.frame
         assert frame is not None, "show a frame first"
-        grid = grid_of(frame.view, CELLS)
-        return np.array([*(grid.corner - frame.origin[:2]), 1.0 / grid.step])
+        return np.array([*(grid_corner(frame.view) - frame.origin[:2]), CELLS / WIDE])
 
-    def _powers(self) -> Floats:
-        """Return what each emitter gives to each cell, (emitters, cells)."""
-        if not self.many:
-            return np.zeros((1, 1))
-        corner_x, corner_y, per_metre = self._grid()
-        power = np.zeros((len(self._names), CELLS**2))
-        power[: self._first_lamp] = self._sky_given
-        for k, name in enumerate(self._names[self._first_lamp : self._first_beam]):
-            values = np.asarray(self._loaded.parameters[f"{name}.given"])
-            cells = round(len(values) ** 0.5)
-            index = np.arange(CELLS) * cells // CELLS
-            power[self._first_lamp + k] = values.reshape(cells, cells)[np.ix_(index, index)].ravel()
-        middles = (np.arange(CELLS) + 0.5) / per_metre
-        x, y = np.meshgrid(corner_x + middles, corner_y + middles)
-        for k, name in enumerate(self.beam_names):
-            if self._beams is not None and name in self._beams.placed:
-                power[self._first_beam + k] = self._beams.given(name, x.ravel(), y.ravel())
+    def _powers(self, grid: Floats) -> Power:
+        """Return what says what an emitter gives to a cell of a grid."""
+        sky = dr.opaque(mi.Float, self._sky_given)
+        corner, step = opaque_point(grid[:2]), WIDE / CELLS
+
+        def power(number: Any, column: Any, line: Any) -> Any:
+            given = sky
+            if self._lamps is not None:
+                lamp = (number >= self._first_lamp) & (number < self._first_beam)
+                own = dr.select(lamp, number - self._first_lamp, 0)
+                from_lamps = self._lamps.given(own, column, line, of=CELLS, active=lamp)
+                given = dr.select(lamp, from_lamps, given)
+            if self._beams is not None:
+                beam = number >= self._first_beam
+                place = corner + (mi.Point2f(mi.Float(column), mi.Float(line)) + 0.5) * step
+                own = dr.select(beam, number - self._first_beam, 0)
+                given = dr.select(beam, self._beam_given(own, place, beam), given)
+            return given
+
         return power
+
+    def _beam_given(self, number: Any, place: Any, active: Any) -> Any:
+        """Return what a beam gives to a place on the ground, as lamps' power is counted.
+
+        Args:
+            number: Among the beams.
+            place: Relative to the renderer's origin, x and y [m].
+            active: Which lanes count.
+        """
+        assert self._beams is not None, "the scene has no beams"
+        beam = self._beams.beam
+        rows = [dr.gather(mi.Vector4f, self._beam_rows, 4 * number + k, active) for k in range(4)]
+        ground = mi.Vector4f(place.x, place.y, rows[3].w, 1.0)
+        # The spot's +z looks ahead, +x to its left, and +y up.
+        left, up, ahead = (dr.dot(row, ground) for row in rows[:3])
+        half, count = float(np.tan(beam.half_angle)), len(beam.pattern)
+        wide = dr.maximum(ahead, 1e-6) * half
+        across, down = ((0.5 - 0.5 * each / wide) * count for each in (left, up))
+        middle = 0.5 * count
+        inside = active & (ahead > 0.0) & (dr.abs(across - middle) < middle)
+        inside &= dr.abs(down - middle) < middle
+        texel = mi.UInt32(dr.select(inside, dr.floor(down) * count + dr.floor(across), 0.0))
+        share = dr.gather(mi.Float, self._pattern, texel, inside)
+        away = dr.square(left) + dr.square(up) + dr.square(ahead)
+        intensity = (rows[3].x + rows[3].y + rows[3].z) * (dr.pi / 3.0)
+        return intensity * share / (away + 4.0)
 
     def met(self, hit: Any, ray: Any, before: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance of what a ray ends in, and the density of aiming there.
@@ -268,7 +329,7 @@ class Lights:
 
     def shining(self) -> Floats:
         """Return the corners of all faces of lamps that shine, (n, 3, 3) [m]."""
-        return np.zeros((0, 3, 3)) if self._lamps is None else self._lamps.shining()
+        return self._loaded.shining()
 
     def glow(self, surface: Any, before: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance of a lamp that a ray met, and the density of aiming there.
@@ -413,14 +474,3 @@ def _weight(parameters: Any, name: str) -> float:
 def _array(values: Floats) -> Any:
     """Return numbers as an array of Dr.Jit."""
     return mi.Float(aligned(values, np.float32))
-
-
-def _beam_rows(names: tuple[str, ...], placed: Mapping[str, tuple[Floats, Floats]]) -> Floats:
-    """Return the beams' numbers, (beams, 16)."""
-    rows = np.zeros((len(names), _BEAM))
-    for row, name in zip(rows, names, strict=True):
-        if name in placed:
-            matrix, intensity = placed[name]
-            row[:12] = np.linalg.inv(matrix)[:3].ravel()
-            row[12:15] = intensity
-    return rows

@@ -106,7 +106,7 @@ class Tables:
             ),
         )
         self.textures = RowMaker()
-        self.lamps = tuple(m.name for m in meshes if f"{m.name}.emitter.radiance" in parameters)
+        self.lamps = () if loaded.picks is None else loaded.picks.names
         rows = [self.textures.row(mesh.bsdf, painted=mesh.painted) for mesh in meshes]
         self.rows = tuple(dict.fromkeys(rows))
         self._places = _laid_out(meshes, parameters)

@@ -37,7 +37,7 @@ from sumo3dviz_pt.model.scene import (
 )
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load
-from sumo3dviz_pt.render.lights.emitter import Glow, lamp_emitter, light, lobe_row, share_of
+from sumo3dviz_pt.render.lights.emitter import Glow, lamp_emitter, lobe_row, share_of, weigh
 
 _CLEAR_LAMPS_BEFORE = 0.004
 _DEEPEST = 0.125
@@ -200,29 +200,21 @@ class Beams:
             "texture": load(image),
         }
 
-    def given(self, name: str, x: Floats, y: Floats) -> Floats:
-        """Return what a beam gives to places on the ground, as `picks.Picks.given` counts.
+    def rows(self, names: tuple[str, ...]) -> Floats:
+        """Return the numbers of beams, (beams, 16).
+
+        They are three rows of the inverse of the placement, intensity, and height of the ground.
 
         Args:
-            name: Of a beam that shines.
-            x: Of the places, relative to the renderer's origin, (n,) [m].
-            y: Of the same places, (n,) [m].
+            names: Of the beams, whether they shine or not.
         """
-        matrix, intensity = self.placed[name]
-        place = matrix[:3, 3]
-        ground = np.stack([x, y, np.full_like(x, place[2] - _LAMP_HEIGHT)], axis=-1)
-        seen = (ground - place) @ matrix[:3, :3]
-        away = (seen**2).sum(axis=-1)
-        ahead = np.maximum(seen[:, 2], 1e-6)
-        # The spot's +z looks ahead, +x to its left, and +y up.
-        half, count = np.tan(self.beam.half_angle), len(self.beam.pattern)
-        across = (0.5 - 0.5 * seen[:, 0] / (ahead * half)) * count
-        down = (0.5 - 0.5 * seen[:, 1] / (ahead * half)) * count
-        inside = (seen[:, 2] > 0.0) & (np.abs(across - 0.5 * count) < 0.5 * count)
-        inside &= np.abs(down - 0.5 * count) < 0.5 * count
-        row, column = (np.where(inside, each, 0).astype(int) for each in (down, across))
-        share = np.where(inside, self.beam.pattern[row, column], 0.0)
-        return np.asarray(np.pi * np.mean(intensity) * share / (away + 4.0))
+        rows = np.zeros((len(names), 16))
+        for row, name in zip(rows, names, strict=True):
+            if name in self.placed:
+                matrix, intensity = self.placed[name]
+                row[:12] = np.linalg.inv(matrix)[:3].ravel()
+                row[12:15], row[15] = intensity, matrix[2, 3] - _LAMP_HEIGHT
+        return rows
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Aim the beams of a frame."""
@@ -303,7 +295,9 @@ _WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
 """How often paths aim at the lenses of near (False) and far (True) road users."""
 
 _SIDES = 6
-_TURN = np.arange(_SIDES) * 2.0 * np.pi / _SIDES
+_RIM = np.arange(_SIDES)
+_TURN = _RIM * 2.0 * np.pi / _SIDES
+_FAN = np.column_stack([np.zeros(_SIDES, int), 1 + _RIM, 1 + (_RIM + 1) % _SIDES])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -351,7 +345,8 @@ class GlowingLenses:
         name: Of the mesh.
         count: Places for lamps.
         shown: Faces of the lamps that shine in this frame, by the name of what carries them.
-        glow: How they shine; None before a frame was shown, and where paths do not aim at them.
+        glow: How they shine; None before a frame was shown.
+        corners: Of the faces that shine, relative to the renderer's origin, (n, 3, 3) [m].
     """
 
     def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
@@ -361,6 +356,7 @@ class GlowingLenses:
         self._discs: dict[str, _Discs] = {}
         self.shown: dict[str, slice] = {}
         self.glow: Glow | None = None
+        self.corners: Floats = np.zeros((0, 3, 3))
         self.count = 1  # one that never shines, because a mesh without area cannot be sampled
         for key, places in (scene.slots.far if far else scene.slots.detailed).items():
             body = scene.prototypes[key]
@@ -376,9 +372,7 @@ class GlowingLenses:
 
     def make(self, bsdf: Any, *, jit: bool) -> Any:
         """Make the mesh; all lamps are off."""
-        ring = np.arange(_SIDES)
-        fan = np.column_stack([np.zeros(_SIDES, int), 1 + ring, 1 + (ring + 1) % _SIDES])
-        faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + fan).reshape(-1, 3)
+        faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + _FAN).reshape(-1, 3)
         u = np.repeat((np.arange(self.count) + 0.5) / self.count, 1 + _SIDES)
         vertices = self._placed((), np.zeros(3)).vertices.reshape(-1, 3)
         mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
@@ -407,10 +401,10 @@ class GlowingLenses:
             convert.overwrite(parameters, key, np.repeat(placed.radiance, _SIDES, axis=0))
             return
         areas, places = 0.5 * _SIDES * twice, vertices[:, 0] + frame.origin
-        each = np.arange(self.count)
-        glow = Glow(placed.radiance, axes, placed.lobes, areas, each, places)
-        self.glow = glow if self._weight > 0.0 else None
-        light(parameters, self.name, glow, frame, weight=self._weight)
+        each, radiance = np.arange(self.count), placed.radiance
+        self.glow = Glow(radiance, axes, placed.lobes, areas, each, places, self._weight)
+        self.corners = vertices[(radiance != 0.0).any(axis=1)][:, _FAN].reshape(-1, 3, 3)
+        weigh(parameters, self.name, self.glow, frame.view)
 
     def _placed(self, movers: Sequence[Mover], origin: Floats) -> _Placed:
         """Find where the lamps of some road users are, and how they shine."""
@@ -489,9 +483,13 @@ class RunningLamps:
         """Faces of the lamps that shine, by mesh, then by the name of what carries them."""
         return {lenses.name: lenses.shown for lenses in self._sets}
 
-    def glows(self) -> list[Glow]:
-        """Return how the lamps that paths aim at shine in the frame that was shown."""
-        return [lenses.glow for lenses in self._sets if lenses.glow is not None]
+    def glows(self) -> dict[str, Glow]:
+        """Return how each mesh shines in the frame that was shown."""
+        return {lenses.name: lenses.glow for lenses in self._sets if lenses.glow is not None}
+
+    def shining(self) -> list[Floats]:
+        """Return the corners of faces that shine, relative to the origin, (n, 3, 3) [m]."""
+        return [lenses.corners for lenses in self._sets]
 
     @property
     def most(self) -> int:

@@ -20,8 +20,8 @@ from sumo3dviz_pt.render.lights.emitter import (
     axes_of,
     faces_of,
     lamp_emitter,
-    light,
     lobe_row,
+    weigh,
 )
 
 UNTINTED = 0.03
@@ -43,8 +43,9 @@ class _Standing:
 
     def glow(self, frame: FrameState) -> Glow:
         """Return how the lamp set shines in a frame."""
-        index = self.lamps.lamp_of_face
-        return Glow(self.radiance(frame), self._axes, self._lobes, self._areas, index, self._places)
+        index, weight = self.lamps.lamp_of_face, self.lamps.weight if self.lamps.sampled else 0.0
+        shapes = (self._axes, self._lobes, self._areas, index, self._places)
+        return Glow(self.radiance(frame), *shapes, weight)
 
     def radiance(self, frame: FrameState) -> Floats:
         """Return the radiance of each lamp, (lamps, 3)."""
@@ -93,17 +94,24 @@ class Lamps:
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Light the lamps as a frame says."""
         for each in self._sets:
-            weight = each.lamps.weight if each.lamps.sampled else 0.0
             if self._jit:
-                light(parameters, each.name, each.glow(frame), frame, weight=weight)
+                weigh(parameters, each.name, each.glow(frame), frame.view)
             else:
                 key = f"{each.name}.{convert.RADIANCE_ATTRIBUTE}"
                 radiance = each.radiance(frame)[each.lamps.lamp_of_face]
                 convert.overwrite(parameters, key, radiance)
 
-    def glows(self, frame: FrameState) -> list[Glow]:
-        """Return how the lamps that paths aim at shine in a frame."""
-        return [each.glow(frame) for each in self._sets if each.lamps.sampled]
+    def glows(self, frame: FrameState) -> dict[str, Glow]:
+        """Return how each lamp set's mesh shines in a frame."""
+        return {each.name: each.glow(frame) for each in self._sets}
+
+    def shining(self, frame: FrameState) -> list[Floats]:
+        """Return the corners of faces that shine, relative to the origin, (n, 3, 3) [m]."""
+        corners = []
+        for each in self._sets:
+            lit = (each.radiance(frame) != 0.0).any(axis=1)[each.lamps.lamp_of_face]
+            corners.append(each.mesh.vertices.reshape(-1, 3, 3)[lit] - frame.origin)
+        return corners
 
     @property
     def most(self) -> int:

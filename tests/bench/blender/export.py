@@ -169,13 +169,13 @@ def exported(session: Session) -> Export:
     """
     loaded, export = session.loaded, Export()
     assert loaded.frame is not None and loaded.origin is not None, "show a frame first"
-    lamps = []
+    lamps, glows = [], loaded.glows()
     maker = RowMaker()
     export.said["meshes"] = []
     for mesh in loaded.meshes():
         if not len(loaded.parameters[f"{mesh.name}.faces"]):
             continue
-        if f"{mesh.name}.emitter.radiance" in loaded.parameters:
+        if mesh.name in glows:
             lamps.append(mesh.name)
             continue
         row = maker.row(mesh.bsdf, painted=bool(mesh.body))
@@ -242,9 +242,9 @@ def _lamp(export: Export, session: Session, name: str) -> Iterator[dict[str, Any
     parameters = session.loaded.parameters
     vertices, faces, _ = _geometry(parameters, name)
     kept = solid(vertices, faces)
-    radiance = _numbers(parameters, f"{name}.emitter.radiance", 3) / session.settings.white
-    radiance = rounded(radiance)
-    lobes = rounded(_numbers(parameters, f"{name}.emitter.lobes", 2))
+    glow = session.loaded.glows()[name]
+    radiance = rounded(glow.radiance / session.settings.white)
+    lobes = rounded(glow.lobes[:, :2])
     # Mitsuba's v runs up, ours down.
     v = -_numbers(parameters, f"{name}.vertex_texcoords", 2)[faces[:, 0], 1]
     lamp = np.minimum((v * len(radiance)).astype(int), len(radiance) - 1)

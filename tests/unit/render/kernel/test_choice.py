@@ -11,13 +11,21 @@ COUNT, SAMPLES = 5, 200_000
 
 
 def choice(*, placed: bool = True, dark: bool = False):
+    import drjit as dr
+    import mitsuba as mi
+
     from sumo3dviz_pt.render.kernel.lights import CELLS, EmitterChances
 
     rng = np.random.default_rng(3)
     given = np.zeros((COUNT, CELLS**2)) if dark else rng.exponential(size=(COUNT, CELLS**2)) ** 4
     given[2] = 0.0
     made = EmitterChances(COUNT, placed=placed)
-    made.follow(np.array([1.0, 2.0, 0.5, 0.0, 0.5]), given, np.array([-20.0, -10.0, 0.5]))
+    table = mi.Float(given.astype(np.float32).ravel())
+
+    def power(number, column, line):
+        return dr.gather(mi.Float, table, (number * CELLS + line) * CELLS + column)
+
+    made.follow(np.array([1.0, 2.0, 0.5, 0.0, 0.5]), power, np.array([-20.0, -10.0, 0.5]))
     return made
 
 
