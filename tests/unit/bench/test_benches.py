@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from builders import write_scenario
 from viewer.browser import chromium
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.pipeline.films.traced import HelpedFrame
 
 SIZE = (48, 28)
 
@@ -64,7 +67,12 @@ def test_presets_compile_nothing_late(scene: Path) -> None:
 
 def test_a_window_finishes_what_has_all_its_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
     finished = []
-    monkeypatch.setattr(presets, "helped", lambda *given, averager: finished.append(given))
+
+    def noted(*given: Any, averager: Any) -> HelpedFrame:
+        finished.append(given)
+        return HelpedFrame(Layers({"radiance": np.zeros((1, 1, 3), np.float32)}))
+
+    monkeypatch.setattr(presets, "helped", noted)
     window = presets.Window(2)
     for number in range(9):
         window.add(f"frame {number}", f"how {number}")
