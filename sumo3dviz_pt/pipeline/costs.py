@@ -75,7 +75,10 @@ GPU = Rates(
     tone=0.25,
     denoiser={"none": 0.0, "fast": 0.02, "balanced": 0.02, "high": 0.02},
 )
-"""Of one H200's seconds, with the 16 cores beside it (docs/howto/gpu.md)."""
+"""Of one H200's seconds, with the 16 cores beside it (docs/howto/gpu.md).
+
+Samples, pixels, update and denoiser were measured; averaging on the card is an estimate.
+"""
 
 
 def rates_of(variant: str) -> Rates:

@@ -22,9 +22,8 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.lamps import LampTables
 from sumo3dviz_pt.render.kernel.tables import Tables
-from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.emitter import WIDE, grid_corner
-from sumo3dviz_pt.render.lights.picks import opaque_point
+from sumo3dviz_pt.render.lights.picks import numbers, opaque_point
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.sky.weathered import SUN_DISTANCE
 
@@ -86,11 +85,11 @@ class EmitterChances:
             grid: x and y of the corner in the renderer's coordinates [m], and cells per metre.
         """
         chances = weights / weights.sum()
-        self._grid = _array(grid)
+        self._grid = numbers(grid)
         if self._placed:
-            self._follow_places(_array(chances), power)
+            self._follow_places(numbers(chances), power)
         else:
-            self._chances, self._summed = _array(chances), _array(np.cumsum(chances))
+            self._chances, self._summed = numbers(chances), numbers(np.cumsum(chances))
 
     def _follow_places(self, weights: Any, power: Power) -> None:
         """Find the chances of each cell, one lane for each; arguments as in `follow`."""
@@ -204,7 +203,7 @@ class Lights:
         self._beams = loaded.running.beams
         self._beam: Any = self._beams.unit() if self._beams is not None else None
         self._pattern = (
-            None if self._beams is None else _array(np.asarray(self._beams.beam.pattern, float))
+            None if self._beams is None else numbers(np.asarray(self._beams.beam.pattern, float))
         )
         # Sky and sun come first, then lamps, then beams: these are the emitters' numbers.
         first = ["sky", *(["sun.emitter"] if self._sun is not None else [])]
@@ -224,7 +223,7 @@ class Lights:
         if self._loaded.sky_changes:
             self._sky_given = self._light_of_sky()
         if self._beams is not None:
-            self._beam_rows = _array(self._beams.rows(self.beam_names))
+            self._beam_rows = numbers(self._beams.rows(self.beam_names))
         weights = np.array([_weight(parameters, name) for name in self._names])
         grid = self._grid()
         self._choice.follow(weights, self._powers(grid), grid)
@@ -469,8 +468,3 @@ def _is_beam(key: str) -> bool:
 def _weight(parameters: Any, name: str) -> float:
     """Return how often paths aim at an emitter."""
     return float(np.asarray(parameters[f"{name}.sampling_weight"]).item())
-
-
-def _array(values: Floats) -> Any:
-    """Return numbers as an array of Dr.Jit."""
-    return mi.Float(aligned(values, np.float32))

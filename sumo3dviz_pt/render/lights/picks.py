@@ -95,9 +95,9 @@ class LampPicks:
         for first, some in zip(self._sizes[:, 5], lit, strict=True):
             units[first : first + len(some)] = some
         self._rows, self._lit = _whole(rows), _whole(units)
-        self._lamps = _numbers(np.concatenate([_lamp_rows(glow) for glow in ordered]))
+        self._lamps = numbers(np.concatenate([_lamp_rows(glow) for glow in ordered]))
         steps = WIDE / self._sizes[:, 3]
-        self._units = _numbers(
+        self._units = numbers(
             np.concatenate([_unit_rows(*each, corner) for each in zip(ordered, steps, strict=True)])
         )
         self._corner = opaque_point(corner - frame.origin[:2])
@@ -167,7 +167,7 @@ class LampPicks:
 
         Args:
             to_cell: From the eye to the cell, in the plan [m].
-            back: From the lamp to the cell, likewise [m].
+            back: From the lamp to the cell, in the plan [m].
             half: Half a cell's side [m].
         """
         aside = to_cell.y * back.x - to_cell.x * back.y
@@ -281,7 +281,7 @@ def opaque_point(xy: Floats) -> Any:
 
 
 def _firsts(counts: Ints) -> Ints:
-    """Return where rows begin that have so many numbers and follow each other."""
+    """Return where each row begins, of rows one after another with so many numbers each."""
     return np.asarray(np.cumsum(counts) - counts)
 
 
@@ -290,7 +290,7 @@ def _whole(values: Ints) -> Any:
     return mi.UInt32(aligned(values, np.uint32))
 
 
-def _numbers(values: Floats) -> Any:
+def numbers(values: Floats) -> Any:
     """Return numbers as an array of Dr.Jit."""
     return mi.Float(aligned(values, np.float32))
 
