@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, Field, model_validator
@@ -24,6 +25,7 @@ from sumo3dviz_pt.job.overlays import OverlaySettings as OverlaySettings
 from sumo3dviz_pt.job.surroundings import ObjectSettings as ObjectSettings
 from sumo3dviz_pt.job.surroundings import ObjectsSettings as ObjectsSettings
 from sumo3dviz_pt.job.surroundings import SoundSettings as SoundSettings
+from sumo3dviz_pt.job.surroundings import TableSettings as TableSettings
 from sumo3dviz_pt.job.surroundings import TrafficSettings as TrafficSettings
 from sumo3dviz_pt.job.surroundings import WeatherSettings as WeatherSettings
 from sumo3dviz_pt.job.values import (
@@ -54,6 +56,7 @@ from sumo3dviz_pt.job.values import (
 )
 from sumo3dviz_pt.job.values import Settings as Settings
 from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName, ResponseName
+from sumo3dviz_pt.model.traffic import TableChoices
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -65,7 +68,9 @@ class ScenarioSettings(Settings):
     sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
     folder: File | None = Field(None, description="folder that is searched by content")
     network: File | None = Field(None, description=".net.xml or .net.xml.gz")
-    trajectories: OneOrMoreFiles = Field((), description="FCD logs (.xml, .csv, .parquet; .gz)")
+    trajectories: OneOrMoreFiles | TableSettings = Field(
+        (), description="FCD logs (.xml, .csv, .parquet; .gz), or tables of other tools"
+    )
     signals: OneOrMoreFiles = Field(
         (), description="logs of SaveTLSStates, SaveTLSSwitchStates or SaveTLSSwitchTimes"
     )
@@ -75,6 +80,18 @@ class ScenarioSettings(Settings):
     allow_misfit: bool = Field(
         False, description="show a log that seems wrong or of another network; it is only noted"
     )
+
+    @property
+    def logs(self) -> tuple[Path, ...]:
+        """The files that tell where road users are."""
+        own = self.trajectories
+        return own.file if isinstance(own, TableSettings) else own
+
+    @property
+    def table(self) -> TableChoices:
+        """How logs are to be understood that are no logs of SUMO."""
+        own = self.trajectories
+        return own.choices if isinstance(own, TableSettings) else TableChoices()
 
 
 class SunSettings(Settings):

@@ -1,8 +1,9 @@
-"""Settings of what is around cameras: weather, static objects, changed traffic, sound.
+"""Settings of what is around cameras: weather, objects, tables of traffic, its changes, sound.
 
 Weather is physical quantities, each left out where it is absent. Static objects are trees, fences,
-buildings. Recorded traffic is changed in single rides, and in how many there are. Sound tracks are
-for tools of auralisation, which make sound of them.
+buildings. Tables of other tools tell traffic by their columns. Recorded traffic is changed in
+single rides, and in how many there are. Sound tracks are for tools of auralisation, which make
+sound of them.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from sumo3dviz_pt.job.values import (
     Finite,
     HexColour,
     Names,
+    OneOrMoreFiles,
     OneOrMoreNames,
     Positive,
     Quantity,
@@ -26,6 +28,17 @@ from sumo3dviz_pt.job.values import (
     Turn,
     Whole,
 )
+from sumo3dviz_pt.model.traffic import TableChoices, TableColumn
+
+# fmt: off
+_Role = Literal[
+    "time", "frame", "id", "x", "y", "z", "rear_x", "rear_y", "angle", "speed", "length", "width",
+    "height", "class",
+]
+_Unit = Literal[
+    "s", "ms", "us", "ns", "m", "cm", "km", "ft", "m/s", "km/h", "mph", "ft/s", "deg", "rad",
+]
+# fmt: on
 
 
 class ObjectSettings(Settings):
@@ -103,6 +116,53 @@ class RideEdit(Settings):
         if self.gap is None and self.delay is None and self.pace is None:
             raise ValueError("give delay, gap or pace")
         return self
+
+
+class ColumnSettings(Settings):
+    """A column of a table of trajectories."""
+
+    column: str = Field(description="its name in the table")
+    unit: _Unit | None = Field(
+        None, description="what its numbers are in; default what its values tell"
+    )
+    zero: Literal["east", "north"] | None = Field(
+        None, description="where an angle of 0 points; default what motion tells"
+    )
+    turn: Literal["left", "right"] | None = Field(
+        None, description="to which side angles grow; default what motion tells"
+    )
+
+
+class TableSettings(Settings):
+    """Tables of trajectories that are no logs of SUMO."""
+
+    file: OneOrMoreFiles = Field(description="text with any separator, or Parquet")
+    columns: dict[_Role, str | ColumnSettings] = Field(
+        default_factory=dict,
+        description="column by what it holds: its name, or a mapping; default what names tell",
+    )
+    point: Literal["front", "centre", "rear"] | None = Field(
+        None, description="where on the body x and y are; default centre, or the data set's"
+    )
+    rate: Finite | None = Field(
+        None, ge=0.01, le=1000, description="frames in a second; default the data set's, or 25 [Hz]"
+    )
+    classes: dict[str, str] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="vClass by the table's word or number for a class",
+    )
+
+    @property
+    def choices(self) -> TableChoices:
+        """How the tables are to be understood."""
+        columns: dict[str, TableColumn] = {
+            role: TableColumn(own)
+            if isinstance(own, str)
+            else TableColumn(own.column, own.unit or "", own.zero or "", own.turn or "")
+            for role, own in self.columns.items()
+        }
+        return TableChoices(columns, self.point or "", self.rate, self.classes)
 
 
 class TrafficSettings(Settings):

@@ -378,6 +378,7 @@ class ScenarioFiles:
         additional: POIs, polygons, vTypes.
         vehicle_types: Route or additional files that hold vTypes.
         missing: Files that a .sumocfg names but that do not exist.
+        tables: What some of the files were made of.
     """
 
     network: Path
@@ -386,6 +387,68 @@ class ScenarioFiles:
     additional: tuple[Path, ...] = ()
     vehicle_types: tuple[Path, ...] = ()
     missing: tuple[Path, ...] = ()
+    tables: tuple[MadeOfTable, ...] = ()
+
+
+ROLES = (
+    *("time", "frame", "id", "x", "y", "z", "rear_x", "rear_y", "angle", "speed"),
+    *("length", "width", "height", "class"),
+)
+"""What columns of a table of trajectories may hold."""
+
+POINTS = ("front", "centre", "rear")
+"""Where on a body a table's x and y may be."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableColumn:
+    """A column of a table of trajectories.
+
+    Attributes:
+        name: Its name in the table.
+        unit: What its numbers are in; empty where names and values tell.
+        zero: Where an angle of 0 points: `east` or `north`; empty where motion tells.
+        turn: Whether angles grow to the `left` or to the `right`; empty where motion tells.
+    """
+
+    name: str
+    unit: str = ""
+    zero: str = ""
+    turn: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TableChoices:
+    """How tables of trajectories are to be understood where they leave that open.
+
+    Attributes:
+        columns: Their columns, by what they hold, one of `ROLES`.
+        point: Where on the body x and y are, one of `POINTS`; empty where the form tells.
+        rate: Frames in a second [Hz]; None where the form tells.
+        classes: vClasses by the words, or numbers, of the table.
+    """
+
+    columns: Mapping[str, TableColumn] = field(default_factory=dict)
+    point: str = ""
+    rate: float | None = None
+    classes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class MadeOfTable:
+    """SUMO's files that were made of a table of trajectories.
+
+    Attributes:
+        table: The table.
+        files: What was made of it.
+        choices: How it was understood; nothing is left open.
+        told: Whether its own form told that.
+    """
+
+    table: Path
+    files: tuple[Path, ...]
+    choices: TableChoices
+    told: bool
 
 
 @dataclass(frozen=True, slots=True)

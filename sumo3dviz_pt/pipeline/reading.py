@@ -122,25 +122,27 @@ def scenario_files(job: Job) -> ScenarioFiles:
         ConfigError: If the scene file names none.
     """
     from sumo3dviz_pt.sumo import find_scenario
+    from sumo3dviz_pt.sumo.tracks import in_sumos_form, is_table
 
-    named = job.scenario
+    named, logs = job.scenario, job.scenario.logs
     place = named.sumocfg or named.folder
     if place is not None:
-        files = find_scenario(place, network=named.network, trajectories=named.trajectories)
+        files = find_scenario(place, network=named.network, trajectories=logs, table=named.table)
         return replace(
             files,
             signals=named.signals or files.signals,
             additional=files.additional + named.additional,
             vehicle_types=files.vehicle_types + named.vehicle_types,
         )
-    if named.network is None or not named.trajectories:
+    if not logs or (named.network is None and not all(map(is_table, logs))):
         raise ConfigError("give sumocfg or folder, or network and trajectories", key="scenario")
-    return ScenarioFiles(
+    return in_sumos_form(
         named.network,
-        named.trajectories,
-        named.signals,
-        named.additional,
-        named.vehicle_types + named.additional,
+        logs,
+        named.table,
+        signals=named.signals,
+        additional=named.additional,
+        vehicle_types=named.vehicle_types + named.additional,
     )
 
 

@@ -22,7 +22,7 @@ from sumo3dviz_pt.job.settings import ScenarioSettings, default, meaning
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Location, Network
 from sumo3dviz_pt.model.progress import Doing, announce
-from sumo3dviz_pt.model.traffic import LogChoices, Polygon, Scenario, ScenarioFiles
+from sumo3dviz_pt.model.traffic import LogChoices, MadeOfTable, Polygon, Scenario, ScenarioFiles
 from sumo3dviz_pt.pipeline.reading import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.scene_file import LINE, make_job
 from sumo3dviz_pt.pipeline.still import check_writable
@@ -334,11 +334,39 @@ def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
             text = path.resolve().as_posix()
         return '"' + text.replace("\\", "/").replace('"', '\\"') + '"'
 
-    lines = [f"  network: {quoted(files.network)}"]
+    made = {file for each in files.tables for file in each.files}
+    lines = [] if files.network in made else [f"  network: {quoted(files.network)}"]
+    for each in files.tables:
+        lines += _table_lines(each, quoted(each.table))
     for key in ("trajectories", "signals", "additional", "vehicle_types"):
-        paths: tuple[Path, ...] = getattr(files, key)
+        paths = tuple(path for path in getattr(files, key) if path not in made)
         if paths:
             lines += [f"  {key}:", *(f"    - {quoted(path)}" for path in paths)]
+    return lines
+
+
+def _table_lines(made: MadeOfTable, file: str) -> list[str]:
+    """Return a table of trajectories and how it was understood.
+
+    Args:
+        made: The table.
+        file: Its path as YAML.
+    """
+    if made.told:
+        return [f"  trajectories: {file}"]
+    choices = made.choices
+    lines = ["  trajectories:", f"    file: {file}", "    columns:  # correct what is wrong"]
+    for role, column in choices.columns.items():
+        more = [
+            f"{key}: {value}"
+            for key, value in (("unit", column.unit), ("zero", column.zero), ("turn", column.turn))
+            if value
+        ]
+        name = '"' + column.name.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        lines.append(f"      {role}: {{{', '.join([f'column: {name}', *more])}}}")
+    lines.append(f"    point: {choices.point}  # of the body; or front, centre, rear")
+    if "frame" in choices.columns:
+        lines.append(f"    rate: {choices.rate:g}  # frames in a second")
     return lines
 
 
@@ -463,7 +491,7 @@ def propose(
         catalog.template("scene", template)
     check_writable(output)
     own = own or ScenarioSettings()
-    files = find_scenario(scenario, network=own.network, trajectories=own.trajectories)
+    files = find_scenario(scenario, network=own.network, trajectories=own.logs, table=own.table)
     files = replace(
         files,
         signals=own.signals or files.signals,

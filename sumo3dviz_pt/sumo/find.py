@@ -21,9 +21,10 @@ from itertools import islice
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.traffic import ScenarioFiles
+from sumo3dviz_pt.model.traffic import ScenarioFiles, TableChoices
 from sumo3dviz_pt.sumo.additional import KINDS
 from sumo3dviz_pt.sumo.formats import format_of, is_log
+from sumo3dviz_pt.sumo.formats.outputs import OUTPUT_ROOTS
 from sumo3dviz_pt.sumo.stream import (
     OTHERS,
     Element,
@@ -35,6 +36,7 @@ from sumo3dviz_pt.sumo.stream import (
     remedy,
     root_of,
 )
+from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -191,6 +193,7 @@ class FileSurvey:
         additional: Files with a POI, a polygon, a stop or a parking area.
         vehicle_types: Route files, and additional files with a vType.
         configurations: SUMO's configurations.
+        tables: Tables of other tools, and outputs that tell where vehicles are, too.
         others: Files whose kind is known and of which no film can be made.
     """
 
@@ -200,6 +203,7 @@ class FileSurvey:
     additional: tuple[Path, ...] = ()
     vehicle_types: tuple[Path, ...] = ()
     configurations: tuple[Path, ...] = ()
+    tables: tuple[Path, ...] = ()
     others: tuple[Path, ...] = ()
 
     def __add__(self, other: FileSurvey) -> FileSurvey:
@@ -304,7 +308,10 @@ def _sorted_in(file: Path, root: str | None) -> FileSurvey:
         return FileSurvey(**{_PLACES[root]: one})
     if root in OTHERS:
         return FileSurvey(others=one)
-    return FileSurvey(trajectories=one if is_log(file) else ())
+    if is_log(file) and root not in OUTPUT_ROOTS:
+        return FileSurvey(trajectories=one)
+    told = root in OUTPUT_ROOTS or root in LANE_ROOTS or is_table(file)
+    return FileSurvey(tables=one if told else ())
 
 
 def readable_elements(file: Path) -> Iterator[Element]:
@@ -385,7 +392,11 @@ class _NamedFiles:
 
 
 def find_scenario(
-    path: Path, *, network: Path | None = None, trajectories: Sequence[Path] = ()
+    path: Path,
+    *,
+    network: Path | None = None,
+    trajectories: Sequence[Path] = (),
+    table: TableChoices | None = None,
 ) -> ScenarioFiles:
     """Find the files of a scenario.
 
@@ -395,9 +406,10 @@ def find_scenario(
     another scenario and is ignored.
 
     Args:
-        path: A .sumocfg or a folder.
+        path: A .sumocfg, a folder, a vehicle log, or a table of trajectories.
         network: Network to use instead of the one found.
         trajectories: Vehicle logs to use instead of those found.
+        table: How tables of trajectories are to be understood.
 
     Returns:
         The files that exist, and those named but missing.
@@ -409,25 +421,32 @@ def find_scenario(
     if not path.exists():
         raise InputError("does not exist; give a .sumocfg or a folder", file=path)
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
+    if configuration is not None and (is_log(path) or is_table(path)):
+        configuration, trajectories = None, trajectories or (path,)
     named = _NamedFiles() if configuration is None else _named_by(configuration)
     first = network or next((net for net in named.network if net.is_file()), None)
     own = (*trajectories, *((network,) if network else ()))
     survey = survey_folder(folder, network=first, named=own)
     if configuration is None and len(survey.configurations) == 1:
-        return find_scenario(survey.configurations[0], network=network, trajectories=trajectories)
+        only = survey.configurations[0]
+        return find_scenario(only, network=network, trajectories=trajectories, table=table)
     if "inputs" in named.unset:
         logger.warning("%s", named.unset["inputs"])
     inputs = survey_files(file for file in named.inputs if file.is_file())
     logs = tuple(trajectories) or _existing(named.trajectories)
     outputs = [named.affixes.written(file) for file in _signal_outputs(named.inputs)]
-    network = first or _only(survey, named, path)
+    tables = logs or survey.trajectories or survey.tables
+    # Of tables a network can be made.
+    alone = first is None and not survey.networks and bool(tables) and all(map(is_table, tables))
+    network = None if alone else first or _only(survey, named, path)
     if not logs:
         logs = _logs(survey, named, path)
         if configuration is not None:
             _note_found(logs[0], configuration)
-    return ScenarioFiles(
-        network=network,
-        trajectories=logs,
+    return in_sumos_form(
+        network,
+        logs,
+        table or TableChoices(),
         signals=signal_logs(_existing(outputs) or survey.signals),
         additional=(inputs + survey).additional,
         vehicle_types=(inputs + survey).vehicle_types,
@@ -528,10 +547,12 @@ def _logs(survey: FileSurvey, named: _NamedFiles, place: Path) -> tuple[Path, ..
         named: What a configuration names; found logs with similar names are preferred.
         place: Where they were looked for, for messages.
     """
-    every = survey.trajectories
+    every = survey.trajectories or survey.tables
     starts = tuple(path.name.split(".")[0] for path in named.trajectories)
     alike = tuple(file for file in every if file.name.startswith(starts))
     logs = vehicle_logs(alike) or vehicle_logs(every)
+    if not survey.trajectories:
+        logs = every if len(every) == 1 else ()
     if not every:
         run = "run sumo with --fcd-output fcd.xml.gz"
         if survey.configurations or not place.is_dir():

@@ -120,8 +120,10 @@ def read_scenario(
     """
     choices = choices or LogChoices()
     network = network_of(files.network)
-    with _doubts(allow=choices.allow_misfit):
-        for path in files.trajectories:
+    paved = files.network in {file for each in files.tables for file in each.files}
+    doubted = not choices.allow_misfit
+    with _doubts(allow=not doubted):
+        for path in () if paved else files.trajectories:
             rows = rows_in_net(first_rows(path), path, network.location)
             _check_rows(rows, network, files, path)
     log = read_trajectories(
@@ -132,11 +134,13 @@ def read_scenario(
         allow_truncated=allow_truncated,
         location=network.location,
     )
-    with _doubts(allow=choices.allow_misfit):
-        _check_log(log, network, files)
-    # A window may be odd where the log as a whole is not, so it is never refused.
-    refuse = begin is None and end is None and not choices.allow_misfit
-    _judge(log, network, files.trajectories[0], refuse=refuse)
+    if not paved:  # a network that was made of the log fits it
+        with _doubts(allow=not doubted):
+            _check_log(log, network, files)
+        # A window may be odd where the log as a whole is not, so it is never refused.
+        _judge(
+            log, network, files.trajectories[0], refuse=doubted and begin is None and end is None
+        )
     known = TypesOfUsers(read_vehicle_types(files.vehicle_types), choices.classes)
     traces, types = known.typed(log.traces)
     traces = with_heights(traces, network)

@@ -1,6 +1,7 @@
 """Read the logs of traffic lights: SaveTLSStates, SaveTLSSwitchStates and SaveTLSSwitchTimes.
 
-The last of these holds only when links are green, and no green that lasts to the simulation's end.
+SUMO's full output has the states of every step, too. SaveTLSSwitchTimes holds only when links are
+green, and no green that lasts to the simulation's end.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from typing import NamedTuple
 from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.sumo.formats.outputs import FULL
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import SIGNAL_LETTERS, parse_time
 
-_ROOTS = ("tlsStates", "tlsSwitches")
+_ROOTS = ("tlsStates", "tlsSwitches", FULL)
 
 
 class _Green(NamedTuple):
@@ -57,12 +59,15 @@ def _read_log(path: Path, network: Network | None) -> dict[str, list[tuple[float
     """Return all logged changes of one file, by tls id, in file order."""
     log: dict[str, list[tuple[float, str]]] = {}
     greens: dict[str, list[_Green]] = {}
+    time = 0.0
     for element in read_elements(path, root=_ROOTS, what="a log of SUMO's traffic lights"):
-        if element.tag == "tlsState":
+        if element.tag == "data":
+            time = _time(element, "timestep")
+        elif element.tag in ("tlsState", "trafficlight"):
             states = log.setdefault(element.text("id"), [])
             state = _state(element)
             if not states or states[-1][1] != state:
-                states.append((_time(element), state))
+                states.append((_time(element) if element.tag == "tlsState" else time, state))
         elif element.tag == "tlsSwitch":
             link = element.text("fromLane"), element.text("toLane")
             green = _Green(link, _time(element, "begin"), _time(element, "end"))

@@ -58,10 +58,6 @@ OTHERS: Mapping[str, OtherFile] = {
     "nodes": OtherFile("the junctions of a network that is not built", "node-files"),
     "edges": OtherFile("the roads of a network that is not built", "edge-files"),
     # Other outputs of a simulation.
-    "emission-export": _output("emission-output", "what vehicles emit"),
-    "netstate": _output("netstate-dump", "vehicles by lane without x and y"),
-    "sumo-netstate": _output("netstate-dump", "vehicles by lane without x and y"),
-    "full-export": _output("full-output", "vehicles, lanes and lights mixed"),
     "queue-export": _output("queue-output", "queues by lane"),
     "battery-export": _output("battery-output", "batteries"),
     "tripinfos": _output("tripinfo-output", "one row for each trip"),

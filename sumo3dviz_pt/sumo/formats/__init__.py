@@ -8,11 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from sumo3dviz_pt.sumo.formats.format import ElementSink, LogFormat
+from sumo3dviz_pt.sumo.formats.outputs import OutputFormat
 from sumo3dviz_pt.sumo.formats.table import CsvFormat, ParquetFormat
 from sumo3dviz_pt.sumo.formats.xml import XmlFormat
 from sumo3dviz_pt.sumo.stream import may_be_xml
 
-FORMATS: tuple[LogFormat, ...] = (CsvFormat(), ParquetFormat(), XmlFormat())
+FORMATS: tuple[LogFormat, ...] = (CsvFormat(), ParquetFormat(), OutputFormat(), XmlFormat())
 """All formats; the last one also reads what none recognises, so that it says what is wrong."""
 
 

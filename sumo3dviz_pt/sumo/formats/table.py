@@ -45,6 +45,11 @@ _OWN_TYPES = {"DEFAULT_PEDTYPE": "person", "DEFAULT_CONTAINERTYPE": "container"}
 _SHARED = frozenset({"id", "x", "y", "z", "angle", "type", "speed", "pos", "edge", "slope"})
 """Columns that hold the same for all kinds."""
 
+_OTHER_ANGLES = frozenset(
+    {"heading", "yaw", "psi", "psi_rad", "yaw_rad", "heading_deg", "orientation", "theta", "course"}
+)
+"""Columns by which a table is one of another tool, though time, id, x and y are SUMO's words."""
+
 _WORDS = frozenset({"time", "id", "x", "y", "z", "angle", "type", "speed", "pos", "lane", "edge"})
 """Columns in which a tag is never found."""
 
@@ -64,7 +69,9 @@ class Header:
     @property
     def is_log(self) -> bool:
         """Whether these may be the columns of a vehicle log."""
-        return {"time", "id", "x", "y"} <= set(self.names) or self.names == ("time",)
+        names = set(self.names)
+        foreign = bool(names & _OTHER_ANGLES) and "angle" not in names
+        return {"time", "id", "x", "y"} <= names and not foreign or self.names == ("time",)
 
 
 def header_of(columns: Iterable[str]) -> Header:
@@ -428,7 +435,10 @@ def _filled(name: str, cells: list[str]) -> Cells:
 _MAGIC = b"PAR1"
 _TAIL = 8  # bytes: the length of the footer and the magic number again
 _BATCH = 65_536
-_NAMES = (b"time", b"id", b"x", b"y")
+_NAMES = (b"\x04time", b"\x02id", b"\x01x", b"\x01y")
+"""SUMO's plain names of columns as they stand in a footer, each behind its length."""
+
+_OTHERS = (b"\x07heading", b"\x03yaw", b"\x03psi")
 _PARQUET_NUMBERS: dict[str, float] = {
     "z": 0.0,
     "slope": 0.0,
@@ -449,7 +459,9 @@ class ParquetFormat(TableFormat):
             return False
         if footer is None:
             return False
-        return not footer or b"timestep_time" in footer or all(name in footer for name in _NAMES)
+        if not footer or b"timestep_time" in footer:
+            return True
+        return all(n in footer for n in _NAMES) and not any(n in footer for n in _OTHERS)
 
     def header(self, file: Path) -> Header:
         """Return the columns of a file that is recognised."""

@@ -309,9 +309,7 @@ OTHER = {
         "osmium cat {} -o {folder}/map.osm, then make a network of it: netconvert --osm-files",
     ),
     "plain.nod.xml": ("<nodes/>", "netconvert --node-files {} --edge-files FILE.edg.xml -o plain"),
-    "em.xml": ("<emission-export/>", "SUMO's --emission-output"),
-    "dump.xml": ("<netstate/>", "SUMO's --netstate-dump"),
-    "full.xml": ("<full-export/>", "SUMO's --full-output"),
+    "queues.xml": ("<queue-export/>", "SUMO's --queue-output"),
 }
 
 

@@ -1,0 +1,294 @@
+"""The same traffic in the forms of many tools is the same traffic.
+
+What is compared is SUMO's own log of a crossing with cars, buses, bicycles and people: positions,
+headings and classes must come back from every form, whatever its units, its point on the body, and
+its order of rows.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.model.traffic import TableChoices, TableColumn, Trace
+from sumo3dviz_pt.pipeline.production import example
+from sumo3dviz_pt.sumo.fcd import read_trajectories
+from sumo3dviz_pt.sumo.tracks import converted
+from sumo3dviz_pt.sumo.types import read_vehicle_types
+
+_FOLDER = example("crossing").parent
+BEGIN, END = 440.0, 470.0
+
+
+class Row(NamedTuple):
+    """Where somebody is."""
+
+    time: float
+    id: str
+    x: float
+    y: float
+    yaw: float
+    speed: float
+    length: float
+    width: float
+    vclass: str
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    """Some seconds of the example, of those who are never aboard something."""
+    log = read_trajectories([_FOLDER / "fcd.xml.gz"], begin=BEGIN, end=END)
+    types = read_vehicle_types([_FOLDER / "crossing.rou.xml"])
+    found = []
+    for trace in log.traces:
+        if trace.id in {other.id for other in log.traces if other is not trace}:
+            continue
+        own = types[trace.type_id]
+        for at, time in enumerate(trace.times.tolist()):
+            x, y, _ = trace.positions[at].tolist()
+            yaw, speed = float(trace.yaws[at]), float(trace.speeds[at])
+            size = (round(own.length, 1), round(own.width, 1))
+            found.append(Row(time, trace.key, x, y, yaw, speed, *size, own.vclass))
+    assert len({row.vclass for row in found}) >= 4
+    return found
+
+
+def _moved(row: Row, share: float) -> tuple[float, float]:
+    """Return a point behind the front by a share of the length [m]."""
+    back = share * row.length
+    return row.x - back * np.cos(row.yaw), row.y - back * np.sin(row.yaw)
+
+
+def _write(file: Path, names: Sequence[str], rows: Iterable[Sequence[object]], mark: str) -> Path:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, delimiter=mark)
+        writer.writerow(names)
+        writer.writerows(rows)
+    return file
+
+
+def _own_metres(folder: Path, rows: list[Row]) -> Path:
+    """The front, degrees from north, as a simulator's own table."""
+    names = ("t [s]", "vehicle_id", "pos_x", "pos_y", "heading", "type", "length", "width")
+    cells = (
+        (r.time, r.id, r.x, r.y, 90 - np.degrees(r.yaw), r.vclass, r.length, r.width) for r in rows
+    )
+    return _write(folder / "own.csv", names, cells, ",")
+
+
+def _own_centres(folder: Path, rows: list[Row]) -> Path:
+    """The middle, radians from east, milliseconds, km/h, by vehicle and not by time."""
+    names = ("ObjectID", "timestamp_ms", "x_m", "y_m", "yaw", "speed_kmh", "class", "len", "width")
+    cells = (
+        (r.id, round(1000 * r.time), *_moved(r, 0.5), r.yaw, 3.6 * r.speed, r.vclass, r.length, r.width)
+        for r in sorted(rows, key=lambda r: (r.id, r.time))
+    )
+    return _write(folder / "centres.csv", names, cells, ";")
+
+
+def _drone(folder: Path, rows: list[Row]) -> Path:
+    """As inD has it: frames, files beside it that tell classes and rate, no size of people."""
+    names = ("recordingId", "trackId", "frame", "trackLifetime", "xCenter", "yCenter", "heading")
+    ids = {name: n for n, name in enumerate(dict.fromkeys(r.id for r in rows))}
+    cells = [
+        (0, ids[r.id], round(10 * r.time), 0, *_moved(r, 0.5), np.degrees(r.yaw) % 360, r.width, r.length)
+        for r in rows
+    ]
+    kinds = {ids[r.id]: r.vclass for r in rows}
+    _write(folder / "07_tracksMeta.csv", ("trackId", "class"), kinds.items(), ",")
+    _write(folder / "07_recordingMeta.csv", ("recordingId", "frameRate"), [(7, 10)], ",")
+    return _write(folder / "07_tracks.csv", (*names, "width", "length"), cells, ",")
+
+
+def _feet(folder: Path, rows: list[Row]) -> Path:
+    """As NGSIM has it: feet, tenths of a second, the front; no heading."""
+    names = ("Vehicle_ID", "Frame_ID", "Global_Time", "Local_X", "Local_Y")
+    more = ("v_Length", "v_Width", "v_Class", "v_Vel")
+    classes = {"motorcycle": 1, "passenger": 2, "truck": 3}
+    ids = {name: n for n, name in enumerate(dict.fromkeys(r.id for r in rows))}
+    cells = (
+        (
+            *(ids[r.id], round(10 * r.time), round(1e12 + 1000 * r.time)),
+            *(value / 0.3048 for value in (r.x, r.y, r.length, r.width)),
+            *(classes[r.vclass], r.speed / 0.3048),
+        )
+        for r in rows
+        if r.vclass in classes
+    )
+    return _write(folder / "ngsim.csv", (*names, *more), cells, ",")
+
+
+def _vissim(folder: Path, rows: list[Row]) -> Path:
+    """As Vissim writes it: remarks, coordinates in one cell, no length."""
+    numbers = {"passenger": 100, "truck": 200, "bus": 300, "tram": 400, "bicycle": 610}
+    lines = ["$VISION", "* File: test", "$VEHICLE:SIMSEC;NO;POS;COORDFRONT;COORDREAR;VEHTYPE"]
+    for r in rows:
+        if r.vclass in numbers:
+            (bx, by), front = _moved(r, 1.0), f"{r.x:.3f} {r.y:.3f} 0.000"
+            lines.append(f"{r.time:.2f};{r.id};0.0;{front};{bx:.3f} {by:.3f} 0.000;{numbers[r.vclass]}")
+    file = folder / "run.fzp.gz"
+    file.write_bytes(gzip.compress("\n".join([*lines, ""]).encode()))
+    return file
+
+
+def _parquet(folder: Path, rows: list[Row]) -> Path:
+    """Columns of numbers and of time stamps."""
+    import datetime as dt
+
+    arrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    start = dt.datetime(2026, 6, 1)
+    table = {
+        "time": [start + dt.timedelta(seconds=r.time) for r in rows],
+        "agent_id": [r.id for r in rows],
+        "x": [_moved(r, 0.5)[0] for r in rows],
+        "y": [_moved(r, 0.5)[1] for r in rows],
+        "psi_rad": [r.yaw for r in rows],
+        "length": [r.length for r in rows],
+        "width": [r.width for r in rows],
+        "agent_type": [r.vclass for r in rows],
+    }
+    parquet.write_table(arrow.table(table), folder / "tracks.parquet")
+    return folder / "tracks.parquet"
+
+
+def _common_road(folder: Path, rows: list[Row]) -> Path:
+    """A scenario of CommonRoad."""
+    parts = ['<commonRoad timeStepSize="0.1">']
+    for name in dict.fromkeys(r.id for r in rows):
+        own = [r for r in rows if r.id == name]
+        kind = own[0].vclass.replace("passenger", "car")
+        parts.append(
+            f'<dynamicObstacle id="{name}"><type>{kind}</type><shape><rectangle>'
+            f"<length>{own[0].length}</length><width>{own[0].width}</width></rectangle></shape>"
+        )
+        states = []
+        for r in own:
+            x, y = _moved(r, 0.5)
+            states.append(
+                f"<position><point><x>{x}</x><y>{y}</y></point></position><orientation><exact>"
+                f"{r.yaw}</exact></orientation><time><exact>{round(10 * r.time)}</exact></time>"
+                f"<velocity><exact>{r.speed}</exact></velocity>"
+            )
+        parts.append(f"<initialState>{states[0]}</initialState><trajectory>")
+        parts += [f"<state>{state}</state>" for state in states[1:]]
+        parts.append("</trajectory></dynamicObstacle>")
+    file = folder / "scenario.xml"
+    file.write_text("\n".join([*parts, "</commonRoad>"]), encoding="utf-8")
+    return file
+
+
+def _open_scenario(folder: Path, rows: list[Row]) -> Path:
+    """Trajectories by positions in OpenSCENARIO, of the rear axle."""
+    things, acts = [], []
+    for name in dict.fromkeys(r.id for r in rows):
+        own = [r for r in rows if r.id == name]
+        kind = own[0].vclass.replace("passenger", "car")
+        ahead = 0.3 * own[0].length
+        things.append(
+            f'<ScenarioObject name="{name}"><Vehicle vehicleCategory="{kind}"><BoundingBox>'
+            f'<Center x="{ahead}" y="0" z="0.8"/><Dimensions width="{own[0].width}"'
+            f' length="{own[0].length}" height="1.5"/></BoundingBox></Vehicle></ScenarioObject>'
+        )
+        acts.append(f'<ManeuverGroup><Actors><EntityRef entityRef="{name}"/></Actors>')
+        for r in own:
+            x, y = _moved(r, 0.8)
+            acts.append(
+                f'<Vertex time="{r.time}"><Position><WorldPosition x="{x}" y="{y}" h="{r.yaw}"/>'
+                "</Position></Vertex>"
+            )
+        acts.append("</ManeuverGroup>")
+    file = folder / "drive.xosc"
+    text = ["<OpenSCENARIO><Entities>", *things, "</Entities>", *acts, "</OpenSCENARIO>"]
+    file.write_text("\n".join(text), encoding="utf-8")
+    return file
+
+
+FRONT = TableChoices(point="front")
+PLAIN = TableChoices()
+FORMS: dict[str, tuple[Callable[[Path, list[Row]], Path], TableChoices]] = {
+    "own, front": (_own_metres, FRONT),
+    "own, middle": (_own_centres, PLAIN),
+    "inD": (_drone, PLAIN),
+    "NGSIM": (_feet, PLAIN),
+    "Vissim": (_vissim, PLAIN),
+    "Parquet": (_parquet, PLAIN),
+    "CommonRoad": (_common_road, PLAIN),
+    "OpenSCENARIO": (_open_scenario, PLAIN),
+}
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_every_form_gives_the_same_traffic(name: str, rows: list[Row], tmp_path: Path) -> None:
+    """Positions within a centimetre, headings within a fifth of a degree, classes."""
+    write, choices = FORMS[name]
+    made = converted(write(tmp_path, rows), choices)
+    assert made is not None
+    log = read_trajectories(made.files[:1])
+    types = read_vehicle_types([made.files[1]])
+    expected = {}
+    for row in rows:
+        expected.setdefault(_key(name, row, rows), []).append(row)
+    off: list[float] = []
+    for trace in log.traces:
+        own = expected[trace.id]
+        assert types[trace.type_id].vclass == own[0].vclass
+        assert types[trace.type_id].length == pytest.approx(own[0].length, abs=0.051)
+        off += _differences(trace, own)
+    assert len(off) > 1000
+    if name == "NGSIM":  # it has no headings, so they follow the way of the front
+        assert np.median(off) < np.radians(1.0) and np.quantile(off, 0.95) < np.radians(10.0)
+    else:
+        assert max(off) < np.radians(0.2)
+
+
+def _key(name: str, row: Row, rows: list[Row]) -> str:
+    """Return the id under which a form has a road user."""
+    if name not in ("inD", "NGSIM"):
+        return row.id
+    return str(list(dict.fromkeys(r.id for r in rows)).index(row.id))
+
+
+def _differences(trace: Trace, own: list[Row]) -> list[float]:
+    """Compare the places of one road user; return by how much headings differ [rad]."""
+    assert trace.kind == ("person" if own[0].vclass == "pedestrian" else "vehicle")
+    offset = own[0].time - float(trace.times[0])  # of tables that count from elsewhere
+    at = {round(r.time - offset, 1): r for r in own}
+    assert set(np.round(trace.times, 1).tolist()) == set(at)
+    off: list[float] = []
+    for time, place, yaw in zip(trace.times, trace.positions, trace.yaws, strict=True):
+        row = at[round(float(time), 1)]
+        assert np.hypot(place[0] - row.x, place[1] - row.y) < 0.01
+        off.append(abs((yaw - row.yaw + np.pi) % (2 * np.pi) - np.pi))
+    return off
+
+
+def test_what_is_guessed_is_said(
+    rows: list[Row], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Columns, units and compass of a table of one's own."""
+    made = converted(_own_centres(tmp_path, rows), PLAIN)
+    assert made is not None and not made.told
+    assert "yaw looks like radians from east, counter-clockwise" in caplog.text
+    assert "id is ObjectID" in caplog.text
+    angle = made.choices.columns["angle"]
+    assert angle == TableColumn("yaw", "rad", "east", "left")
+
+
+def test_what_was_understood_leaves_nothing_to_guess(
+    rows: list[Row], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A scene file that states it has no note, and the same log."""
+    file = _own_centres(tmp_path, rows)
+    first = converted(file, PLAIN)
+    assert first is not None
+    caplog.clear()
+    second = converted(file, first.choices)
+    assert second is not None and second.told and not caplog.records
+    assert second.files[0].read_bytes() == first.files[0].read_bytes()
