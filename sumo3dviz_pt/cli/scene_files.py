@@ -26,7 +26,7 @@ from sumo3dviz_pt.errors import ConfigError, InstallationError
 from sumo3dviz_pt.model.progress import Doing
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.job.settings import Job
+    from sumo3dviz_pt.job.settings import Job, ScenarioSettings
 
 
 SIMULATING = 30.0
@@ -39,7 +39,12 @@ _READING, _SCOUTING = 4.0, 3.0
 def add_init(commands: Any) -> None:
     """Say what `init` takes."""
     sub = commands.add_parser("init", help="write a commented, running scene file")
-    sub.add_argument("scenario", type=Path, help=".sumocfg, or a folder searched by content")
+    sub.add_argument(
+        "scenario",
+        type=Path,
+        help=".sumocfg, folder searched by content, vehicle log, table of trajectories, or map"
+        " (.xodr, .osm)",
+    )
     sub.add_argument("--network", type=Path, help="this network instead of the one found")
     sub.add_argument("--trajectories", type=Path, action="append", default=[], help="this FCD log")
     sub.add_argument("--signals", type=Path, action="append", default=[], help="this signal log")
@@ -51,6 +56,9 @@ def add_init(commands: Any) -> None:
     )
     sub.add_argument(
         "--record", action="store_true", help="run the .sumocfg first; see the command record"
+    )
+    sub.add_argument(
+        "--traffic", type=float, metavar="S", help="invent so much traffic on an .osm map [s]"
     )
     sub.add_setting("--template", "template", after=" [chosen by the roads]")
     _add_target(sub)
@@ -94,6 +102,7 @@ def _init(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline.scene_file import FILE
     from sumo3dviz_pt.pipeline.steps import WorkStep
     from sumo3dviz_pt.proposals.proposal import propose
+    from sumo3dviz_pt.recording.maps import is_map
 
     _check_target(options)
     own = ScenarioSettings(
@@ -104,13 +113,36 @@ def _init(options: argparse.Namespace) -> int:
         allow_misfit=options.allow_misfit,
     )
     steps = [WorkStep(Doing.READ, _READING), WorkStep(Doing.SCOUT, _SCOUTING)]
-    if options.record:
+    drawn = is_map(options.scenario)
+    if options.record or drawn:
         steps.insert(0, WorkStep(Doing.SIMULATE, SIMULATING))
     with progress(options.output.name, steps):
         scenario = _recorded(options) if options.record else options.scenario
+        if drawn:
+            scenario, own = _made_of_map(options, own)
         text, notes = propose(scenario, output=options.output, template=options.template, own=own)
     write_schema(options.output.with_name(FILE))
     return _written(options.output, text, notes)
+
+
+def _made_of_map(
+    options: argparse.Namespace, own: ScenarioSettings
+) -> tuple[Path, ScenarioSettings]:
+    """Make a network of a map beside the scene file; return what is to be read."""
+    from sumo3dviz_pt.recording.maps import make_of_map
+
+    folder = options.output.with_suffix(".made")
+    made = make_of_map(
+        options.scenario,
+        folder,
+        traffic=options.traffic,
+        driven=bool(options.trajectories),
+        replace=options.force,
+    )
+    if made.simulation is not None:
+        return made.simulation, own
+    more = {"network": made.network, "additional": own.additional + made.additional}
+    return options.scenario.parent, own.model_copy(update=more)
 
 
 def _recorded(options: argparse.Namespace) -> Path:

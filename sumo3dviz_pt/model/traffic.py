@@ -447,7 +447,7 @@ class MadeOfTable:
 
     table: Path
     files: tuple[Path, ...]
-    choices: TableChoices
+    choices: TableChoices = field(compare=False)
     told: bool
 
 

@@ -218,20 +218,25 @@ def _recorded(settings: SumoSettings, order: RecordOrder, program: str) -> list[
     return files
 
 
-def sumo_program() -> str:
-    """Return the program `sumo`: of the package eclipse-sumo, of SUMO_HOME, or of the system.
+def sumo_homes() -> list[Path]:
+    """Return where SUMO may lie: the package eclipse-sumo, then SUMO_HOME."""
+    spec = find_spec("sumo")
+    homes = [*(spec.submodule_search_locations or ())] if spec is not None else []
+    homes += [os.environ["SUMO_HOME"]] if "SUMO_HOME" in os.environ else []
+    return [Path(home) for home in homes]
+
+
+def sumo_program(name: str = "sumo") -> str:
+    """Return a program of SUMO: of the package eclipse-sumo, of SUMO_HOME, or of the system.
 
     Raises:
         InstallationError: If there is none.
     """
-    spec = find_spec("sumo")
-    homes = [*(spec.submodule_search_locations or ())] if spec is not None else []
-    homes += [os.environ["SUMO_HOME"]] if "SUMO_HOME" in os.environ else []
-    for home in homes:
-        program = shutil.which("sumo", path=str(Path(home) / "bin"))
+    for home in sumo_homes():
+        program = shutil.which(name, path=str(home / "bin"))
         if program is not None:
             return program
-    program = shutil.which("sumo")
+    program = shutil.which(name)
     if program is None:
         raise InstallationError("there is no SUMO here; install it with: pip install eclipse-sumo")
     return program

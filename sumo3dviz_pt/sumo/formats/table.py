@@ -71,7 +71,7 @@ class Header:
         """Whether these may be the columns of a vehicle log."""
         names = set(self.names)
         foreign = bool(names & _OTHER_ANGLES) and "angle" not in names
-        return {"time", "id", "x", "y"} <= names and not foreign or self.names == ("time",)
+        return ({"time", "id", "x", "y"} <= names and not foreign) or self.names == ("time",)
 
 
 def header_of(columns: Iterable[str]) -> Header:

@@ -71,7 +71,9 @@ class Road:
 
 
 def roads_of(ways: Ways) -> list[Road]:
-    """Return the roads that ways tell."""
+    """Return the roads that ways tell; none where nobody moves."""
+    if not len(ways.points):
+        return []
     tree = cKDTree(ways.points)
     free = ~_crossing(ways, tree)
     roads: list[Road] = []

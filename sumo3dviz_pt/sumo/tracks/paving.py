@@ -27,8 +27,9 @@ _GAP = 1.5  # strips between ways that are narrower than twice this are paved, t
 _ISLAND = 25.0  # smaller islands are paved [m2]
 _SMOOTH = 0.15  # by how much outlines may be off [m]
 _OVERLAP = 0.05  # parts of pavement that meet lap over each other [m]
-_SLIVER = 1.0  # pavement beside lanes that is narrower than twice this is left out [m]
+_SLIVER = 0.3  # pavement beside lanes that is narrower than twice this is left out [m]
 _MEETS = 4.0  # a road's end that is as near to pavement leads there [m]
+_BEYOND = 12.0  # by how much a road leads on where it ends at nothing [m]
 _SLOWEST = 30 / 3.6  # no limit is lower [m/s]
 
 
@@ -70,7 +71,23 @@ def network_text(tracks: Sequence[Track], known: Sequence[Road] = (), *, file: P
         _Node(f"pavement_{n}", _inside(part), part)
         for n, part in enumerate(each for part in parts for each in _without_holes(part))
     ]
-    return _text(roads, nodes)
+    return _text(_led_on(roads, shapely.union_all([covered, *parts])), nodes)
+
+
+def _led_on(roads: Sequence[Road], paved: shapely.Geometry) -> list[Road]:
+    """Return roads that lead on where they end at nothing: who comes and goes there has a body."""
+    longer = []
+    for road in roads:
+        lanes = [lane.copy() for lane in road.lanes]
+        for end, inner in ((0, 1), (-1, -2)):
+            way = lanes[0][end] - lanes[0][inner]
+            way /= max(float(np.linalg.norm(way)), 1e-9)
+            tips = np.array([lane[end] for lane in lanes]) + _MEETS * way
+            if not shapely.contains_xy(paved, *tips.T).any():
+                for lane in lanes:
+                    lane[end] += _BEYOND * way
+        longer.append(Road((*lanes,), road.widths, road.speed))
+    return longer
 
 
 def _ways(tracks: Sequence[Track]) -> Ways:

@@ -1,0 +1,180 @@
+"""What columns are called, what their numbers mean, and what is said of wrong tables."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.model.traffic import TableChoices, TableColumn
+from sumo3dviz_pt.sumo.fcd import read_trajectories
+from sumo3dviz_pt.sumo.tracks import converted, is_table
+from sumo3dviz_pt.sumo.tracks.columns import form_of
+from sumo3dviz_pt.sumo.tracks.readings import METRES, SPEEDS, TIMES
+
+PLAIN = TableChoices()
+
+
+@pytest.mark.parametrize(
+    ("name", "role", "unit"),
+    [
+        ("Time [s]", "time", "s"),
+        ("timestamp_ms", "time", "ms"),
+        ("simTime", "time", ""),
+        ("FrameNumber", "frame", ""),
+        ("VehicleID", "id", ""),
+        ("track-id", "id", ""),
+        ("PosX", "x", ""),
+        ("x_m", "x", "m"),
+        ("Position X (ft)", "x", "ft"),
+        ("heading_deg", "angle", "deg"),
+        ("psi_rad", "angle", "rad"),
+        ("Speed (km/h)", "speed", "km/h"),
+        ("speed_kmh", "speed", "km/h"),
+        ("vehicleType", "class", ""),
+    ],
+)
+def test_names_and_units(name: str, role: str, unit: str) -> None:
+    others = {"frame": "frame", "id": "id", "x": "x", "y": "y"}
+    others.pop(role, None)
+    if role == "time":
+        others.pop("frame")
+    form = form_of([name, *others.values()], PLAIN)
+    assert form is not None
+    assert form.columns[role] == TableColumn(name, unit)
+
+
+def test_tables_without_a_place_or_a_time_are_none() -> None:
+    for names in (["time", "id", "x"], ["id", "x", "y"], ["time", "x", "y"], ["a", "b", "c", "d"]):
+        assert form_of(names, PLAIN) is None
+
+
+def test_a_column_that_is_not_there(tmp_path: Path) -> None:
+    file = tmp_path / "own.csv"
+    file.write_text("t,car_id,x,y\n0,a,0,0\n", encoding="utf-8")
+    choices = TableChoices({"id": TableColumn("carid")})
+    with pytest.raises(
+        ConfigError, match=r"columns.id: .*no column 'carid'; did you mean 'car_id'"
+    ):
+        converted(file, choices)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("1,a,zero,0", r"own.csv:3: 'zero' in the column 'x' is not a number"),
+        ("1,a,1_0,0", r"own.csv:3: '1_0' in the column 'x' is not a number"),
+        ("noon,a,0,0", r"own.csv:3: 'noon' in the column 't' is not a number"),
+        ("1,a,0", r"own.csv:3: the row has 3 cells, and the header 4"),
+    ],
+)
+def test_damaged_rows_are_named(tmp_path: Path, row: str, words: str) -> None:
+    file = tmp_path / "own.csv"
+    file.write_text(f"t,id,x,y_m\n0,a,0,0\n{row}\n", encoding="utf-8")
+    assert is_table(file)
+    with pytest.raises(InputError, match=words):
+        converted(file, PLAIN)
+
+
+@pytest.mark.parametrize("text", ["t,id,x,y_m\n", "t,id,x,y_m\n0,a,,\n"])
+def test_nobody_is_refused(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "own.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"no rows|nobody in it"):
+        converted(file, PLAIN)
+
+
+def test_a_clock_a_comma_and_empty_cells(tmp_path: Path) -> None:
+    """Times of the day, decimal commas, a row without a place."""
+    file = tmp_path / "own.csv"
+    rows = [f"07:15:{s:02d};a;{3 * s},5;{s},25" for s in range(8)]
+    rows[4] = "07:15:04;a;;"
+    file.write_text("\n".join(["clock;agent;x;y", *rows, ""]), encoding="utf-8")
+    made = converted(file, PLAIN)
+    assert made is not None
+    (trace,) = read_trajectories(made.files[:1]).traces
+    assert trace.times.tolist() == [26100.0 + s for s in range(8) if s != 4]
+    middle = trace.positions[1, :2] - 2.5 * np.array(
+        [math.cos(trace.yaws[1]), math.sin(trace.yaws[1])]
+    )
+    np.testing.assert_allclose(middle, [3.5, 1.25], atol=1e-3)
+
+
+def test_loggers_with_times_of_their_own_meet(tmp_path: Path) -> None:
+    """Two cars that are logged once a second, at other fractions of it."""
+    file = tmp_path / "gps.csv"
+    rows = [
+        f"{s + own},{name},{10 * (s + own)},{side}"
+        for s in range(20)
+        for name, own, side in (("a", 0.1, 0.0), ("b", 0.6, 4.0))
+    ]
+    file.write_text("\n".join(["t,car_id,x,y", *rows, ""]), encoding="utf-8")
+    made = converted(file, PLAIN)
+    assert made is not None
+    log = read_trajectories(made.files[:1])
+    assert log.step == pytest.approx(1.0)
+    for trace in log.traces:
+        assert len(trace.times) >= 18
+        np.testing.assert_allclose(trace.positions[:, 0] - 2.5, 10 * trace.times, atol=1e-3)
+
+
+@given(
+    time=st.sampled_from(["s", "ms", "us"]),
+    place=st.sampled_from(["m", "ft", "cm"]),
+    speed=st.sampled_from(sorted(SPEEDS)),
+    angle=st.sampled_from(["deg", "rad"]),
+    zero=st.sampled_from(["east", "north"]),
+    turn=st.sampled_from(["left", "right"]),
+    course=st.floats(-3.1, 3.1),
+    said=st.booleans(),
+)
+def test_whatever_the_units_the_drive_is_the_same(
+    tmp_path_factory: pytest.TempPathFactory,
+    time: str,
+    place: str,
+    speed: str,
+    angle: str,
+    zero: str,
+    turn: str,
+    course: float,
+    *,
+    said: bool,
+) -> None:
+    """A drive in a bend, in any units and compass: told by the user, or found from the values."""
+    times = np.arange(0.0, 12.0, 0.5)
+    yaws = course + 0.05 * times
+    x = np.cumsum(5.0 * np.cos(yaws))
+    y = np.cumsum(5.0 * np.sin(yaws))
+    turned = yaws - (math.pi / 2 if zero == "north" else 0.0)
+    turned = turned if turn == "left" else -turned
+    columns = {
+        "t": times / TIMES[time],
+        f"x_{place}": x / METRES[place],
+        f"y_{place}": y / METRES[place],
+        "yaw": np.degrees(turned) if angle == "deg" else turned,
+        "v": np.full(len(times), 10.0 / SPEEDS[speed]),
+    }
+    file = tmp_path_factory.mktemp("table") / "own.csv"
+    lines = [",".join(["car_id", *columns])]
+    lines += [
+        ",".join(["a", *(f"{value:.9g}" for value in row)])
+        for row in zip(*columns.values(), strict=True)
+    ]
+    file.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    own = {
+        "time": TableColumn("t", time),
+        "angle": TableColumn("yaw", angle, zero, turn),
+        "speed": TableColumn("v", speed),
+    }
+    made = converted(file, TableChoices(own if said else {}, point="front"))
+    assert made is not None
+    (trace,) = read_trajectories(made.files[:1]).traces
+    np.testing.assert_allclose(trace.times, times, atol=1e-6)
+    np.testing.assert_allclose(trace.positions[:, :2], np.column_stack([x, y]), atol=2e-3)
+    np.testing.assert_allclose(np.exp(1j * trace.yaws), np.exp(1j * yaws), atol=2e-3)
+    np.testing.assert_allclose(trace.speeds, 10.0, atol=2e-3)
