@@ -141,7 +141,12 @@ def _made_of_map(
     )
     if made.simulation is not None:
         return made.simulation, own
-    more = {"network": made.network, "additional": own.additional + made.additional}
+    # Lanes of a network that was made of OpenDRIVE have other names than logs know.
+    more = {
+        "network": made.network,
+        "additional": own.additional + made.additional,
+        "allow_misfit": own.allow_misfit or not made.additional,
+    }
     return options.scenario.parent, own.model_copy(update=more)
 
 

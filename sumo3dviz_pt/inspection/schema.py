@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.files.atomic import write_atomically
@@ -98,14 +98,22 @@ def _name(place: Node, names: list[str], *, closed: bool) -> None:
         place["anyOf"] = [{"enum": names}, {"type": "string"}]
 
 
+def _metadata(annotation: Any) -> tuple[Any, ...]:
+    """Return what marks a type; nothing of most."""
+    return getattr(annotation, "__metadata__", ())
+
+
 def _loosen(schema: Node) -> None:
     """Accept what the scene file's notation allows beside what its models hold."""
     for model in {each.__name__: each for each in all_models(Job)}.values():
         for key, field in model.model_fields.items():
+            place = schema["$defs"].get(model.__name__, schema)["properties"].get(key, {})
             if ONE_OR_MORE in field.metadata:
-                place = schema["$defs"][model.__name__]["properties"][key]
                 several = {word: place.pop(word) for word in ("type", "items")}
                 place["anyOf"] = [several["items"], several]
+            elif any(ONE_OR_MORE in _metadata(branch) for branch in get_args(field.annotation)):
+                lists = [branch for branch in place["anyOf"] if branch.get("type") == "array"]
+                place["anyOf"] += [branch["items"] for branch in lists]
     for place in schema["$defs"]["SunSettings"]["properties"]["time"]["anyOf"]:
         # Clock times have no seconds and no zone, as JSON's would.
         place.pop("format", None)

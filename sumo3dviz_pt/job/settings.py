@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, Field, model_validator
 from pydantic.fields import FieldInfo
@@ -56,7 +56,9 @@ from sumo3dviz_pt.job.values import (
 )
 from sumo3dviz_pt.job.values import Settings as Settings
 from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName, ResponseName
-from sumo3dviz_pt.model.traffic import TableChoices
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.model.traffic import TableChoices
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -90,6 +92,8 @@ class ScenarioSettings(Settings):
     @property
     def table(self) -> TableChoices:
         """How logs are to be understood that are no logs of SUMO."""
+        from sumo3dviz_pt.model.traffic import TableChoices
+
         own = self.trajectories
         return own.choices if isinstance(own, TableSettings) else TableChoices()
 

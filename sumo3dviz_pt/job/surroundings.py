@@ -9,7 +9,7 @@ sound of them.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -28,7 +28,9 @@ from sumo3dviz_pt.job.values import (
     Turn,
     Whole,
 )
-from sumo3dviz_pt.model.traffic import TableChoices, TableColumn
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.model.traffic import TableChoices
 
 # fmt: off
 _Role = Literal[
@@ -156,6 +158,8 @@ class TableSettings(Settings):
     @property
     def choices(self) -> TableChoices:
         """How the tables are to be understood."""
+        from sumo3dviz_pt.model.traffic import TableChoices, TableColumn
+
         columns: dict[str, TableColumn] = {
             role: TableColumn(own)
             if isinstance(own, str)

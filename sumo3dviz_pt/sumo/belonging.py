@@ -50,9 +50,6 @@ _MARGIN = 1000.0
 _OFF = 8.0
 """Largest distance of a driving vehicle from a lane's centre; wide lanes need 5 m [m]."""
 
-_KEPT, _MOST_KEPT = 1.0, 0.9
-"""Vehicles of which that share is as near to the middles of lanes drive on them [m]."""
-
 _DRIVES = 0.5
 """A vehicle that is slower than this may be parked beside the road [m/s]."""
 
@@ -241,19 +238,9 @@ def _unknown(rows: LogRows, network: Network) -> str:
     note = f'{len(missing)} of {len(named)} rows name lanes that it does not have, such as "'
     note += f'{cut(common)}"'
     if len(missing) > _MOST * len(named):
-        if len(missing) < len(named) or not _on_lanes(rows, network):
-            return note
-        note += "; its vehicles drive on the lanes, so these have other names here"
+        return note
     logger.warning("of the log's rows, %s", note, extra={"once": "unknown lanes"})
     return ""
-
-
-def _on_lanes(rows: LogRows, network: Network) -> bool:
-    """Whether driving vehicles keep to the middles of lanes, as no other network's would."""
-    places = np.array(rows.places)[_driving(rows)]
-    if len(places) < _LEAST:
-        return False
-    return bool(_beside(places, network, within=_KEPT).mean() >= _MOST_KEPT)
 
 
 def _astray(rows: LogRows, network: Network) -> str:
@@ -267,10 +254,9 @@ def _astray(rows: LogRows, network: Network) -> str:
     return f"only {on} of {len(places)} vehicles that drive are on its roads"
 
 
-def _beside(places: Floats, network: Network, *, within: float = _OFF) -> Bools:
-    """Return which places are so near to the centre of some lane [m], (n,)."""
-    tree = _lane_tree(network)
-    near, _ = tree.query(shapely.points(places), predicate="dwithin", distance=within)
+def _beside(places: Floats, network: Network) -> Bools:
+    """Return which places are near the centre of some lane, (n,)."""
+    near, _ = _lane_tree(network).query(shapely.points(places), predicate="dwithin", distance=_OFF)
     beside = np.zeros(len(places), dtype=np.bool_)
     beside[near] = True
     return beside

@@ -14,7 +14,7 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -28,12 +28,13 @@ from sumo3dviz_pt.sumo.formats.outputs import FULL
 from sumo3dviz_pt.sumo.network import network_of
 from sumo3dviz_pt.sumo.stream import may_be_xml, root_of
 from sumo3dviz_pt.sumo.tracks.by_lane import LANE_ROOTS, log_of_lanes
-from sumo3dviz_pt.sumo.tracks.lanes import Road
-from sumo3dviz_pt.sumo.tracks.paving import network_text
 from sumo3dviz_pt.sumo.tracks.readings import Samples, samples_in
 from sumo3dviz_pt.sumo.tracks.scenarios import is_scenario, scenario_samples
 from sumo3dviz_pt.sumo.tracks.tables import table_in
 from sumo3dviz_pt.sumo.tracks.users import Track, tracks_of
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.sumo.tracks.lanes import Road
 
 logger = logging.getLogger(__name__)
 
@@ -138,12 +139,10 @@ def _of_lanes(file: Path, network: Path) -> MadeOfTable:
     return MadeOfTable(file, (folder / _LOG,), TableChoices(), told=True)
 
 
-def _choices(about: Mapping[str, object]) -> TableChoices:
+def _choices(about: Mapping[str, Any]) -> TableChoices:
     """Return what was understood, as it was kept."""
-    known = dict(about)
-    columns = known.pop("columns")
-    assert isinstance(columns, dict)
-    return TableChoices({role: TableColumn(**own) for role, own in columns.items()}, **known)  # type: ignore[arg-type]
+    columns = {role: TableColumn(**own) for role, own in about["columns"].items()}
+    return TableChoices(**{**about, "columns": columns})
 
 
 def _folder(files: Sequence[Path], question: object) -> Path:
@@ -185,6 +184,8 @@ def _made(
         _ABOUT: json.dumps({"choices": asdict(understood), "notes": samples.notes}).encode(),
     }
     if paved:
+        from sumo3dviz_pt.sumo.tracks.paving import network_text
+
         files[_NETWORK] = network_text(tracks, roads, file=file).encode()
     return files
 

@@ -168,7 +168,8 @@ def _neighbours(offsets: Floats) -> Floats:
     """Return those offsets that no wide gap parts from the one next to 0 [m]."""
     if not len(offsets):
         return offsets
-    groups = np.append(0, np.cumsum(np.diff(offsets) > _WIDEST))
+    groups: Ints = np.zeros(len(offsets), dtype=np.int64)
+    groups[1:] = np.cumsum(np.diff(offsets) > _WIDEST)
     nearest = int(np.argmin(np.abs(offsets)))
     return np.asarray(offsets[groups == groups[nearest]])
 
@@ -207,7 +208,7 @@ def _explained(ways: Ways, road: Road) -> Bools:
     courses = np.concatenate([_courses(_filled(lane)) for lane in road.lanes])
     distances, nearest = cKDTree(middles).query(ways.points, distance_upper_bound=_EXPLAINED + 1.0)
     found = np.isfinite(distances)
-    off = np.abs(_half_turn(ways.courses[found] - courses[nearest[found]]))
+    off = np.abs(_half_turn(ways.courses[found] - courses[np.asarray(nearest)[found]]))
     result = np.zeros(len(ways.points), dtype=np.bool_)
     result[found] = off < _SAME
     return result

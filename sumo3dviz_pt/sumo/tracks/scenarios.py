@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -21,10 +22,12 @@ import numpy as np
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo.stream import chunks, may_be_xml, root_of
-from sumo3dviz_pt.sumo.tracks.lanes import Road
 from sumo3dviz_pt.sumo.tracks.readings import Samples
 from sumo3dviz_pt.sumo.tracks.tables import Words
 from sumo3dviz_pt.sumo.values import parse_number
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.sumo.tracks.lanes import Road
 
 SCENARIO_ROOTS = ("commonRoad", "OpenSCENARIO")
 
@@ -155,6 +158,8 @@ def _common_road(root: Element) -> _Collected:
 
 def _road(lanelet: Element) -> Road:
     """Return the road of a lanelet: one lane between its bounds."""
+    from sumo3dviz_pt.sumo.tracks.lanes import Road
+
     left, right = (
         np.array(
             [

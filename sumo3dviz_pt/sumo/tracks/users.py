@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.traffic import GAP_FACTOR
@@ -179,7 +178,7 @@ def _dragged(places: Floats, behind: float) -> Floats:
         ahead = way / abs(way) if abs(way) > 1e-9 else ahead
         axle = point - behind * ahead
         headings.append(ahead)
-    return np.angle(np.array(headings))
+    return np.asarray(np.angle(np.array(headings)))
 
 
 def _at_common_times(tracks: list[Track]) -> Iterator[Track]:
@@ -212,6 +211,8 @@ def _resampled(track: Track, step: float) -> Track | None:
         return None
     if len(track.times) < 2:
         return replace(track, times=times)
+    from scipy.interpolate import PchipInterpolator
+
     at: Floats = np.asarray(PchipInterpolator(track.times, track.fronts)(times))
     headings = np.interp(times, track.times, np.unwrap(track.headings))
     speeds = np.interp(times, track.times, track.speeds)
