@@ -38,7 +38,7 @@ _Role = Literal[
     "height", "class",
 ]
 _Unit = Literal[
-    "s", "ms", "us", "ns", "m", "cm", "km", "ft", "m/s", "km/h", "mph", "ft/s", "deg", "rad",
+    "s", "ms", "us", "ns", "m", "mm", "cm", "km", "ft", "m/s", "km/h", "mph", "ft/s", "deg", "rad",
 ]
 # fmt: on
 
@@ -146,6 +146,9 @@ class TableSettings(Settings):
     point: Literal["front", "centre", "rear"] | None = Field(
         None, description="where on the body x and y are; default centre, or the data set's"
     )
+    downwards: bool | None = Field(
+        None, description="y grows downwards, as in pictures; default the data set's, or false"
+    )
     rate: Finite | None = Field(
         None, ge=0.01, le=1000, description="frames in a second; default the data set's, or 25 [Hz]"
     )
@@ -166,7 +169,7 @@ class TableSettings(Settings):
             else TableColumn(own.column, own.unit or "", own.zero or "", own.turn or "")
             for role, own in self.columns.items()
         }
-        return TableChoices(columns, self.point or "", self.rate, self.classes)
+        return TableChoices(columns, self.point or "", self.downwards, self.rate, self.classes)
 
 
 class TrafficSettings(Settings):

@@ -424,12 +424,14 @@ class TableChoices:
     Attributes:
         columns: Their columns, by what they hold, one of `ROLES`.
         point: Where on the body x and y are, one of `POINTS`; empty where the form tells.
+        downwards: Whether y grows downwards; None where the form tells.
         rate: Frames in a second [Hz]; None where the form tells.
         classes: vClasses by the words, or numbers, of the table.
     """
 
     columns: Mapping[str, TableColumn] = field(default_factory=dict)
     point: str = ""
+    downwards: bool | None = None
     rate: float | None = None
     classes: Mapping[str, str] = field(default_factory=dict)
 

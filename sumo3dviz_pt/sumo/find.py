@@ -36,7 +36,7 @@ from sumo3dviz_pt.sumo.stream import (
     remedy,
     root_of,
 )
-from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table
+from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table, why_no_table
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -423,6 +423,8 @@ def find_scenario(
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
     if configuration is not None and (is_log(path) or is_table(path)):
         configuration, trajectories = None, trajectories or (path,)
+    elif configuration is not None and (why := _no_table(path)):
+        raise InputError(why, file=path)
     named = _NamedFiles() if configuration is None else _named_by(configuration)
     first = network or next((net for net in named.network if net.is_file()), None)
     own = (*trajectories, *((network,) if network else ()))
@@ -465,6 +467,11 @@ def files_behind(place: Path) -> tuple[Path, ...]:
         return ()
     named = _named_by(configurations[0])
     return (*configurations, *_existing([*named.network, *named.inputs, *named.trajectories]))
+
+
+def _no_table(path: Path) -> str:
+    """Return why a text is no table of trajectories; empty for anything else."""
+    return "" if may_be_xml(path) or may_be_map(path) else why_no_table(path, TableChoices())
 
 
 def _named_by(configuration: Path) -> _NamedFiles:

@@ -45,10 +45,8 @@ _OWN_TYPES = {"DEFAULT_PEDTYPE": "person", "DEFAULT_CONTAINERTYPE": "container"}
 _SHARED = frozenset({"id", "x", "y", "z", "angle", "type", "speed", "pos", "edge", "slope"})
 """Columns that hold the same for all kinds."""
 
-_OTHER_ANGLES = frozenset(
-    {"heading", "yaw", "psi", "psi_rad", "yaw_rad", "heading_deg", "orientation", "theta", "course"}
-)
-"""Columns by which a table is one of another tool, though time, id, x and y are SUMO's words."""
+_FOREIGN = frozenset({"length", "width", "height", "class", "vx", "vy", "heading", "yaw"})
+"""Columns that no log of SUMO has: a table with them is one of another tool."""
 
 _WORDS = frozenset({"time", "id", "x", "y", "z", "angle", "type", "speed", "pos", "lane", "edge"})
 """Columns in which a tag is never found."""
@@ -61,17 +59,19 @@ class Header:
     Attributes:
         names: SUMO's names of attributes, (n,); the time of a step is `time`.
         kind: What rows are that nothing tells apart: `vehicle`, `person` or `container`.
+        prefixed: Whether names of elements stand before some of them, as SUMO puts them.
     """
 
     names: tuple[str, ...]
     kind: str = "vehicle"
+    prefixed: bool = False
 
     @property
     def is_log(self) -> bool:
         """Whether these may be the columns of a vehicle log."""
         names = set(self.names)
-        foreign = bool(names & _OTHER_ANGLES) and "angle" not in names
-        return ({"time", "id", "x", "y"} <= names and not foreign) or self.names == ("time",)
+        plain = "angle" in names and not names & _FOREIGN
+        return ({"time", "id", "x", "y"} <= names and (self.prefixed or plain)) or names == {"time"}
 
 
 def header_of(columns: Iterable[str]) -> Header:
@@ -81,7 +81,8 @@ def header_of(columns: Iterable[str]) -> Header:
     names = tuple(_PREFIX.sub("", name) for name in columns)
     if names == ("time",) and columns == ["time"]:
         names = ()  # a single column of this name is nothing of SUMO's
-    return Header(names, kinds[0] if kinds else "vehicle")
+    prefixed = "timestep_time" in columns or bool(kinds)
+    return Header(names, kinds[0] if kinds else "vehicle", prefixed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -435,10 +436,9 @@ def _filled(name: str, cells: list[str]) -> Cells:
 _MAGIC = b"PAR1"
 _TAIL = 8  # bytes: the length of the footer and the magic number again
 _BATCH = 65_536
-_NAMES = (b"\x04time", b"\x02id", b"\x01x", b"\x01y")
+_NAMES = (b"\x04time", b"\x02id", b"\x01x", b"\x01y", b"\x05angle")
 """SUMO's plain names of columns as they stand in a footer, each behind its length."""
 
-_OTHERS = (b"\x07heading", b"\x03yaw", b"\x03psi")
 _PARQUET_NUMBERS: dict[str, float] = {
     "z": 0.0,
     "slope": 0.0,
@@ -461,7 +461,7 @@ class ParquetFormat(TableFormat):
             return False
         if not footer or b"timestep_time" in footer:
             return True
-        return all(n in footer for n in _NAMES) and not any(n in footer for n in _OTHERS)
+        return all(name in footer for name in _NAMES)
 
     def header(self, file: Path) -> Header:
         """Return the columns of a file that is recognised."""

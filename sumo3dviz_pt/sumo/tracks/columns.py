@@ -13,6 +13,7 @@ References:
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -22,29 +23,34 @@ from sumo3dviz_pt.model.traffic import TableChoices
 from sumo3dviz_pt.model.traffic import TableColumn as Column
 
 _NAMES = {
-    # What a column holds: what it is called, in small letters, without units, spaces and signs.
+    # What a column holds: what it is called in some languages, in small letters, without accents,
+    # units, spaces and signs.
     "time": "time t timestamp timestep simulationtime simtime simsec seconds sec globaltime"
-    " unixtime epoch datetime clock timeofday gpstime elapsedtime",
-    "frame": "frame frameid frameno framenr framenum framenumber frameindex step stepid",
-    "id": "id vehicleid vehid vehnr vehicle veh vehicleno vehicleindex trackid track tracknr object"
-    " objectid objid agent agentid carid car actor actorid participantid pedestrianid no name uid"
-    " entity entityid",
+    " unixtime epoch datetime clock timeofday gpstime elapsedtime ts zeit zeitstempel uhrzeit temps"
+    " heure tiempo tempo tijd",
+    "frame": "frame frameid frameno framenr framenum framenumber frameindex step stepid bild image",
+    "id": "id vehicleid vehid vehnr veh vehicle vehicleno vehicleindex trackid track tracknr object"
+    " objectid objid obj agent agentid carid car actor actorid participantid pedestrianid pedid"
+    " personid person ped no name uid entity entityid device deviceid userid fahrzeug fahrzeugid"
+    " vehicule vehiculeid idvehicule vehiculo veicolo voertuig",
     "x": "x posx xpos positionx xposition xcenter xcentre centerx centrex xutm utmx easting localx"
-    " coordx xcoord xcoordinate worldx xworld locationx xlocation xfront frontx",
+    " coordx xcoord xcoordinate worldx xworld locationx xlocation xfront frontx cx",
     "y": "y posy ypos positiony yposition ycenter ycentre centery centrey yutm utmy northing localy"
-    " coordy ycoord ycoordinate worldy yworld locationy ylocation yfront fronty",
+    " coordy ycoord ycoordinate worldy yworld locationy ylocation yfront fronty cy",
     "z": "z posz zpos positionz zposition elevation altitude zcenter zcentre worldz locationz"
     " coordz zcoord",
     "rear_x": "rworldx rearx xrear",
     "rear_y": "rworldy reary yrear",
     "angle": "heading angle yaw yawangle orientation psi theta direction course hdg azimuth bearing"
-    " rotation headingangle",
-    "speed": "speed velocity v vel vvel spd absvelocity groundspeed",
-    "length": "length vlength vehiclelength len objectlength",
-    "width": "width vwidth vehiclewidth objectwidth",
+    " rotation rotationyaw headingangle winkel richtung kurs cap angulo rumbo",
+    "speed": "speed velocity v vel vvel spd absvelocity groundspeed geschwindigkeit vitesse"
+    " velocidad velocita snelheid",
+    "length": "length vlength vehiclelength len l objectlength laenge lange longueur longitud",
+    "width": "width vwidth vehiclewidth wid w objectwidth breite largeur ancho",
     "height": "vehicleheight vheight objectheight",
-    "class": "class vclass vehicleclass type vehicletype vehtype agenttype objecttype objectclass"
-    " category vehiclecategory kind label",
+    "class": "class vclass vehicleclass type typeid vehicletype vehtype agenttype objecttype"
+    " objectclass category vehiclecategory kind label typ fahrzeugtyp fahrzeugklasse klasse"
+    " categorie classe clase tipo",
 }
 _ROLES = {name: role for role, names in _NAMES.items() for name in names.split()}
 
@@ -54,7 +60,7 @@ _UNITS = {
     **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), "ms"),
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), "m"),
     **dict.fromkeys(("ft", "feet", "foot"), "ft"),
-    "cm": "cm",
+    **{"cm": "cm", "mm": "mm", "km": "km"},
     **dict.fromkeys(("deg", "degree", "degrees", "°"), "deg"),
     **dict.fromkeys(("rad", "radian", "radians"), "rad"),
     **dict.fromkeys(("mps", "m/s"), "m/s"),
@@ -63,7 +69,7 @@ _UNITS = {
     **dict.fromkeys(("fps", "ft/s"), "ft/s"),
 }
 
-_IN_BRACKETS = re.compile(r"\s*[\[(]\s*([^\])]*)\s*[\])]\s*$")
+_IN_BRACKETS = re.compile(r"(?:\s*[\[(]\s*([^\])]*)\s*[\])]|/(\w+))\s*$")
 _PARTS = re.compile(r"[^\W_]+")
 _HUMPS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 
@@ -79,8 +85,8 @@ class Form:
         columns: What it holds, by one of `model.traffic.ROLES`.
         optional: Columns of such tables that may be missing.
         marks: Other columns by which such tables are known.
-        point: Where on the body x and y are: one of `model.traffic.POINTS`, or `corner` of a box
-            in a picture, whose y points down.
+        point: Where on the body x and y are: one of `model.traffic.POINTS`, or `corner` of a box.
+        downwards: Whether y grows downwards, as in pictures.
         rate: Frames in a second, for tables that count them [Hz].
         classes: What the table's words, or numbers, for classes mean, as vClasses.
         guessed: Whether the columns were told by their names.
@@ -91,6 +97,7 @@ class Form:
     optional: Mapping[str, Column] = field(default_factory=dict)
     marks: tuple[str, ...] = ()
     point: str = "centre"
+    downwards: bool = False
     rate: float = 25.0
     classes: Mapping[str, str] = field(default_factory=dict)
     guessed: bool = False
@@ -104,6 +111,12 @@ def _place(x: str, y: str, unit: str = "m") -> dict[str, Column]:
     return {"x": Column(x, unit), "y": Column(y, unit)}
 
 
+_OF_VISSIM = {
+    **{"100": "passenger", "200": "truck", "300": "bus", "400": "tram"},
+    **{"510": "pedestrian", "520": "pedestrian", "610": "bicycle", "620": "bicycle"},
+}
+"""Types of vehicles that Vissim has from the start."""
+
 FORMS = (
     Form(
         "highD",
@@ -116,6 +129,7 @@ FORMS = (
         {"class": Column("class")},
         marks=("xVelocity", "laneId"),
         point="corner",
+        downwards=True,
     ),
     Form(
         "inD",
@@ -170,10 +184,31 @@ FORMS = (
             "class": Column("VEHTYPE"),
         },
         point="front",
-        classes={
-            **{"100": "passenger", "200": "truck", "300": "bus", "400": "tram"},
-            **{"510": "pedestrian", "520": "pedestrian", "610": "bicycle", "620": "bicycle"},
+        classes=_OF_VISSIM,
+    ),
+    Form(
+        "Vissim",
+        {"time": Column("t", "s"), "id": Column("VehNr"), **_place("WorldX", "WorldY")},
+        {
+            "z": Column("WorldZ", "m"),
+            "rear_x": Column("RWorldX", "m"),
+            "rear_y": Column("RWorldY", "m"),
+            "length": Column("Length", "m"),
+            "class": Column("Type"),
         },
+        point="front",
+        classes=_OF_VISSIM,
+    ),
+    Form(
+        "CARLA",
+        {
+            "time": Column("timestamp", "s"),
+            "id": Column("id"),
+            **_place("location_x", "location_y"),
+            "angle": Column("rotation_yaw", "deg", "east", "right"),
+        },
+        {"z": Column("location_z", "m"), "class": Column("type_id")},
+        downwards=True,
     ),
 )
 """Tables of known data sets and tools; the first whose columns are all there is taken."""
@@ -192,13 +227,24 @@ def form_of(names: Iterable[str], choices: TableChoices) -> Form | None:
     there = list(names)
     known = next((form for form in FORMS if _is_form(form, there)), None)
     if known is None:
-        form = Form("", _by_names(there), guessed=True)
+        columns = _by_names(there)
+        place = _words(columns["x"].name)[0] if "x" in columns else ""
+        form = Form("", columns, point="front" if "front" in place else "centre", guessed=True)
     else:
         more = {role: column for role, column in known.optional.items() if _is_there(column, there)}
         form = replace(known, columns={**known.columns, **more})
     form = _chosen(form, there, choices)
     timed = "time" in form.columns or "frame" in form.columns
     return form if timed and all(role in form.columns for role in _PLACED) else None
+
+
+def missing_in(names: Iterable[str], choices: TableChoices) -> list[str]:
+    """Return what no column of a table tells, in words; empty where all that is needed is there."""
+    there = {**_by_names(names), **choices.columns}
+    needed = {"time": "the time", "id": "who it is", "x": "x", "y": "y"}
+    if "frame" in there:
+        needed.pop("time")
+    return [words for role, words in needed.items() if role not in there]
 
 
 def _chosen(form: Form, there: list[str], choices: TableChoices) -> Form:
@@ -219,6 +265,7 @@ def _chosen(form: Form, there: list[str], choices: TableChoices) -> Form:
         columns={**kept, **own},
         guessed=form.guessed and bool(kept),
         point=choices.point or form.point,
+        downwards=form.downwards if choices.downwards is None else choices.downwards,
         rate=choices.rate or form.rate,
         classes={**form.classes, **choices.classes},
     )
@@ -254,7 +301,8 @@ def _words(name: str) -> tuple[str, str]:
     """Return a column's name in small letters, and its unit, which is empty if it tells none."""
     bracket = _IN_BRACKETS.search(name)
     if bracket:
-        return _joined(_parts(name[: bracket.start()])), _UNITS.get(bracket[1].strip().lower(), "")
+        unit = (bracket[1] or bracket[2] or "").strip().lower()
+        return _joined(_parts(name[: bracket.start()])), _UNITS.get(unit, "")
     parts = _parts(name)
     if len(parts) > 1 and parts[-1] in _UNITS and _joined(parts) not in _ROLES:
         return _joined(parts[:-1]), _UNITS[parts[-1]]
@@ -262,8 +310,9 @@ def _words(name: str) -> tuple[str, str]:
 
 
 def _parts(name: str) -> list[str]:
-    """Return the words of a name in small letters."""
-    return [part.lower() for word in _PARTS.findall(name) for part in _HUMPS.split(word)]
+    """Return the words of a name in small letters, without accents."""
+    plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))
+    return [part.lower() for word in _PARTS.findall(plain) for part in _HUMPS.split(word)]
 
 
 def _joined(parts: list[str]) -> str:

@@ -30,8 +30,8 @@ from sumo3dviz_pt.sumo.stream import may_be_xml, root_of
 from sumo3dviz_pt.sumo.tracks.by_lane import LANE_ROOTS, log_of_lanes
 from sumo3dviz_pt.sumo.tracks.readings import Samples, samples_in
 from sumo3dviz_pt.sumo.tracks.scenarios import is_scenario, scenario_samples
-from sumo3dviz_pt.sumo.tracks.tables import table_in
-from sumo3dviz_pt.sumo.tracks.users import Track, tracks_of
+from sumo3dviz_pt.sumo.tracks.tables import table_in, why_no_table
+from sumo3dviz_pt.sumo.tracks.users import Track, note_of_classes, tracks_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.sumo.tracks.lanes import Road
@@ -111,6 +111,9 @@ def converted(file: Path, choices: TableChoices, *, paved: bool = False) -> Made
         return None
     table = None if is_scenario(file) else table_in(file, choices)
     if table is None and not is_scenario(file):
+        why = "" if is_log(file) or may_be_xml(file) else why_no_table(file, choices)
+        if why:
+            raise InputError(why, file=file)
         return None
     folder = _folder((file, *_beside(file)), (choices, paved))
     if read_folder(folder) is None:
@@ -177,11 +180,16 @@ def _made(
     tracks = tracks_of(samples)
     if not tracks:
         raise InputError("nobody in it has a time and a place; write it again", file=file)
-    understood = TableChoices(samples.columns, samples.point, rate, samples.meanings)
+    understood = TableChoices(
+        samples.columns, samples.point, samples.downwards, rate, samples.meanings
+    )
+    note = note_of_classes(samples, tracks)
     files = {
         _LOG: log_text(tracks).encode(),
         _TYPES: types_text(tracks).encode(),
-        _ABOUT: json.dumps({"choices": asdict(understood), "notes": samples.notes}).encode(),
+        _ABOUT: json.dumps(
+            {"choices": asdict(understood), "notes": [*samples.notes, *note]}
+        ).encode(),
     }
     if paved:
         from sumo3dviz_pt.sumo.tracks.paving import network_text

@@ -24,8 +24,11 @@ STEP = 2.0
 _STATION = 3  # points between stations
 _SIDE = 32.0  # how far beside a reference lanes are sought [m]
 _ALONG = 5.0  # who is as near to a station counts there [m]
-_SAME, _CROSSING = np.radians(20.0), np.radians(30.0)
+_SAME = np.radians(20.0)
 _NEAR = 2.0  # ways of other directions that are as near cross [m]
+_ROWS = 1 << 32  # of squares, more than there can be
+_SECTORS = 24
+_ACROSS = _SECTORS // 2  # ways against each other do not cross
 _CLEAR = 3  # points around a crossing that belong to it
 _BLUR = 0.45  # spread of offsets in a lane [m]
 _CELL = 0.1
@@ -75,7 +78,7 @@ def roads_of(ways: Ways) -> list[Road]:
     if not len(ways.points):
         return []
     tree = cKDTree(ways.points)
-    free = ~_crossing(ways, tree)
+    free = ~_crossing(ways)
     roads: list[Road] = []
     for _ in range(_MOST):
         reference = _longest(free, ways.owners)
@@ -89,14 +92,33 @@ def roads_of(ways: Ways) -> list[Road]:
     return roads
 
 
-def _crossing(ways: Ways, tree: cKDTree) -> Bools:
-    """Return which points lie where other ways cross, or soon before or after that, (n,)."""
-    pairs = tree.query_pairs(_NEAR, output_type="ndarray")
-    pairs = pairs[ways.owners[pairs[:, 0]] != ways.owners[pairs[:, 1]]]
-    off = np.abs(_half_turn(ways.courses[pairs[:, 0]] - ways.courses[pairs[:, 1]]))
-    crossing = (off > _CROSSING) & (off < np.pi - _CROSSING)
-    found = np.zeros(len(ways.points), dtype=np.bool_)
-    found[pairs[crossing].ravel()] = True
+def _crossing(ways: Ways) -> Bools:
+    """Return which points lie where other ways cross, or soon before or after that, (n,).
+
+    Directions are told in `_SECTORS` of a turn, places in squares of `_NEAR`.
+    """
+    squares = np.floor(ways.points / _NEAR).astype(np.int64)
+    keys = squares[:, 0] * _ROWS + squares[:, 1]
+    known, own = np.unique(keys, return_inverse=True)
+    sectors = np.floor(ways.courses % (2 * np.pi) / (2 * np.pi) * _SECTORS).astype(np.int64)
+    sectors = np.minimum(sectors, _SECTORS - 1)
+    driven = np.zeros(len(known), dtype=np.int64)
+    np.bitwise_or.at(driven, own, 1 << sectors)
+    around = driven.copy()
+    for shift in (x * _ROWS + y for x in (-1, 0, 1) for y in (-1, 0, 1)):
+        at = np.minimum(np.searchsorted(known, known + shift), len(known) - 1)
+        around |= np.where(known[at] == known + shift, driven[at], 0)
+    crossing = np.array(
+        [
+            sum(
+                1 << other
+                for other in range(_SECTORS)
+                if min(abs(other - sector) % _ACROSS, _ACROSS - abs(other - sector) % _ACROSS) > 2
+            )
+            for sector in range(_SECTORS)
+        ]
+    )
+    found: Bools = np.asarray((around[own] & crossing[sectors]) != 0)
     wide = found.copy()
     for shift in range(1, _CLEAR + 1):
         same = ways.owners[shift:] == ways.owners[:-shift]

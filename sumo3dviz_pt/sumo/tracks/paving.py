@@ -17,6 +17,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.sumo.tracks.lanes import STEP, Road, Ways, roads_of
 from sumo3dviz_pt.sumo.tracks.users import Track
+from sumo3dviz_pt.sumo.values import LANE_WIDTH
 
 _MOST = 1500
 """Number of tracks that tell where the pavement is; of more, so many from all over the table."""
@@ -30,6 +31,9 @@ _OVERLAP = 0.05  # parts of pavement that meet lap over each other [m]
 _SLIVER = 0.3  # pavement beside lanes that is narrower than twice this is left out [m]
 _MEETS = 4.0  # a road's end that is as near to pavement leads there [m]
 _BEYOND = 12.0  # by how much a road leads on where it ends at nothing [m]
+_LEFT = ' lefthand="true"'
+_OPPOSITE = 12.0  # who drives against each other on one road is as near [m]
+_MARGIN = 3.0  # floor around people [m]
 _SLOWEST = 30 / 3.6  # no limit is lower [m/s]
 
 
@@ -53,7 +57,9 @@ def network_text(tracks: Sequence[Track], known: Sequence[Road] = (), *, file: P
     Raises:
         InputError: If nobody moves far enough to tell a road.
     """
-    wheels = [track for track in tracks if track.kind == "vehicle"] or list(tracks)
+    wheels = [track for track in tracks if track.kind == "vehicle"]
+    if not wheels and not known:
+        return _text([_floor(tracks)], [], allow="pedestrian")
     chosen = wheels[:: max(1, len(wheels) // _MOST)]
     roads = list(known) or roads_of(_ways(chosen))
     if not roads:
@@ -88,6 +94,19 @@ def _led_on(roads: Sequence[Road], paved: shapely.Geometry) -> list[Road]:
                     lane[end] += _BEYOND * way
         longer.append(Road((*lanes,), road.widths, road.speed))
     return longer
+
+
+def _floor(tracks: Sequence[Track]) -> Road:
+    """Return one wide lane that holds everybody, where all are on foot."""
+    places = np.concatenate([track.fronts[:, :2] for track in tracks])
+    middle = places.mean(axis=0)
+    axes = np.linalg.svd(places[:: max(1, len(places) // 5000)] - middle, full_matrices=False)[2]
+    along, side = axes if len(axes) > 1 else np.eye(2)
+    ends, sides = ((places - middle) @ axis for axis in (along, side))
+    centre = middle + side * (sides.max() + sides.min()) / 2
+    tips = [centre + along * (ends.min() - _MARGIN), centre + along * (ends.max() + _MARGIN)]
+    width = min(float(np.ptp(sides)) + 2 * _MARGIN, LANE_WIDTH.high)
+    return Road((np.array(tips),), (width,), _SLOWEST)
 
 
 def _ways(tracks: Sequence[Track]) -> Ways:
@@ -177,17 +196,25 @@ def _inside(area: shapely.Polygon) -> tuple[float, float]:
     return point.x, point.y
 
 
-def _text(roads: Sequence[Road], nodes: list[_Node]) -> str:
-    """Return the network; `nodes` gets the ends of roads that lead to no pavement."""
+def _text(roads: Sequence[Road], nodes: list[_Node], *, allow: str = "") -> str:
+    """Return the network; `nodes` gets the ends of roads that lead to no pavement.
+
+    Args:
+        roads: All of them.
+        nodes: Junctions with pavement.
+        allow: Who alone may be there; empty for everybody.
+    """
     edges = []
+    left = _drives_on_the_left(roads)
     for number, road in enumerate(roads):
         ends = [np.mean([lane[end] for lane in road.lanes], axis=0) for end in (0, -1)]
         begins, leads = (_node_at(nodes, end) for end in ends)
-        edges += _edge_lines(f"road_{number}", road, begins.id, leads.id)
+        turned = Road(road.lanes[::-1], road.widths[::-1], road.speed) if left else road
+        edges += _edge_lines(f"road_{number}", turned, begins.id, leads.id, allow=allow)
     places = np.concatenate([lane for road in roads for lane in road.lanes])
     box = ",".join(f"{value:.2f}" for value in (*places.min(axis=0), *places.max(axis=0)))
     lines = [
-        '<net version="1.20" limitTurnSpeed="5.50">',
+        f'<net version="1.20" limitTurnSpeed="5.50"{_LEFT * left}>',
         f'    <location netOffset="0.00,0.00" convBoundary="{box}" origBoundary="{box}"'
         ' projParameter="!"/>',
         *edges,
@@ -195,6 +222,23 @@ def _text(roads: Sequence[Road], nodes: list[_Node]) -> str:
         "</net>",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _drives_on_the_left(roads: Sequence[Road]) -> bool:
+    """Whether who comes towards somebody is on the right."""
+    middles = [lane for road in roads for lane in (road.lanes[0], road.lanes[-1])]
+    places = np.concatenate([lane[len(lane) // 2 :][:1] for lane in middles])
+    ways = np.concatenate([(lane[-1] - lane[0])[None] for lane in middles])
+    ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
+    right = left = 0
+    for place, way in zip(places, ways, strict=True):
+        for lane, other in zip(middles, ways, strict=True):
+            away = lane[int(np.argmin(np.linalg.norm(lane - place, axis=1)))] - place
+            if way @ other > -0.9 or np.linalg.norm(away) > _OPPOSITE:
+                continue
+            side = way[0] * away[1] - way[1] * away[0]
+            left, right = left + (side > 1.0), right + (side < -1.0)
+    return bool(right > left)
 
 
 def _node_at(nodes: list[_Node], place: Floats) -> _Node:
@@ -208,15 +252,16 @@ def _node_at(nodes: list[_Node], place: Floats) -> _Node:
     return nodes[-1]
 
 
-def _edge_lines(name: str, road: Road, begins: str, leads: str) -> list[str]:
-    """Return an edge; names of its lanes count from the right."""
+def _edge_lines(name: str, road: Road, begins: str, leads: str, *, allow: str) -> list[str]:
+    """Return an edge; names of its lanes count from the kerb."""
+    only = f' allow="{allow}"' if allow else ""
     speed = max(road.speed, _SLOWEST)
     lines = [f'    <edge id="{name}" from="{begins}" to="{leads}" priority="1">']
     for index, (lane, width) in enumerate(zip(road.lanes, road.widths, strict=True)):
         length = float(np.linalg.norm(np.diff(lane, axis=0), axis=1).sum())
         lines.append(
             f'        <lane id="{name}_{index}" index="{index}" speed="{speed:.2f}"'
-            f' length="{length:.2f}" width="{width:.2f}" shape="{_shape(lane)}"/>'
+            f' length="{length:.2f}" width="{width:.2f}"{only} shape="{_shape(lane)}"/>'
         )
     return [*lines, "    </edge>"]
 

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import TableColumn
 from sumo3dviz_pt.sumo.tracks.columns import Form
 from sumo3dviz_pt.sumo.tracks.tables import Cells, Table, Words, cells_of
 
-METRES = {"m": 1.0, "ft": 0.3048, "cm": 0.01, "km": 1000.0}
+METRES = {"m": 1.0, "ft": 0.3048, "cm": 0.01, "mm": 0.001, "km": 1000.0}
 SPEEDS = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704, "ft/s": 0.3048}
 TURNS = {"deg": np.pi / 180, "rad": 1.0}
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -36,6 +36,9 @@ _MISFIT = np.radians(25.0)
 
 _OTHER_SPEED = 0.15
 """Logarithm of the ratio of a speed to the driven one from which it is something else."""
+
+_NAMED = 6
+"""Largest number of columns that a note names."""
 
 _EPOCH = 1e8
 """Seconds beyond which times count from a date long ago, or so."""
@@ -54,6 +57,7 @@ class Samples:
         sizes: Length, width and height, NaN where nothing tells, (n, 3) [m].
         classes: Words for classes; none where nothing tells.
         point: Where on the body places are: one of `model.traffic.POINTS`.
+        downwards: Whether the file's y grows downwards; places do not.
         meanings: vClasses by words for classes.
         columns: Of the table, with all that was told by values.
         notes: What was told by names and values, as clauses.
@@ -67,6 +71,7 @@ class Samples:
     sizes: Floats
     classes: Words | None = None
     point: str = "centre"
+    downwards: bool = False
     meanings: Mapping[str, str] = field(default_factory=dict)
     columns: Mapping[str, TableColumn] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -87,9 +92,10 @@ def samples_in(table: Table) -> Samples:
     columns = dict(form.columns)
     for each in told:
         columns.update(each.columns)
+    _check_speed(rows, times.values)
     notes = [each.note for each in told if each.note]
     if form.guessed:
-        notes.insert(0, _columns_in_words(form))
+        notes.insert(0, _columns_in_words(table))
     return Samples(
         cells.words["id"],
         times.values,
@@ -99,6 +105,7 @@ def samples_in(table: Table) -> Samples:
         sizes,
         cells.words.get("class") or beside.classes(cells.words["id"]),
         "centre" if form.point == "corner" else form.point,
+        form.downwards,
         form.classes,
         columns,
         tuple(notes),
@@ -210,10 +217,32 @@ def _rows_of(file: Path) -> list[dict[str, str]]:
         return []
 
 
-def _columns_in_words(form: Form) -> str:
-    """Say what columns were taken for."""
+def _columns_in_words(table: Table) -> str:
+    """Say what columns were taken for, and which tell nothing."""
+    form = table.form
     found = ", ".join(f"{role} is {column.name}" for role, column in form.columns.items())
-    return f"columns were told by their names: {found}"
+    used = {column.name for column in form.columns.values()}
+    rest = [name for name in table.names if name and name not in used]
+    more = f"; not used: {', '.join(map(cut, rest[:_NAMED]))}" if rest else ""
+    more += f" and {len(rest) - _NAMED} more" if len(rest) > _NAMED else ""
+    point = {"centre": "middle"}.get(form.point, form.point)
+    return (
+        f"columns were told by their names: {found}{more}; x and y are taken for the {point} of"
+        " bodies"
+    )
+
+
+def _check_speed(rows: _Rows, times: Floats) -> None:
+    """Refuse places at which people would move at impossible speeds."""
+    moved = np.linalg.norm(rows.ways, axis=1)
+    spans = times[rows.after] - times[rows.before]
+    good = (moved > 0.02) & (spans > 0)
+    if good.any() and (speed := float(np.median(moved[good] / spans[good]))) > 10 * _FAST:
+        message = (
+            f"road users would move at {speed:,.0f} m/s; say in which unit the columns of x, y and"
+            " time are (scenario.trajectories.columns)"
+        )
+        raise InputError(message, file=rows.file)
 
 
 def _places(cells: Cells, form: Form) -> Floats:
@@ -221,7 +250,7 @@ def _places(cells: Cells, form: Form) -> Floats:
     ratio = METRES.get(form.columns["x"].unit or "m", 1.0)
     x, y = cells.numbers["x"], cells.numbers["y"]
     z = np.nan_to_num(cells.numbers.get("z", np.zeros(len(x))))
-    return np.column_stack([x, -y if form.point == "corner" else y, z]) * ratio
+    return np.column_stack([x, -y if form.downwards else y, z]) * ratio
 
 
 def _middle(places: Floats, sizes: Floats, form: Form) -> Floats:
@@ -256,7 +285,7 @@ def _times(rows: _Rows, beside: _Beside) -> _Told:
         note = f"frames are taken for {rate:g} a second; say rate if they are not"
         return _Told(rows.raw / rate, note=note if guessed else "")
     if cells.clock:
-        return _Told(rows.raw)
+        return _Told(_over_midnight(rows.raw))
     column, notes = form.columns["time"], []
     if not column.unit:
         column = replace(column, unit=_unit_of_times(rows))
@@ -269,6 +298,21 @@ def _times(rows: _Rows, beside: _Beside) -> _Told:
         seconds = seconds - start
         notes.append(f"{column.name} counts from long ago: {start:.0f} s are taken off")
     return _Told(seconds, {"time": column}, "; ".join(notes))
+
+
+def _over_midnight(times: Floats) -> Floats:
+    """Return times of a clock [s]; those after midnight belong to the next day.
+
+    The longest time without anybody, counted around the clock, is where the table begins.
+    """
+    known = np.unique(times[np.isfinite(times)])
+    if len(known) < 2 or not 0.0 <= known[0] <= known[-1] < 86400.0:
+        return times
+    gaps = np.diff(known)
+    longest = int(np.argmax(gaps))
+    if gaps[longest] < max(6 * 3600.0, 86400.0 - (known[-1] - known[0])):
+        return times
+    return np.where(times <= known[longest], times + 86400.0, times)
 
 
 def _unit_of_times(rows: _Rows) -> str:

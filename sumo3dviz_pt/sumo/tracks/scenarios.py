@@ -71,8 +71,7 @@ class _Collected:
             speeds,
             np.array(self.sizes),
             _words(self.classes),
-            "centre",
-            meanings,
+            meanings=meanings,
         )
 
 

@@ -14,7 +14,7 @@ import re
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from operator import itemgetter
 from pathlib import Path
@@ -26,18 +26,21 @@ from sumo3dviz_pt.errors import ConfigError, InputError, MissingExtraError, cut
 from sumo3dviz_pt.files.atomic import open_plain
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.traffic import TableChoices
-from sumo3dviz_pt.sumo.tracks.columns import Form, form_of
+from sumo3dviz_pt.sumo.tracks.columns import Form, form_of, missing_in
 from sumo3dviz_pt.sumo.values import is_plain, parse_time
 
 _HEAD = 16_384
 """Number of characters in which the columns must be named."""
 
 _BLOCK = 50_000
+_SHOWN = 8  # columns that a message names
 _PACKED, _PARQUET = b"\x1f\x8b", b"PAR1"
 _SEPARATORS = (";", "\t", ",", "|")
 _MARKS = ("$VEHICLE:", "$PEDESTRIAN:")  # stand before the columns of Vissim's records
 _WORDS = frozenset({"id", "class"})
 _NOTHING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
+_RATE = re.compile(r"frame\s*rate\D{1,6}(\d+(?:\.\d+)?)", re.IGNORECASE)
+_DEGREES = frozenset({"lat", "latitude", "lon", "lng", "longitude"})
 _COMMA = re.compile(r"[+-]?\d+,\d+")
 
 
@@ -130,10 +133,33 @@ def _table(file: Path, lines: list[str], choices: TableChoices) -> Table | None:
             wrong = wrong or error
             continue
         if form is not None:
+            rate = next((float(m[1]) for m in map(_RATE.search, lines[:number]) if m), None)
+            if rate and not choices.rate:
+                form = replace(form, rate=rate)
             return Table(file, tuple(names), form, separator, number)
     if wrong is not None:
         raise wrong
     return None
+
+
+def why_no_table(file: Path, choices: TableChoices) -> str:
+    """Return what a file lacks that looks like a table; empty for anything else."""
+    try:
+        with _text_of(file) as text:
+            lines = text.read(_HEAD).splitlines()
+    except (OSError, EOFError, zlib.error, InputError):
+        return ""
+    rows = [_split(line.lstrip("#\ufeff ")) for line in lines]
+    named = next((row for row, _ in rows if len(row) > 2 and all(c[:1].isalpha() for c in row)), [])
+    if not named or any("\0" in name or "<" in name for name in named):
+        return ""
+    columns = ", ".join(map(cut, named[:_SHOWN])) + (", ..." if len(named) > _SHOWN else "")
+    if {name.lower() for name in named} & _DEGREES:
+        why = "places in degrees are not read; project them to metres"
+    else:
+        why = f"none tells {' or '.join(missing_in(named, choices)) or 'anything'}"
+        why += "; say which one does in scenario.trajectories.columns, or rename it"
+    return f"is a table with the columns {columns}: {why}"
 
 
 def _split(line: str) -> tuple[list[str], str]:

@@ -7,6 +7,7 @@ while somebody stands.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -29,6 +30,8 @@ _BY_LENGTH = (
 )
 _SMALL = 2.7  # no car is shorter [m]
 _WALK, _CYCLE = 3.5, 12.0  # largest speeds on foot and by bicycle [m/s]
+_STROLL = 2.6  # who never moves faster, though more than a few metres, is on foot [m/s]
+_FAR = 8.0
 
 _LEAST_BEHIND = 0.4  # a body follows no point that is nearer to its rear axle [m]
 
@@ -74,6 +77,16 @@ def tracks_of(samples: Samples) -> tuple[Track, ...]:
     return tuple(_at_common_times(tracks))
 
 
+def note_of_classes(samples: Samples, tracks: Sequence[Track]) -> list[str]:
+    """Say what road users were taken for, where nothing tells their classes."""
+    if samples.classes is not None or not samples.columns:
+        return []
+    counts = Counter(track.vclass for track in tracks)
+    taken = ", ".join(f"{count} for {vclass}" for vclass, count in counts.most_common())
+    by = "length and speed" if np.isfinite(samples.sizes[:, 0]).any() else "speed alone"
+    return [f"no column tells classes; by {by} {taken} are taken"]
+
+
 def _track(samples: Samples, rows: Ints) -> Track | None:
     """Return the road user of some rows in order of time; None if it is nowhere."""
     known = np.isfinite(samples.times[rows]) & np.isfinite(samples.places[rows]).all(axis=1)
@@ -116,7 +129,7 @@ def _named(word: str, meanings: Mapping[str, str]) -> str | None:
 def _by_size(length: float, fastest: float) -> str:
     """Return the vClass that a length [m], 0 if unknown, and the largest speed [m/s] tell."""
     if not length:
-        return "passenger"
+        return "pedestrian" if 0.0 < fastest <= _STROLL else "passenger"
     if length < _SMALL:
         small = (_WALK, "pedestrian"), (_CYCLE, "bicycle")
         own = next((vclass for most, vclass in small if fastest <= most), "motorcycle")
@@ -125,11 +138,13 @@ def _by_size(length: float, fastest: float) -> str:
 
 
 def _fastest(times: Floats, places: Floats) -> float:
-    """Return the speed that nine steps in ten stay below [m/s]."""
-    if len(times) < 2:
+    """Return the largest speed over about a second [m/s]; 0 of who moves a few metres at most."""
+    if len(times) < 2 or float(np.ptp(places[:, :2], axis=0).max()) < _FAR:
         return 0.0
-    ways = np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)
-    return float(np.quantile(ways / np.diff(times), 0.9))
+    later = np.minimum(np.searchsorted(times, times + 1.0), len(times) - 1)
+    spans = np.maximum(times[later] - times, 1e-9)
+    ways = np.linalg.norm(places[later, :2] - places[:, :2], axis=1)
+    return float(np.max(np.where(spans >= 0.5, ways / spans, 0.0)))
 
 
 def _size(vclass: str, told: Sequence[float]) -> tuple[float, float, float]:
@@ -193,12 +208,35 @@ def _at_common_times(tracks: list[Track]) -> Iterator[Track]:
     together = np.unique(np.round(np.concatenate([track.times for track in tracks]), 4))
     common = float(np.median(np.diff(together))) if len(together) > 1 else step
     if np.mean(spans > GAP_FACTOR * common) < 0.5:
-        yield from tracks
+        yield from (_closed(track, common) for track in tracks)
         return
     for track in tracks:
         resampled = _resampled(track, step)
         if resampled is not None:
             yield resampled
+
+
+def _closed(track: Track, step: float) -> Track:
+    """Return a track with the few samples that are missing in it, such as where a cell is empty."""
+    spans = np.diff(track.times)
+    missing = np.flatnonzero((spans > GAP_FACTOR * step) & (spans < _SPLIT * step))
+    if not len(missing):
+        return track
+    more = [
+        np.linspace(track.times[at], track.times[at + 1], round(spans[at] / step) + 1)[1:-1]
+        for at in missing
+    ]
+    return _at(track, np.sort(np.concatenate([track.times, *more])))
+
+
+def _at(track: Track, times: Floats) -> Track:
+    """Return a track of two samples or more at other times between them [s]."""
+    from scipy.interpolate import PchipInterpolator
+
+    fronts: Floats = np.asarray(PchipInterpolator(track.times, track.fronts)(times))
+    headings = np.interp(times, track.times, np.unwrap(track.headings))
+    speeds = np.interp(times, track.times, track.speeds)
+    return replace(track, times=times, fronts=fronts, headings=headings, speeds=speeds)
 
 
 def _resampled(track: Track, step: float) -> Track | None:
@@ -209,14 +247,7 @@ def _resampled(track: Track, step: float) -> Track | None:
     times = times[_in_no_gap(times, track.times, _SPLIT * step)]
     if not len(times):
         return None
-    if len(track.times) < 2:
-        return replace(track, times=times)
-    from scipy.interpolate import PchipInterpolator
-
-    at: Floats = np.asarray(PchipInterpolator(track.times, track.fronts)(times))
-    headings = np.interp(times, track.times, np.unwrap(track.headings))
-    speeds = np.interp(times, track.times, track.speeds)
-    return replace(track, times=times, fronts=at, headings=headings, speeds=speeds)
+    return _at(track, times) if len(track.times) > 1 else replace(track, times=times)
 
 
 def _in_no_gap(times: Floats, known: Floats, longest: float) -> Bools:

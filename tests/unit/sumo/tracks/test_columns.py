@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.model.traffic import TableChoices, TableColumn
+from sumo3dviz_pt.model.traffic import TableChoices, TableColumn, TrafficLog
+from sumo3dviz_pt.sumo import find_scenario
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.tracks import converted, is_table
 from sumo3dviz_pt.sumo.tracks.columns import form_of
@@ -98,7 +99,8 @@ def test_a_clock_a_comma_and_empty_cells(tmp_path: Path) -> None:
     made = converted(file, PLAIN)
     assert made is not None
     (trace,) = read_trajectories(made.files[:1]).traces
-    assert trace.times.tolist() == [26100.0 + s for s in range(8) if s != 4]
+    assert trace.times.tolist() == [26100.0 + s for s in range(8)]  # what is missing is filled in
+    assert trace.positions[4, 0] == pytest.approx(trace.positions[3, 0] + 3.0, abs=1e-3)
     middle = trace.positions[1, :2] - 2.5 * np.array(
         [math.cos(trace.yaws[1]), math.sin(trace.yaws[1])]
     )
@@ -121,6 +123,93 @@ def test_loggers_with_times_of_their_own_meet(tmp_path: Path) -> None:
     for trace in log.traces:
         assert len(trace.times) >= 18
         np.testing.assert_allclose(trace.positions[:, 0] - 2.5, 10 * trace.times, atol=1e-3)
+
+
+def made_of(file: Path, text: str, choices: TableChoices = PLAIN) -> TrafficLog:
+    """Return the log that is made of a table."""
+    file.write_text(text, encoding="utf-8")
+    made = converted(file, choices)
+    assert made is not None
+    return read_trajectories(made.files[:1])
+
+
+def test_the_plainest_table_is_one(tmp_path: Path) -> None:
+    """SUMO's own words, but no angle: no log of SUMO has that."""
+    rows = "".join(f"{s},a,{10 * s},0\n" for s in range(9))
+    log = made_of(tmp_path / "own.csv", f"time,id,x,y\n{rows}")
+    np.testing.assert_allclose(log.traces[0].yaws, 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("when,whom,x,y", "columns when, whom, x, y: none tells the time or who it is; say which"),
+        ("time,id,lat,lon", "places in degrees are not read; project them to metres"),
+    ],
+)
+def test_what_a_table_lacks_is_said(tmp_path: Path, head: str, words: str) -> None:
+    file = tmp_path / "own.csv"
+    file.write_text(f"{head}\n1,a,2,3\n", encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        converted(file, PLAIN)
+    with pytest.raises(InputError, match=words):
+        find_scenario(file)
+
+
+def test_a_table_of_carla(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A left-handed world: y and yaw are turned, and classes have its words."""
+    names = "frame,timestamp,id,type_id,location_x,location_y,location_z,rotation_yaw"
+    rows = "".join(
+        f"{n},{n / 10},7,vehicle.tesla.model3,1.75,{80 - n},0.03,-90.0\n"
+        f"{n},{n / 10},8,walker.pedestrian.0001,5,{n / 10},0.9,90.0\n"
+        for n in range(40)
+    )
+    log = made_of(tmp_path / "own.csv", f"{names}\n{rows}")
+    car, walker = log.traces
+    assert car.kind == "vehicle" and walker.kind == "person" and not caplog.records
+    np.testing.assert_allclose(car.yaws, math.pi / 2, atol=1e-6)
+    np.testing.assert_allclose(car.positions[:, 1] - 2.5, np.arange(40) - 80.0, atol=1e-3)
+    np.testing.assert_allclose(walker.yaws, -math.pi / 2, atol=1e-6)
+
+
+def test_a_clock_that_passes_midnight(tmp_path: Path) -> None:
+    seconds = [86390 + s for s in range(20)]
+    rows = "".join(
+        f"{s // 3600 % 24:02d}:{s // 60 % 60:02d}:{s % 60:02d},a,{s - 86390}\n" for s in seconds
+    )
+    log = made_of(tmp_path / "own.csv", "clock,id,x,y\n" + rows.replace("\n", ",0\n"))
+    assert log.traces[0].times.tolist() == [float(s) for s in seconds]
+
+
+def test_who_strolls_is_on_foot_and_that_is_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    rows = "".join(f"{s},car,{9 * s},0,1\n{s},walker,4,{1.3 * s:.2f},1\n" for s in range(20))
+    log = made_of(tmp_path / "own.csv", f"t,id,x,y,lid\n{rows}")
+    assert {trace.id: trace.kind for trace in log.traces} == {"car": "vehicle", "walker": "person"}
+    assert (
+        "no column tells classes; by speed alone 1 for passenger, 1 for pedestrian" in caplog.text
+    )
+    assert "not used: lid; x and y are taken for the middle of bodies" in caplog.text
+
+
+def test_a_column_that_says_front_is_believed(tmp_path: Path) -> None:
+    rows = "".join(f"{s},a,{9 * s},0\n" for s in range(9))
+    log = made_of(tmp_path / "own.csv", f"t,id,Front X,Front Y\n{rows}")
+    np.testing.assert_allclose(log.traces[0].positions[:, 0], 9.0 * np.arange(9))
+
+
+def test_a_picture_is_turned_upright_where_that_is_said(tmp_path: Path) -> None:
+    rows = "".join(f"{s},a,{9 * s},{-s}\n" for s in range(9))
+    choices = TableChoices(point="front", downwards=True)
+    log = made_of(tmp_path / "own.csv", f"t,id,x,y\n{rows}", choices)
+    np.testing.assert_allclose(log.traces[0].positions[:, 1], np.arange(9))
+
+
+def test_impossible_speeds_ask_for_units(tmp_path: Path) -> None:
+    rows = "".join(f"{s},a,{9000 * s},0\n" for s in range(9))
+    with pytest.raises(InputError, match="would move at 9,000 m/s; say in which unit"):
+        made_of(tmp_path / "own.csv", f"time_s,id,x,y\n{rows}")
 
 
 @given(

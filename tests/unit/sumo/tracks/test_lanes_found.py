@@ -6,6 +6,7 @@ something, lanes must lie where they were, and where ways cross there must be no
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,30 @@ def test_no_lanes_where_ways_cross(tmp_path: Path) -> None:
         assert np.abs(lane.shape[:, :2]).max(axis=1).min() > 3.0
     assert share_on(tracks, network) > 0.99
     assert paved(network).contains(shapely.Point(0.0, 0.0))
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+def test_the_side_of_the_road_is_found(tmp_path: Path, hand: float) -> None:
+    out = np.linspace(-100.0, 100.0, 101)
+    tracks = []
+    for number in range(20):
+        sign = 1.0 if number % 2 else -1.0
+        line = np.column_stack([sign * out, np.full(101, -1.75 * sign * hand)])
+        tracks.append(drive(line, number))
+    assert network_of(tracks, tmp_path).left_hand == (hand < 0)
+
+
+def test_people_alone_have_a_floor(tmp_path: Path) -> None:
+    """An experiment with people on foot: one floor that holds everybody."""
+    rng = np.random.default_rng(6)
+    tracks = []
+    for number in range(12):
+        line = np.cumsum(rng.normal([0.5, 0.1], 0.3, (40, 2)), axis=0) + rng.normal(0.0, 3.0, 2)
+        track = drive(line, number, 1.3)
+        tracks.append(replace(track, vclass="pedestrian"))
+    network = network_of(tracks, tmp_path)
+    assert all(lane.allowed == {"pedestrian"} for lane in network.lanes.values())
+    assert share_on(tracks, network) == 1.0
 
 
 def test_an_island_stays(tmp_path: Path) -> None:
