@@ -51,6 +51,7 @@ def add_init(commands: Any) -> None:
     sub.add_argument(
         "--additional", type=Path, action="append", default=[], help="more POIs or vTypes"
     )
+    sub.add_argument("--heights", type=Path, help="the land's heights (GeoTIFF, .asc, .hgt)")
     sub.add_argument(
         "--allow-misfit", action="store_true", help="take a log that seems wrong, with a note"
     )
@@ -120,7 +121,13 @@ def _init(options: argparse.Namespace) -> int:
         scenario = _recorded(options) if options.record else options.scenario
         if drawn:
             scenario, own = _made_of_map(options, own)
-        text, notes = propose(scenario, output=options.output, template=options.template, own=own)
+        text, notes = propose(
+            scenario,
+            output=options.output,
+            template=options.template,
+            own=own,
+            heights=options.heights,
+        )
     write_schema(options.output.with_name(FILE))
     return _written(options.output, text, notes)
 

@@ -58,7 +58,7 @@ from sumo3dviz_pt.job.values import Settings as Settings
 from sumo3dviz_pt.model.numbers import LAYER_KINDS, LayerName, ResponseName
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.model.traffic import TableChoices
+    from sumo3dviz_pt.model.traffic import LandFiles, TableChoices
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -135,6 +135,15 @@ class SkySettings(Settings):
     scale: Finite = Field(1.0, ge=1e-6, le=1e6, description="brightness factor of `file`")
 
 
+class PictureSettings(Settings):
+    """A picture of the land from above, north up."""
+
+    file: File = Field(description="PNG, JPEG or TIFF")
+    corners: tuple[tuple[Finite, Finite], tuple[Finite, Finite]] = Field(
+        description="south-western and north-eastern corner, [[x, y], [x, y]] [m]"
+    )
+
+
 class GroundSettings(Settings):
     """The ground around the roads."""
 
@@ -148,11 +157,30 @@ class GroundSettings(Settings):
         description="auto: belts along fast roads; elsewhere trees and shrubs"
         " where the scenario has none of its own in view",
     )
+    heights: File | None = Field(
+        None,
+        description="the land's real heights (GeoTIFF, .asc, .hgt); roads without z follow them",
+    )
+    picture: File | PictureSettings | None = Field(
+        None,
+        description="the land from above: GeoTIFF, SUMO's view settings with a decal, or a picture"
+        " with its corners",
+    )
     areas: Literal["auto", "none"] = Field(
         "auto",
         description="auto: water, woods, parks, fields, squares and car parks that polygons"
         " mean, and gardens between buildings",
     )
+
+    @property
+    def files(self) -> LandFiles:
+        """The files that tell what the land is like."""
+        from sumo3dviz_pt.model.traffic import LandFiles
+
+        own = self.picture
+        if isinstance(own, PictureSettings):
+            return LandFiles(self.heights, own.file, own.corners)
+        return LandFiles(self.heights, own)
 
 
 class EdgeStyle(Settings):

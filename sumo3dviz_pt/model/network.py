@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -171,6 +172,62 @@ UNPLACED = Location()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Heights:
+    """Heights of the land, on a grid whose rows go north.
+
+    Attributes:
+        corner: x and y of the first value, in our coordinates [m].
+        step: Between values, in x and y [m].
+        values: (rows, columns) [m]; NaN where nothing is known.
+    """
+
+    corner: tuple[float, float]
+    step: tuple[float, float]
+    values: Floats
+
+    def at(self, places: ArrayLike) -> Floats:
+        """Return heights at places, (n, 2) or (n, 3) -> (n,) [m]; NaN where nothing is known."""
+        flat = np.asarray(places, dtype=np.float64)[:, :2]
+        column, row = ((flat - self.corner) / self.step).T
+        rows, columns = self.values.shape
+        inside = (row >= 0) & (row <= rows - 1) & (column >= 0) & (column <= columns - 1)
+        i = np.clip(np.floor(np.nan_to_num(row)).astype(np.int64), 0, max(rows - 2, 0))
+        j = np.clip(np.floor(np.nan_to_num(column)).astype(np.int64), 0, max(columns - 2, 0))
+        up, right = row - i, column - j
+        above, beside = np.minimum(i + 1, rows - 1), np.minimum(j + 1, columns - 1)
+        low = self.values[i, j] * (1 - right) + self.values[i, beside] * right
+        high = self.values[above, j] * (1 - right) + self.values[above, beside] * right
+        return np.where(inside, low * (1 - up) + high * up, np.nan)
+
+    def share(self, places: ArrayLike, *, fade: float) -> Floats:
+        """Return how much heights count at places, (n, 2) -> (n,), in [0, 1].
+
+        Args:
+            places: [m].
+            fade: Distance to the grid's edge within which they count less [m].
+        """
+        flat = np.asarray(places, dtype=np.float64)[:, :2]
+        extent = (np.array(self.values.shape[::-1]) - 1) * self.step
+        from_low, from_high = flat - self.corner, self.corner + extent - flat
+        away = np.minimum(from_low, from_high).min(axis=1)
+        known = np.isfinite(self.at(flat))
+        return np.where(known, np.clip(away / fade, 0.0, 1.0), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class GroundPicture:
+    """What the land looks like from above.
+
+    Attributes:
+        file: A picture; its upper edge lies in the north.
+        box: x0, y0, x1, y1 of its edges, in our coordinates [m].
+    """
+
+    file: Path
+    box: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Network:
     """A road network.
 
@@ -180,6 +237,8 @@ class Network:
         connections: All of them, also from internal lanes.
         location: Its place on the Earth.
         left_hand: True where traffic keeps left.
+        heights: Of the land, where they are known.
+        picture: Of the land from above, if there is one.
         lanes: By id, of every edge.
     """
 
@@ -188,6 +247,8 @@ class Network:
     connections: tuple[Connection, ...]
     location: Location
     left_hand: bool = False
+    heights: Heights | None = None
+    picture: GroundPicture | None = None
     lanes: Mapping[str, Lane] = field(init=False)
 
     def __post_init__(self) -> None:

@@ -454,16 +454,34 @@ class MadeOfTable:
 
 
 @dataclass(frozen=True, slots=True)
+class LandFiles:
+    """Files that tell what the land is like.
+
+    Attributes:
+        heights: A height model.
+        picture: What it looks like from above.
+        corners: South-western and north-eastern corner of the picture in SUMO's coordinates [m];
+            None where its file says where it lies.
+    """
+
+    heights: Path | None = None
+    picture: Path | None = None
+    corners: tuple[tuple[float, float], tuple[float, float]] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class LogChoices:
-    """How a log is to be understood where its files leave that open.
+    """How a simulation is to be understood where its files leave that open.
 
     Attributes:
         allow_misfit: Whether what makes a log seem wrong, or of another network, is only noted.
         classes: vClasses by type id or pattern, for types that no file defines.
+        land: What tells what the land is like.
     """
 
     allow_misfit: bool = False
     classes: Mapping[str, str] = field(default_factory=dict)
+    land: LandFiles = field(default_factory=LandFiles)
 
 
 @dataclass(frozen=True, slots=True)

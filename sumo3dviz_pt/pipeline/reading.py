@@ -27,7 +27,14 @@ from sumo3dviz_pt.job.settings import (
 )
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.progress import Doing, announce
-from sumo3dviz_pt.model.traffic import LogChoices, Scenario, ScenarioFiles, TypeGuess, unique_ids
+from sumo3dviz_pt.model.traffic import (
+    LandFiles,
+    LogChoices,
+    Scenario,
+    ScenarioFiles,
+    TypeGuess,
+    unique_ids,
+)
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.traffic import motion_of as motion_of
@@ -292,6 +299,8 @@ class _LogPart:
         truncated: Whether the complete steps of a log that breaks off are used.
         misfit: Whether a log that seems wrong is used.
         classes: vClasses by type id or pattern.
+        land: What tells what the land is like.
+        versions: Which versions of these files.
     """
 
     begin: float | None
@@ -299,13 +308,17 @@ class _LogPart:
     truncated: bool
     misfit: bool
     classes: tuple[tuple[str, str], ...]
+    land: LandFiles
+    versions: tuple[tuple[str, int, int], ...]
 
     @classmethod
     def of(cls, job: Job, begin: float | None, end: float | None) -> _LogPart:
         """Return what a scene file asks for in a window [s]."""
         classes = tuple(job.vehicles.types.items())
         own = job.scenario
-        return cls(begin, end, own.allow_truncated, own.allow_misfit, classes)
+        land = job.ground.files
+        versions = stamps_of(each for each in (land.heights, land.picture) if each is not None)
+        return cls(begin, end, own.allow_truncated, own.allow_misfit, classes, land, versions)
 
 
 @lru_cache(maxsize=1)
@@ -334,7 +347,7 @@ def _read(files: ScenarioFiles, log: _LogPart) -> Scenario:
         end=log.end,
         margin=MARGIN,
         allow_truncated=log.truncated,
-        choices=LogChoices(log.misfit, dict(log.classes)),
+        choices=LogChoices(log.misfit, dict(log.classes), log.land),
     )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,14 @@ from sumo3dviz_pt.job.settings import ScenarioSettings, default, meaning
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Location, Network
 from sumo3dviz_pt.model.progress import Doing, announce
-from sumo3dviz_pt.model.traffic import LogChoices, MadeOfTable, Polygon, Scenario, ScenarioFiles
+from sumo3dviz_pt.model.traffic import (
+    LandFiles,
+    LogChoices,
+    MadeOfTable,
+    Polygon,
+    Scenario,
+    ScenarioFiles,
+)
 from sumo3dviz_pt.pipeline.reading import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.scene_file import LINE, make_job
 from sumo3dviz_pt.pipeline.still import check_writable
@@ -267,6 +275,7 @@ def scene_text(
     *,
     output: Path,
     misfit: bool = False,
+    heights: Path | None = None,
 ) -> str:
     """Return the scene file.
 
@@ -276,6 +285,7 @@ def scene_text(
         proposal: The choices.
         output: Where the scene file will lie; paths in it are relative to that.
         misfit: Whether a log that seems wrong is taken.
+        heights: The land's, if they are used.
     """
     traffic, look = scenario.traffic, proposal.template
     lines = [
@@ -293,7 +303,9 @@ def scene_text(
         f" {', '.join(catalog.template_names('quality'))}",
         "# sky: {preset: sky_blue}       # or:",
         f'# sky: {{sun: {{date: 2026-06-21, time: "17:30", place: {_here(scenario)}}}}}',
-        "# ground: {texture: ground_grass}",
+        "# ground: {texture: ground_grass}"
+        if heights is None
+        else f"ground: {{heights: {_quoted_path(heights, output.parent)}}}",
         *_town_lines(scenario),
         *type_lines(scenario.guesses),
         *_place_lines(proposal.spot),
@@ -326,14 +338,7 @@ def _here(scenario: Scenario) -> str:
 
 def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
     """Return the files, relative to the scene file."""
-
-    def quoted(path: Path) -> str:
-        try:
-            text = Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
-        except ValueError:  # another drive on Windows
-            text = path.resolve().as_posix()
-        return '"' + text.replace("\\", "/").replace('"', '\\"') + '"'
-
+    quoted = partial(_quoted_path, folder=folder)
     made = {file for each in files.tables for file in each.files}
     lines = [] if files.network in made else [f"  network: {quoted(files.network)}"]
     for each in files.tables:
@@ -343,6 +348,15 @@ def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
         if paths:
             lines += [f"  {key}:", *(f"    - {quoted(path)}" for path in paths)]
     return lines
+
+
+def _quoted_path(path: Path, folder: Path) -> str:
+    """Return a path as YAML, relative to a folder."""
+    try:
+        text = Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive on Windows
+        text = path.resolve().as_posix()
+    return '"' + text.replace("\\", "/").replace('"', '\\"') + '"'
 
 
 def _table_lines(made: MadeOfTable, file: str) -> list[str]:
@@ -466,6 +480,7 @@ def propose(
     output: Path,
     template: str | None = None,
     own: ScenarioSettings | None = None,
+    heights: Path | None = None,
 ) -> tuple[str, list[str]]:
     """Write a commented scene file for a simulation.
 
@@ -475,6 +490,7 @@ def propose(
         template: A scene template's name; None chooses one by the roads.
         own: Network, trajectories and signals instead of those found, and additional
             files beside them.
+        heights: The land's, if they are to be used.
 
     Returns:
         The text, and notes for the user.
@@ -499,14 +515,17 @@ def propose(
     )
     # Scene files read types from additional files, too.
     typed = replace(files, vehicle_types=files.vehicle_types + files.additional)
-    content = with_use(read_scenario(typed, choices=LogChoices(own.allow_misfit)))
+    choices = LogChoices(own.allow_misfit, land=LandFiles(heights))
+    content = with_use(read_scenario(typed, choices=choices))
     announce(Doing.SCOUT)
     proposal = _proposal(content, template)
     # All that the user should know.
     notes = [f"missing, and done without: {path}" for path in files.missing]
     drawn = lawfulness_of(content).text
     notes += [*guess_notes(content.guesses), *([drawn] if drawn else []), *_notes(proposal)]
-    text = scene_text(files, content, proposal, output=output, misfit=own.allow_misfit)
+    text = scene_text(
+        files, content, proposal, output=output, misfit=own.allow_misfit, heights=heights
+    )
     return text, notes
 
 

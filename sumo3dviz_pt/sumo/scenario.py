@@ -37,6 +37,8 @@ from sumo3dviz_pt.sumo.belonging import (
 )
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.guesses import TypesOfUsers
+from sumo3dviz_pt.sumo.land.heights import on_land
+from sumo3dviz_pt.sumo.land.pictures import picture_of
 from sumo3dviz_pt.sumo.network import network_of
 from sumo3dviz_pt.sumo.plausibility.log import findings
 from sumo3dviz_pt.sumo.signals import read_signals
@@ -120,6 +122,10 @@ def read_scenario(
     """
     choices = choices or LogChoices()
     network = network_of(files.network)
+    if choices.land.heights is not None:
+        network = on_land(network, choices.land.heights)
+    if choices.land.picture is not None:
+        network = replace(network, picture=picture_of(choices.land, network))
     paved = files.network in {file for each in files.tables for file in each.files}
     doubted = not choices.allow_misfit
     with _doubts(allow=not doubted):

@@ -16,14 +16,15 @@ from sumo3dviz_pt.library.materials import (
     planar_uvs,
     surface_material,
 )
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.network import GroundPicture, Network
 from sumo3dviz_pt.model.scene import Bsdf, LampSet, Part, StaticPart
 from sumo3dviz_pt.world.land.horizon import (
     FAR_GROUND,
     Land,
     Room,
     built_points,
+    chosen_faces,
     far_tints,
     land_around,
     land_mesh,
@@ -94,7 +95,15 @@ def build_ground(
     near = replace(
         near, uvs=planar_uvs(near.vertices, tile=tile, near=network.location.boundary[:2])
     )
+    picture = network.picture if textured else None
+    shown = [] if picture is None else [_seen(mesh, picture) for mesh in (near, far) if mesh]
+    if picture is not None:
+        near = _unseen(near, picture)
+        far = None if far is None else _unseen(far, picture)
     static = [StaticPart("ground", "ground", Part(near, name)), *shape.walls]
+    if picture is not None:
+        photo = Part(merge_meshes(shown), str(picture.file))
+        static.append(StaticPart("ground/picture", "ground", photo))
     eyes = None if room is None or room.camera_path is None else room.camera_path.positions
     static += build_parapets(roads, shape.height_at, eyes=eyes)
     if far is not None:
@@ -105,12 +114,37 @@ def build_ground(
     for number, part in enumerate(woods(land, height_at=shape.height_at, room=free)):
         static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
+    own = (
+        {CONCRETE: SURFACE}
+        if picture is None
+        else {CONCRETE: SURFACE, str(picture.file): str(picture.file)}
+    )
     for other in {part.part.material for part in static} - {name}:
-        bare = other == CONCRETE
         materials[other] = (
-            surface_material(SURFACE, textured=textured) if bare else MATERIALS[other]
+            surface_material(own[other], textured=textured) if other in own else MATERIALS[other]
         )
     return GroundParts(tuple(static), materials, shape.height_at, tuple(shape.lamps))
+
+
+def _within(mesh: Mesh, picture: GroundPicture) -> Bools:
+    """Return which faces lie within a picture of the land, (m,)."""
+    x0, y0, x1, y1 = picture.box
+    x, y = mesh.vertices[:, 0], mesh.vertices[:, 1]
+    inside = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+    return np.asarray(inside[mesh.faces].all(axis=1))
+
+
+def _seen(mesh: Mesh, picture: GroundPicture) -> Mesh:
+    """Return what of the ground a picture shows, with the picture laid on it."""
+    x0, y0, x1, y1 = picture.box
+    part = chosen_faces(mesh, _within(mesh, picture))
+    uvs = (part.vertices[:, :2] - [x0, y0]) / [x1 - x0, y1 - y0]
+    return replace(part, uvs=uvs)
+
+
+def _unseen(mesh: Mesh, picture: GroundPicture) -> Mesh:
+    """Return the rest of the ground."""
+    return chosen_faces(mesh, ~_within(mesh, picture))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +166,7 @@ class _Shape:
 
 def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
     """The shape of the ground around roads: level without slopes, else a terrain."""
-    if roads.cells.is_flat:
+    if roads.cells.is_flat and network.heights is None and network.picture is None:
         level = road_level(roads, network) - DROP
         return _Shape(land_mesh(land, level), lambda places: level + land.heights(places))
     mesh, height_at = terrain(roads, network, land=land)

@@ -198,7 +198,7 @@ def split_far(mesh: Mesh, land: Land) -> tuple[Mesh, Mesh]:
     away = land.away(mesh.vertices)
     far = np.asarray((away[mesh.faces] > TEXTURED - 1.0).all(axis=1))
     smooth = mesh if mesh.normals is not None else replace(mesh, normals=_normals(mesh))
-    return _chosen(smooth, ~far), _chosen(smooth, far)
+    return chosen_faces(smooth, ~far), chosen_faces(smooth, far)
 
 
 def far_tints(mesh: Mesh, land: Land, mean: Floats) -> Floats:
@@ -232,11 +232,12 @@ def _normals(mesh: Mesh) -> Floats:
     return unit(total)
 
 
-def _chosen(mesh: Mesh, keep: Bools) -> Mesh:
+def chosen_faces(mesh: Mesh, keep: Bools) -> Mesh:
     """Some faces of a mesh, without unused vertices."""
     used, faces = np.unique(mesh.faces[keep], return_inverse=True)
     normals = None if mesh.normals is None else mesh.normals[used]
-    return Mesh(mesh.vertices[used], faces.reshape(-1, 3), normals)
+    uvs = None if mesh.uvs is None else mesh.uvs[used]
+    return Mesh(mesh.vertices[used], faces.reshape(-1, 3), normals, uvs)
 
 
 def _reach(hull: shapely.Polygon, centre: Floats, rays: Floats) -> Floats:

@@ -76,9 +76,28 @@ def ground_between(roads: RoadLayout, network: Network, land: Land) -> HeightAt:
     def height_at(places: Floats) -> Floats:
         """Return height of the ground, (n, 2) -> (n,) [m]."""
         flat = np.asarray(places, dtype=np.float64)[:, :2]
-        return blended(flat, shaping) + land.heights(flat)
+        return open_land(flat, shaping, network, land)
 
     return height_at
+
+
+def open_land(flat: Floats, shaping: Shaping, network: Network, land: Land) -> Floats:
+    """Return heights of the ground where no road changes it, (n,) [m].
+
+    They are the land's own where those are known, and fade into the roads' and hills beyond.
+
+    Args:
+        flat: Places, (n, 2) [m].
+        shaping: What `shaping_of` gave.
+        network: Its heights of the land count.
+        land: Its hills.
+    """
+    between = blended(flat, shaping) + land.heights(flat)
+    if network.heights is None:
+        return between
+    share = network.heights.share(flat, fade=_FADE)
+    real = np.where(share > 0.0, network.heights.at(flat), 0.0)
+    return np.asarray(share * real + (1.0 - share) * between)
 
 
 def shaping_of(roads: RoadLayout, network: Network) -> Shaping:
@@ -191,6 +210,9 @@ _BESIDE = (2.6, 5.5, 10.0)
 _CELL, _COARSE, _MOST = 10.0, 40.0, 260
 """Grid spacing near roads and elsewhere in the network [m]; most lines per axis."""
 
+_FADE = 300.0
+"""Distance to the edge of known heights within which they fade into what is beyond [m]."""
+
 _NEAR = 70.0
 """How far from roads the fine grid reaches [m]."""
 
@@ -229,8 +251,9 @@ def terrain(
     points = _points(roads, samples, land)
     net = spatial.Delaunay(points.flat)
     faces, number = _facing_up(points.flat, net.simplices.astype(np.int64))
-    z = blended(points.flat, shaping) + land.heights(points.flat)
-    vertices = np.column_stack([points.flat, _sloped(points, z, faces)])
+    z = open_land(points.flat, shaping, network, land)
+    real = None if network.heights is None else network.heights.share(points.flat, fade=_FADE)
+    vertices = np.column_stack([points.flat, _sloped(points, z, faces, real)])
     shown = ~_hidden(points, vertices[:, 2], faces)
     under = road_samples(roads)
     face = number[net.find_simplex(under[:, :2])]
@@ -376,10 +399,18 @@ def _grid(samples: Floats, land: Land) -> Floats:
     return np.asarray(flat[keep & (land.away(flat) < 1.0)])
 
 
-def _sloped(points: _Points, z: Floats, triangles: Ints) -> Floats:
-    """Heights that reach all roads in slopes that are not too steep, (n,) [m]."""
+def _sloped(points: _Points, z: Floats, triangles: Ints, real: Floats | None) -> Floats:
+    """Heights that reach all roads in slopes that are not too steep, (n,) [m].
+
+    Args:
+        points: What the terrain is made of.
+        z: Heights where no road changes them, (n,) [m].
+        triangles: (m, 3).
+        real: How much of these is known and stays as it is, (n,).
+    """
     graph = _sides(points.flat, triangles)
-    z = _smoothed(z, graph, np.isfinite(points.known))
+    fixed = np.isfinite(points.known)
+    z = _smoothed(z, graph, fixed if real is None else fixed | (real > 0.5))
     lower = -_reached(graph, -points.known)
     upper = _reached(graph, points.known)
     clipped = np.minimum(np.maximum(z, lower), upper)

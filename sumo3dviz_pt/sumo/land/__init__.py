@@ -1,0 +1,1 @@
+"""The land: its heights, and what it looks like from above."""

@@ -1,0 +1,190 @@
+"""Roads and land on real heights: what comes out is what the height model says."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, TiffImagePlugin
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Edge, Heights, Junction, Lane, Location, Network
+from sumo3dviz_pt.sumo.heights import on_land
+
+UTM = "+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
+OFFSET = (-691000.0, -5334000.0)
+
+
+def hill(x: Floats, y: Floats) -> Floats:
+    """A land of our own making: a slope and a wide hill [m]."""
+    return 500.0 + 0.02 * x + 0.01 * y + 12.0 * np.exp(-((x - 300) ** 2 + (y - 250) ** 2) / 2e5)
+
+
+def network(*, projection: str = "!", z: float = 0.0) -> Network:
+    """Return two streets that cross, far from nowhere."""
+
+    def street(name: str, points: list[tuple[float, float]]) -> Edge:
+        shape = np.array([(x, y, z) for x, y in points])
+        length = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
+        lane = Lane(f"{name}_0", name, 0, shape, 3.2, 13.9, length, frozenset({"passenger"}))
+        return Edge(name, "normal", "a", "b", (lane,))
+
+    edges = {
+        "east": street("east", [(0.0, 200.0), (280.0, 200.0), (600.0, 200.0)]),
+        "north": street("north", [(300.0, 0.0), (300.0, 500.0)]),
+    }
+    outline = np.array([(295.0, 195.0, z), (305.0, 195.0, z), (305.0, 205.0, z)])
+    junctions = {"a": Junction("a", "priority", np.array([300.0, 200.0, z]), outline)}
+    offset = OFFSET if projection != "!" else (0.0, 0.0)
+    place = Location(offset, (0.0, 0.0, 600.0, 500.0), projection)
+    return Network(edges, junctions, (), place)
+
+
+def geotiff(file: Path, *, shift: tuple[float, float], system: dict[int, int], step: float) -> Path:
+    """Write heights around the network, the first row in the north; values are of middles."""
+    x = np.arange(-1000.0, 1600.0, step) + step / 2
+    y = np.arange(1500.0, -1000.0, -step) - step / 2
+    values = hill(*np.meshgrid(x, y)).astype(np.float32)
+    tags = TiffImagePlugin.ImageFileDirectory_v2()
+    tags[33550] = (step, step, 0.0)
+    tags.tagtype[33550] = tags.tagtype[33922] = 12
+    tags[33922] = (0.0, 0.0, 0.0, x[0] - step / 2 + shift[0], y[0] + step / 2 + shift[1], 0.0)
+    keys = [number for key, value in system.items() for number in (key, 0, 1, value)]
+    tags[34735] = (1, 1, 0, len(system), *keys)
+    tags.tagtype[34735] = 3
+    Image.fromarray(values).save(file, tiffinfo=tags, compression="tiff_lzw")
+    return file
+
+
+def ascii_grid(file: Path, step: float) -> Path:
+    """Write the same as a grid of ESRI."""
+    x = np.arange(-1000.0, 1600.0, step)
+    y = np.arange(1500.0, -1000.0, -step)
+    rows = hill(*np.meshgrid(x, y))
+    head = f"ncols {len(x)}\nnrows {len(y)}\nxllcenter {x[0]}\nyllcenter {y[-1]}\ncellsize {step}\n"
+    text = "\n".join(" ".join(f"{value:.4f}" for value in row) for row in rows)
+    file.write_text(head + "NODATA_value -9999\n" + text, encoding="ascii")
+    return file
+
+
+def tile(file: Path) -> Path:
+    """Write a tile of SRTM with decimetres as metres, around UTM's place."""
+    pyproj = pytest.importorskip("pyproj")
+    side = 1201
+    lon, lat = np.meshgrid(np.linspace(11, 12, side), np.linspace(49, 48, side))
+    east, north = pyproj.Proj(UTM)(lon, lat)
+    values = np.round(10 * hill(east + OFFSET[0], north + OFFSET[1]) - 4000).clip(-9000, 9000)
+    file.write_bytes(values.astype(">i2").tobytes())
+    return file
+
+
+LOCAL: dict[str, Callable[[Path], Path]] = {
+    "GeoTIFF": lambda folder: geotiff(folder / "a.tif", shift=(0, 0), system={1024: 1}, step=5.0),
+    "ASCII grid": lambda folder: ascii_grid(folder / "a.asc", 5.0),
+}
+
+
+@pytest.mark.parametrize("form", LOCAL)
+def test_land_is_as_the_model_says(form: str, tmp_path: Path) -> None:
+    """Within 5 cm, at places between the model's own."""
+    raised = on_land(network(), LOCAL[form](tmp_path))
+    assert raised.heights is not None
+    places = np.random.default_rng(1).uniform([-300, -300], [900, 800], (500, 2))
+    base = np.floor(hill(*np.array([[0.0, 200.0], [300.0, 0.0]]).T).min())
+    np.testing.assert_allclose(raised.heights.at(places), hill(*places.T) - base, atol=0.05)
+    for lane in raised.lanes.values():
+        np.testing.assert_allclose(lane.shape[:, 2], hill(*lane.shape[:, :2].T) - base, atol=0.05)
+        assert np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1).max() < 8.0
+    outline = raised.junctions["a"].outline
+    np.testing.assert_allclose(outline[:, 2], hill(*outline[:, :2].T) - base, atol=0.05)
+
+
+def test_a_model_in_utm_lies_under_a_network_in_utm(tmp_path: Path) -> None:
+    pytest.importorskip("pyproj")
+    shift = (-OFFSET[0], -OFFSET[1])
+    file = geotiff(tmp_path / "a.tif", shift=shift, system={1024: 1, 3072: 32632}, step=5.0)
+    lane = on_land(network(projection=UTM), file).lanes["north_0"]
+    np.testing.assert_allclose(
+        np.diff(lane.shape[:, 2]), np.diff(hill(*lane.shape[:, :2].T)), atol=0.02
+    )
+
+
+def test_a_tile_in_degrees_lies_under_a_network_in_utm(tmp_path: Path) -> None:
+    """SRTM's tiles hold whole metres, here of ten times the heights."""
+    raised = on_land(network(projection=UTM), tile(tmp_path / "N48E011.hgt"))
+    assert raised.heights is not None
+    places = np.random.default_rng(2).uniform([0, 0], [600, 500], (200, 2))
+    got = raised.heights.at(places)
+    expected = 10 * hill(*places.T)
+    assert np.abs(got - got.mean() - expected + expected.mean()).max() < 1.5
+
+
+def test_roads_with_heights_keep_them(tmp_path: Path) -> None:
+    own = network(z=7.0)
+    raised = on_land(own, LOCAL["GeoTIFF"](tmp_path))
+    assert raised.lanes is not own.lanes
+    for name, lane in raised.lanes.items():
+        np.testing.assert_array_equal(lane.shape, own.lanes[name].shape)
+    assert raised.heights is not None and raised.heights.at([[300.0, 250.0]])[0] > 500.0
+
+
+def test_a_cliff_becomes_a_grade_that_one_can_drive(tmp_path: Path) -> None:
+    """A step of 5 m across a street is a ramp."""
+    x, y = np.arange(-500.0, 1100.0, 5.0), np.arange(1000.0, -500.0, -5.0)
+    values = np.where(np.meshgrid(x, y)[0] > 150.0, 5.0, 0.0)
+    head = f"ncols {len(x)}\nnrows {len(y)}\nxllcenter {x[0]}\nyllcenter {y[-1]}\ncellsize 5\n"
+    file = tmp_path / "a.asc"
+    file.write_text(head + "\n".join(" ".join(map(str, row)) for row in values), encoding="ascii")
+    lane = on_land(network(), file).lanes["east_0"]
+    grades = np.diff(lane.shape[:, 2]) / np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
+    assert 0.04 < grades.max() < 0.13 and np.ptp(lane.shape[:, 2]) == pytest.approx(5.0, abs=0.1)
+
+
+def test_a_model_of_another_place_is_refused(tmp_path: Path) -> None:
+    file = geotiff(tmp_path / "a.tif", shift=(90_000, 0), system={1024: 1}, step=20.0)
+    with pytest.raises(InputError, match=r"heights of only 0 % of the roads .* of this place"):
+        on_land(network(), file)
+
+
+def test_degrees_need_a_projection(tmp_path: Path) -> None:
+    file = geotiff(tmp_path / "a.tif", shift=(0, 0), system={1024: 2, 2048: 4326}, step=20.0)
+    with pytest.raises(
+        InputError, match=r"degrees, and the network has no projection; .*--proj.utm"
+    ):
+        on_land(network(), file)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.txt", b"nothing", "is no height model; give a GeoTIFF"),
+        ("a.tif", b"II*\0" + struct.pack("<I", 8), "cannot be read"),
+        ("a.asc", b"ncols 2\nnrows 2\ncellsize 1\n1 2 3", "is no ASCII grid"),
+        ("a.hgt", b"\0\0" * 9, "is no tile of SRTM"),
+    ],
+)
+def test_damaged_models_are_refused(tmp_path: Path, name: str, content: bytes, words: str) -> None:
+    file = tmp_path / name
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=words):
+        on_land(network(), file)
+
+
+def test_a_picture_that_lies_nowhere(tmp_path: Path) -> None:
+    file = tmp_path / "a.tif"
+    Image.fromarray(np.zeros((4, 4), np.float32)).save(file)
+    with pytest.raises(InputError, match="says nowhere where it lies"):
+        on_land(network(), file)
+    file.with_suffix(".tfw").write_text("500\n0\n0\n-500\n-500\n1500\n", encoding="ascii")
+    assert on_land(network(), file).heights is not None
+
+
+def test_heights_are_bilinear_and_end() -> None:
+    grid = Heights((10.0, 20.0), (2.0, 5.0), np.array([[0.0, 2.0], [10.0, 12.0]]))
+    np.testing.assert_allclose(grid.at([[10, 20], [12, 25], [11, 22.5]]), [0.0, 12.0, 6.0])
+    assert np.isnan(grid.at([[9.9, 20.0], [11.0, 25.1]])).all()
+    np.testing.assert_allclose(grid.share([[11.0, 22.5], [0.0, 0.0]], fade=2.0), [0.5, 0.0])
