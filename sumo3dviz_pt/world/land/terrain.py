@@ -9,8 +9,8 @@ win, so the space between its embankments stays open.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -210,6 +210,13 @@ _BESIDE = (2.6, 5.5, 10.0)
 _CELL, _COARSE, _MOST = 10.0, 40.0, 260
 """Grid spacing near roads and elsewhere in the network [m]; most lines per axis."""
 
+_BRIDGED = 9.0
+"""How far roads lie above known land at most that an embankment carries [m]."""
+
+_BANDS = ((15.0, 200.0), (40.0, 1000.0), (160.0, 4000.0))
+"""Where heights or a picture of the land are known: spacing of points, and how far from what is
+built [m]."""
+
 _FADE = 300.0
 """Distance to the edge of known heights within which they fade into what is beyond [m]."""
 
@@ -248,11 +255,16 @@ def terrain(
     levels = levels_of(roads)
     samples = border_samples(levels)
     shaping = shaping_of(roads, network)
-    points = _points(roads, samples, land)
+    fine = network.heights is not None or network.picture is not None
+    points = _points(roads, samples, land, fine=fine)
     net = spatial.Delaunay(points.flat)
     faces, number = _facing_up(points.flat, net.simplices.astype(np.int64))
     z = open_land(points.flat, shaping, network, land)
     real = None if network.heights is None else network.heights.share(points.flat, fade=_FADE)
+    if real is not None:
+        # Where the land is known, a road high above it is a bridge, not a ridge.
+        high = (points.known - z > _BRIDGED) & (real > 0.5)
+        points = replace(points, known=np.where(high, np.nan, points.known))
     vertices = np.column_stack([points.flat, _sloped(points, z, faces, real)])
     shown = ~_hidden(points, vertices[:, 2], faces)
     under = road_samples(roads)
@@ -331,8 +343,15 @@ def _height_at(vertices: Floats, faces: Ints, net: spatial.Delaunay, number: Int
     return height_at
 
 
-def _points(roads: RoadLayout, samples: BorderSamples, land: Land) -> _Points:
-    """All points of the terrain from above, with the heights that are known."""
+def _points(roads: RoadLayout, samples: BorderSamples, land: Land, *, fine: bool) -> _Points:
+    """All points of the terrain from above, with the heights that are known.
+
+    Args:
+        roads: What is built.
+        samples: Points along its borders.
+        land: What is around it.
+        fine: Whether the grid is fine everywhere in the network, not only near roads.
+    """
     at, out, z = samples.points[:, :2], samples.outward, samples.points[:, 2]
     away_from = partial(_away_from, roads.outline, shapely.STRtree(sides(list(roads.outline))))
     # Along the borders, and on the shoulders beside them where there is room.
@@ -343,11 +362,13 @@ def _points(roads: RoadLayout, samples: BorderSamples, land: Land) -> _Points:
     reach = np.repeat(_BESIDE, len(at[1::2]))
     beside = beside[away_from(beside, 0.7 * reach)]
     # On a grid, fine near roads, and on rings out to the horizon.
-    grid = _grid(samples.points, land)
+    grid = _grid(samples.points, land, fine=fine)
     border, _ = spatial.cKDTree(at).query(grid)
     grid = grid[np.asarray(border) > 2.0]
     rings = land_mesh(land, 0.0).vertices[:, :2]
     rings = rings[land.away(rings) > 1.0]
+    if fine:
+        rings = np.concatenate([rings, *_bands(land)])
     flat = np.concatenate([edge, shoulder[free], beside, grid, rings])
     known = np.full(len(flat), np.nan)
     known[: len(edge)] = z - _MARGIN
@@ -385,8 +406,21 @@ def _away_from(
     return free
 
 
-def _grid(samples: Floats, land: Land) -> Floats:
-    """Points of a grid within the land's hull, fine near samples, (n, 2) [m]."""
+def _bands(land: Land) -> Iterator[Floats]:
+    """Yield points of grids in bands around the land's hull, (n, 2) [m]."""
+    nearest = 1.0
+    for step, farthest in _BANDS:
+        x0, y0, x1, y1 = land.hull.buffer(farthest).bounds
+        i, j = (v.ravel() for v in np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step)))
+        # As above.
+        flat = np.column_stack([i + 0.37 * step * (np.round((j - y0) / step) % 2), j])
+        away = land.away(flat)
+        yield np.asarray(flat[(away > nearest) & (away <= farthest)])
+        nearest = farthest
+
+
+def _grid(samples: Floats, land: Land, *, fine: bool) -> Floats:
+    """Points of a grid within the land's hull, fine near samples or everywhere, (n, 2) [m]."""
     x0, y0, x1, y1 = land.hull.bounds
     step = max(_CELL, (x1 - x0) / _MOST, (y1 - y0) / _MOST)
     x, y = (np.arange(np.ceil((b - a) / step) + 1) for a, b in ((x0, x1), (y0, y1)))
@@ -394,7 +428,7 @@ def _grid(samples: Floats, land: Land) -> Floats:
     # Rows are shifted against each other, so that no four points lie on a circle.
     flat = np.column_stack([x0 + step * (i + 0.37 * (j % 2)), y0 + step * j])
     away, _ = spatial.cKDTree(samples[:, :2]).query(flat)
-    every = max(int(_COARSE / step), 1)
+    every = 1 if fine else max(int(_COARSE / step), 1)
     keep = (np.asarray(away) < _NEAR) | ((i % every == 0) & (j % every == 0))
     return np.asarray(flat[keep & (land.away(flat) < 1.0)])
 
