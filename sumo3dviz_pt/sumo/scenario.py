@@ -140,6 +140,8 @@ def read_scenario(
         allow_truncated=allow_truncated,
         location=network.location,
     )
+    if network.heights is not None:
+        log = replace(log, traces=with_heights(log.traces, network))
     if not paved:  # a network that was made of the log fits it
         with _doubts(allow=not doubted):
             _check_log(log, network, files)
