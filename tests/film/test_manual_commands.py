@@ -13,8 +13,10 @@ from pathlib import Path
 import pytest
 from builders import SCENE, write_scenario
 from manual import PAGES, commands, text_of
+from table_writers import Row, common_road, drone, feet, own_metres, vissim
 
 from sumo3dviz_pt import cli
+from sumo3dviz_pt.sumo.fcd import read_trajectories
 
 NOT_RUN = {
     "demo": "the README's first command runs in CI",
@@ -25,6 +27,8 @@ NOT_RUN = {
     "import-sumo3dviz": "needs sumo3Dviz's files; tests/contract/test_manual_blocks.py",
     "check --stress": "takes minutes; tests/film/test_stress_command.py",
     "init --record": "needs SUMO",
+    "init --traffic": "needs SUMO; tests/unit/recording/test_maps.py",
+    "init map.xodr": "as above",
     "study verify": "needs a study's folder; tests/film/test_verify.py",
     "study pack": "as above; tests/unit/studies/test_pack.py",
     "study unpack": "as above",
@@ -102,6 +106,7 @@ def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_scenario(folder, vehicles=4, end=8.0, scene=text)
     (folder / "study.yaml").write_text(STUDY, encoding="utf-8")
     (folder / "city.sumocfg").write_text(CONFIGURATION, encoding="utf-8")
+    write_other_tools(folder)
     scene = str(folder / "scene.yaml")
     film = ["--from", "4", "--to", "4.2", "--spp", "1", "--size", "32x16", "--variant", "scalar"]
     assert (
@@ -112,6 +117,34 @@ def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
         cli.main(["still", scene, "--camera", "post", *still, "-o", str(folder / "one.exr")]) == 0
     )
     return folder
+
+
+def write_other_tools(folder: Path) -> None:
+    """Write the street's traffic in the forms of other tools, and a height model of the place."""
+    rows = [
+        Row(
+            *(trace.times[n], trace.id),
+            *trace.positions[n, :2],
+            *(trace.yaws[n], 10.0, 4.6, 1.8),
+            "passenger",
+        )
+        for trace in read_trajectories([folder / "fcd.xml"]).traces
+        for n in range(len(trace.times))
+    ]
+    drone(folder, rows)
+    vissim(folder, rows).rename(folder / "run.fzp")
+    for name, write in {
+        "tracks.csv": own_metres,
+        "trajectories.csv": feet,
+        "scenario.xml": common_road,
+    }.items():
+        write(folder, rows).rename(folder / name)
+    full = (folder / "fcd.xml").read_text(encoding="utf-8").replace("fcd-export", "full-export")
+    full = full.replace("<timestep time=", "<data timestep=").replace("</timestep>", "</data>")
+    full = re.sub(r"(<vehicle [^>]*>)", r"<vehicles>\1</vehicles>", full)
+    (folder / "full.xml").write_text(full, encoding="utf-8")
+    head = "ncols 40\nnrows 40\nxllcorner -2000\nyllcorner -2000\ncellsize 100\n"
+    (folder / "dem.tif").write_text(head + "7 " * 1600, encoding="ascii")
 
 
 def suited(words: list[str], street: Path, output: Path) -> list[str]:
@@ -129,6 +162,8 @@ def suited(words: list[str], street: Path, output: Path) -> list[str]:
     if "--kerb" in words:
         # On so short a street all cars appear in sight, and no pair is proposed unasked.
         return [*found, "--pick", "1"]
+    if words[0] == "init" and "-o" not in words:
+        return [*found, "-o", str(output / "scene.yaml")]
     if words[0] in DRY:
         return [*found, *([] if "--dry-run" in found else ["--dry-run"])]
     return [*found, "--spp", "1", "--variant", "scalar"] if words[0] == "still" else found
@@ -149,6 +184,8 @@ def stand_in(word: str, street: Path) -> str:
     known = ends.get(
         Path(word).suffix, "city.sumocfg" if word in ("recorded", "run_1", "barcelona") else ""
     )
+    if word == "folder":
+        return str(street)
     return str(street / known) if known else word
 
 
