@@ -113,7 +113,8 @@ def _grades(shape: Floats, heights: Heights) -> Floats:
     """Return the slopes along a line on the land, without sign."""
     points = _followed(shape, heights)
     lengths = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
-    return np.abs(np.diff(points[:, 2]))[lengths > 0.5] / lengths[lengths > 0.5]
+    rises = np.abs(np.diff(points[:, 2]))
+    return np.asarray(rises[lengths > 0.5] / lengths[lengths > 0.5])
 
 
 def _smoothed(heights: Heights, spread: float) -> Heights:
