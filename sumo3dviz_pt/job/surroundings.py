@@ -158,6 +158,10 @@ class TableSettings(Settings):
         description="vClass by the table's word or number for a class",
     )
 
+    def __hash__(self) -> int:
+        """Tell what differs apart, so that scenes can be keys."""
+        return hash(self.model_dump_json())
+
     @property
     def choices(self) -> TableChoices:
         """How the tables are to be understood."""

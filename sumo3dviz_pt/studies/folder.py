@@ -159,15 +159,22 @@ def _groups(plan: StudyPlan) -> Iterator[frozenset[Path]]:
             known[job.scenario] = files = scenario_files(job)
             if place is not None:
                 grouped = {path for some in by_role(files).values() for path in some}
+                grouped = grouped - _made(files) | {each.table for each in files.tables}
                 yield _whole([place, *grouped - {*_named(job)}, *files_behind(place)])
+        made = _made(known[job.scenario])
         for path in files_of(job, known[job.scenario]):
-            if path.is_file():
+            if path.is_file() and path not in made:
                 yield _whole([path, *companions(path)])
     design = plan.file.settings.design
     if isinstance(design, TableSettings):
         yield _whole([design.table])
     if plan.file.settings.session.texts is not None:
         yield _whole([plan.file.settings.session.texts])
+
+
+def _made(files: ScenarioFiles) -> set[Path]:
+    """Return what was made of tables, and is made again wherever these are."""
+    return {file for each in files.tables for file in each.files}
 
 
 def _named(job: Job) -> list[Path]:

@@ -164,3 +164,26 @@ def test_what_is_written_in_yaml_is_read(content):
     assert parse_yaml(_yaml(content))[0] == content
     for word in ("1e5", "12:30", "on", "0o17", "null", "~", "2026-06-21", "#ff0000", "-", "a: b"):
         assert parse_yaml(_yaml({word: word}))[0] == {word: word}
+
+
+def test_a_table_of_trajectories_goes_along_and_what_was_made_of_it_does_not(home, tmp_path):
+    """The same films elsewhere, of the table itself; how it is understood tells films apart."""
+    project = home / "project"
+    rows = "".join(f"{n},a,{2 + n},-1.6\n{n},b,{20 - n},1.6\n" for n in range(9))
+    write(project / "tracks.csv", f"t,who,x,y\n{rows}")
+    table = "{file: ../tracks.csv, columns: {id: who}}"
+    scenario = f"{{network: ../sumo/net/town.net.xml, trajectories: {table}}}"
+    scene = SCENE.replace("{sumocfg: ../sumo/cfg/run.sumocfg}", scenario)
+    write(project / "scenes" / "scene.yaml", scene)
+    front = "{scenario: {trajectories: {point: front}}}"
+    text = STUDY.replace(
+        "{few: {}, many: {scenario: {trajectories: [LOG]}}}", f"{{few: {{}}, many: {front}}}"
+    )
+    write(project / "study.yaml", text)
+    plan = planned(project / "study.yaml", **{"output.size": "[64, 36]"})
+    assert len({digest for _, digest, _ in films(plan)}) == 8
+    there = tmp_path / "made"
+    names = {path.name for path in write_study_inputs(there, plan, variant="llvm")}
+    assert "tracks.csv" in names and not any(name.startswith("log.") for name in names)
+    shutil.rmtree(home)
+    assert films(planned(there / FOLDER / "study.yaml")) == films(plan)
