@@ -115,6 +115,8 @@ def _init(options: argparse.Namespace) -> int:
     )
     steps = [WorkStep(Doing.READ, _READING), WorkStep(Doing.SCOUT, _SCOUTING)]
     drawn = is_map(options.scenario)
+    if options.traffic is not None and not drawn:
+        raise ConfigError("traffic is invented on a map (.osm) only", key="--traffic")
     if options.record or drawn:
         steps.insert(0, WorkStep(Doing.SIMULATE, SIMULATING))
     with progress(options.output.name, steps):

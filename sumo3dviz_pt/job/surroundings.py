@@ -28,19 +28,10 @@ from sumo3dviz_pt.job.values import (
     Turn,
     Whole,
 )
+from sumo3dviz_pt.model.numbers import TablePoint, TableRole, TableUnit
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.traffic import TableChoices
-
-# fmt: off
-_Role = Literal[
-    "time", "frame", "id", "x", "y", "z", "rear_x", "rear_y", "angle", "speed", "length", "width",
-    "height", "class",
-]
-_Unit = Literal[
-    "s", "ms", "us", "ns", "m", "mm", "cm", "km", "ft", "m/s", "km/h", "mph", "ft/s", "deg", "rad",
-]
-# fmt: on
 
 
 class ObjectSettings(Settings):
@@ -124,7 +115,7 @@ class ColumnSettings(Settings):
     """A column of a table of trajectories."""
 
     column: str = Field(description="its name in the table")
-    unit: _Unit | None = Field(
+    unit: TableUnit | None = Field(
         None, description="what its numbers are in; default what its values tell"
     )
     zero: Literal["east", "north"] | None = Field(
@@ -139,11 +130,11 @@ class TableSettings(Settings):
     """Tables of trajectories that are no logs of SUMO."""
 
     file: OneOrMoreFiles = Field(description="text with any separator, or Parquet")
-    columns: dict[_Role, str | ColumnSettings] = Field(
+    columns: dict[TableRole, str | ColumnSettings] = Field(
         default_factory=dict,
         description="column by what it holds: its name, or a mapping; default what names tell",
     )
-    point: Literal["front", "centre", "rear"] | None = Field(
+    point: TablePoint | None = Field(
         None, description="where on the body x and y are; default centre, or the data set's"
     )
     downwards: bool | None = Field(

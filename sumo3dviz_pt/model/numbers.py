@@ -189,3 +189,16 @@ if TYPE_CHECKING:
 else:
     Projection = Literal[tuple(PROJECTIONS)]
     LayerName = Literal[tuple(LAYER_KINDS)]
+
+# fmt: off
+TableRole = Literal[
+    "time", "frame", "id", "x", "y", "z", "rear_x", "rear_y", "angle", "speed", "length", "width",
+    "height", "class",
+]
+TableUnit = Literal[
+    "s", "ms", "us", "ns", "m", "mm", "cm", "km", "ft", "m/s", "km/h", "mph", "ft/s", "deg", "rad",
+]
+TablePoint = Literal["front", "centre", "rear"]
+# fmt: on
+"""What columns of a table of trajectories hold, what their numbers are in, and where on a body
+x and y are."""

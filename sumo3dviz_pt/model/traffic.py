@@ -390,16 +390,6 @@ class ScenarioFiles:
     tables: tuple[MadeOfTable, ...] = ()
 
 
-ROLES = (
-    *("time", "frame", "id", "x", "y", "z", "rear_x", "rear_y", "angle", "speed"),
-    *("length", "width", "height", "class"),
-)
-"""What columns of a table of trajectories may hold."""
-
-POINTS = ("front", "centre", "rear")
-"""Where on a body a table's x and y may be."""
-
-
 @dataclass(frozen=True, slots=True)
 class TableColumn:
     """A column of a table of trajectories.
@@ -422,8 +412,9 @@ class TableChoices:
     """How tables of trajectories are to be understood where they leave that open.
 
     Attributes:
-        columns: Their columns, by what they hold, one of `ROLES`.
-        point: Where on the body x and y are, one of `POINTS`; empty where the form tells.
+        columns: Their columns, by what they hold, one of `model.numbers.TableRole`.
+        point: Where on the body x and y are, one of `model.numbers.TablePoint`; empty
+            where the form tells.
         downwards: Whether y grows downwards; None where the form tells.
         rate: Frames in a second [Hz]; None where the form tells.
         classes: vClasses by the words, or numbers, of the table.

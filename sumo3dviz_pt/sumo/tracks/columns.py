@@ -82,10 +82,11 @@ class Form:
 
     Attributes:
         name: What users call it; empty for a table of one's own.
-        columns: What it holds, by one of `model.traffic.ROLES`.
+        columns: What it holds, by one of `model.numbers.TableRole`.
         optional: Columns of such tables that may be missing.
         marks: Other columns by which such tables are known.
-        point: Where on the body x and y are: one of `model.traffic.POINTS`, or `corner` of a box.
+        point: Where on the body x and y are: one of `model.numbers.TablePoint`, or `corner` of
+            a box.
         downwards: Whether y grows downwards, as in pictures.
         rate: Frames in a second, for tables that count them [Hz].
         classes: What the table's words, or numbers, for classes mean, as vClasses.

@@ -23,7 +23,7 @@ STEP = 2.0
 
 _STATION = 3  # points between stations
 _SIDE = 32.0  # how far beside a reference lanes are sought [m]
-_ALONG = 5.0  # who is as near to a station counts there [m]
+_ALONG = 5.0  # ways count at a station where they pass it within this distance [m]
 _SAME = np.radians(20.0)
 _NEAR = 2.0  # ways of other directions that are as near cross [m]
 _ROWS = 1 << 32  # of squares, more than there can be

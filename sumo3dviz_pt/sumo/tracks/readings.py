@@ -56,7 +56,7 @@ class Samples:
         speeds: NaN where nothing tells, (n,) [m/s].
         sizes: Length, width and height, NaN where nothing tells, (n, 3) [m].
         classes: Words for classes; none where nothing tells.
-        point: Where on the body places are: one of `model.traffic.POINTS`.
+        point: Where on the body places are: one of `model.numbers.TablePoint`.
         downwards: Whether the file's y grows downwards; places do not.
         meanings: vClasses by words for classes.
         columns: Of the table, with all that was told by values.
@@ -85,7 +85,7 @@ def samples_in(table: Table) -> Samples:
     """
     cells, form = cells_of(table), table.form
     beside = _Beside.of(table)
-    rows = _Rows(table.file, cells, form, _places(cells, form))
+    rows = _Rows(table.file, cells, form)
     times, headings, speeds = _times(rows, beside), _headings(rows), _speeds(rows, beside)
     sizes = _sizes(rows)
     told = (times, headings, speeds)
@@ -140,19 +140,26 @@ class _Rows:
         raw: Times or frames as the table has them, (n,).
     """
 
-    def __init__(self, file: Path, cells: Cells, form: Form, places: Floats) -> None:
-        self.file, self.cells, self.form, self.places = file, cells, form, places
+    def __init__(self, file: Path, cells: Cells, form: Form) -> None:
+        self.file, self.cells, self.form = file, cells, form
         self.raw = cells.numbers["time" if "time" in cells.numbers else "frame"]
         codes = cells.words["id"].codes
         order = np.lexsort((self.raw, codes))
         same = np.flatnonzero(codes[order][1:] == codes[order][:-1])
         self.before, self.after = order[same], order[same + 1]
-        self.ways = places[self.after, :2] - places[self.before, :2]
+        flat = self.plan("x", "y")
+        self.places = np.column_stack([flat, np.nan_to_num(self.numbers("z", METRES))])
+        self.ways = flat[self.after] - flat[self.before]
 
     @property
     def count(self) -> int:
         """Number of rows."""
         return len(self.raw)
+
+    def plan(self, x: str, y: str) -> Floats:
+        """Return two columns as places, upright, (n, 2) [m]."""
+        north = self.numbers(y, METRES)
+        return np.column_stack([self.numbers(x, METRES), -north if self.form.downwards else north])
 
     def numbers(self, role: str, units: Mapping[str, float]) -> Floats:
         """Return a column in our units, NaN where it is not there, (n,)."""
@@ -245,14 +252,6 @@ def _check_speed(rows: _Rows, times: Floats) -> None:
         raise InputError(message, file=rows.file)
 
 
-def _places(cells: Cells, form: Form) -> Floats:
-    """Return the places of rows, (n, 3) [m]; those of pictures turned upright."""
-    ratio = METRES.get(form.columns["x"].unit or "m", 1.0)
-    x, y = cells.numbers["x"], cells.numbers["y"]
-    z = np.nan_to_num(cells.numbers.get("z", np.zeros(len(x))))
-    return np.column_stack([x, -y if form.downwards else y, z]) * ratio
-
-
 def _middle(places: Floats, sizes: Floats, form: Form) -> Floats:
     """Return the middle of boxes whose left upper corners are given, or places as they are."""
     if form.point != "corner":
@@ -272,8 +271,7 @@ def _sizes(rows: _Rows) -> Floats:
 
 def _from_rear(rows: _Rows) -> Floats:
     """Return the way from the rear to the front, (n, 2) [m]."""
-    rear = [rows.numbers(f"rear_{axis}", METRES) for axis in "xy"]
-    return np.asarray(rows.places[:, :2] - np.column_stack(rear))
+    return np.asarray(rows.places[:, :2] - rows.plan("rear_x", "rear_y"))
 
 
 def _times(rows: _Rows, beside: _Beside) -> _Told:

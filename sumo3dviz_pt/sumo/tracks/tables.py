@@ -59,7 +59,7 @@ class Words:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """What a table holds, by one of `model.traffic.ROLES`; units are the table's.
+    """What a table holds, by one of `model.numbers.TableRole`; units are the table's.
 
     Attributes:
         numbers: NaN where a cell is empty, (n,) each; a time that is a date or a clock's is in

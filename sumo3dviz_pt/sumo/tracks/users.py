@@ -68,7 +68,7 @@ class Track:
 
 
 def tracks_of(samples: Samples) -> tuple[Track, ...]:
-    """Return everyone who is in samples, at common times."""
+    """Return the road users that samples tell, at common times."""
     order = np.lexsort((samples.times, samples.who.codes))
     codes = samples.who.codes[order]
     starts = np.flatnonzero(np.diff(codes, prepend=-1))

@@ -114,11 +114,7 @@ def build_ground(
     for number, part in enumerate(woods(land, height_at=shape.height_at, room=free)):
         static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
-    own = (
-        {CONCRETE: SURFACE}
-        if picture is None
-        else {CONCRETE: SURFACE, str(picture.file): str(picture.file)}
-    )
+    own = {CONCRETE: SURFACE, **({} if picture is None else {str(picture.file): str(picture.file)})}
     for other in {part.part.material for part in static} - {name}:
         materials[other] = (
             surface_material(own[other], textured=textured) if other in own else MATERIALS[other]

@@ -66,6 +66,11 @@ def test_nobody_drives_on_a_map(tmp_path):
         make_of_map(town(tmp_path / "a.osm"), tmp_path / "made", traffic=None)
 
 
+def test_traffic_is_invented_on_maps_only(tmp_path, capsys):
+    assert main(["init", str(tmp_path), "--traffic", "60", "-o", str(tmp_path / "s.yaml")]) == 2
+    assert "traffic is invented on a map (.osm) only" in capsys.readouterr().err
+
+
 def test_without_sumo_the_command_is_said(tmp_path, monkeypatch):
     """Where SUMO is not installed, what to type elsewhere is."""
     monkeypatch.setattr(maps, "sumo_program", _no_program)

@@ -206,6 +206,17 @@ def test_a_picture_is_turned_upright_where_that_is_said(tmp_path: Path) -> None:
     np.testing.assert_allclose(log.traces[0].positions[:, 1], np.arange(9))
 
 
+def test_places_have_units_of_their_own(tmp_path: Path) -> None:
+    """y and z need not be in x's unit, and what is no length is refused."""
+    rows = "".join(f"{s},a,{900 * s},{s / 0.3048},{100 * s}\n" for s in range(9))
+    text = f"t_s,id,x_cm,y_ft,z_cm\n{rows}"
+    log = made_of(tmp_path / "own.csv", text, TableChoices(point="front"))
+    np.testing.assert_allclose(log.traces[0].positions[3], [27.0, 3.0, 3.0], atol=1e-3)
+    wrong = TableChoices({"y": TableColumn("y_ft", "deg")})
+    with pytest.raises(InputError, match="'y_ft' is said to be in 'deg'; say m, ft"):
+        made_of(tmp_path / "own.csv", text, wrong)
+
+
 def test_impossible_speeds_ask_for_units(tmp_path: Path) -> None:
     rows = "".join(f"{s},a,{9000 * s},0\n" for s in range(9))
     with pytest.raises(InputError, match="would move at 9,000 m/s; say in which unit"):
