@@ -331,6 +331,55 @@ class Scene:
             reports = render_film(self.job, request, order, on_frame=on_frame)
         return Films(report.film or report.folder for report in reports)
 
+    def export(
+        self,
+        path: str | Path,
+        *,
+        time: float | None = None,
+        start: float | None = None,
+        end: float | None = None,
+        fps: float = 10.0,
+        overwrite: bool = True,
+        progress: bool | None = None,
+    ) -> Path:
+        """Export the scene for other tools, around its cameras.
+
+        Args:
+            path: A .glb, .usd, .usda, .usdc or .usdz file, or a folder for a page.
+            time: One moment [s]; or a stretch by `start` and `end`.
+            start: First time [s].
+            end: Last time [s].
+            fps: Times per second of a stretch.
+            overwrite: Whether what exists there may go.
+            progress: Whether a bar or lines say how far it is; default on terminals and in
+                notebooks.
+
+        Returns:
+            The path.
+
+        Raises:
+            ConfigError: If times or place are wrong.
+            InstallationError: If USD is asked for without the extra `usd`.
+        """
+        from sumo3dviz_pt.errors import ConfigError
+        from sumo3dviz_pt.exports.order import ExportOrder, export
+        from sumo3dviz_pt.job.errors import asked
+        from sumo3dviz_pt.job.values import Seconds
+        from sumo3dviz_pt.job.yaml12 import as_path
+        from sumo3dviz_pt.pipeline.reading import spare_inputs
+        from sumo3dviz_pt.pipeline.steps import export_steps
+
+        first, last = (start, end) if time is None else (time, time)
+        if first is None or last is None:
+            raise ConfigError("give time, or start and end", key="time")
+        first, last = asked(Seconds, first, key="start"), asked(Seconds, last, key="end")
+        order = ExportOrder(as_path(path, key="path"), first, last, fps, overwrite)
+        order.check()
+        spare_inputs(self.job, order.path)
+        with _followed(order.path.name, progress, partial(export_steps, self.job, order.count)):
+            export(self.job, order)
+        return order.path
+
     def view(
         self,
         *,

@@ -12,9 +12,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sumo3dviz_pt.cli.export import add_fps, run_static
 from sumo3dviz_pt.cli.options import (
     PROGRAM,
     add_overrides,
+    add_overwrite,
     add_size,
     add_variant,
     add_window,
@@ -285,6 +287,11 @@ def add_view(commands: Any) -> None:
     sub.add_argument("--port", type=int, default=0, help="to listen on [a free one]")
     add_size(sub, (480, 270))
     add_window(sub)
+    sub.add_argument(
+        "--static", type=Path, metavar="FOLDER", help="write a page that needs no server, and end"
+    )
+    add_fps(sub)
+    add_overwrite(sub)
     sub.add_argument("--token", help="the secret in the address [a new one each time]")
     add_variant(sub, ("llvm", "cuda"))
     add_overrides(sub)
@@ -292,7 +299,9 @@ def add_view(commands: Any) -> None:
 
 
 def run_view(options: argparse.Namespace) -> int:
-    """Show a scene until Ctrl-C."""
+    """Show a scene until Ctrl-C, or write a page of it."""
+    if options.static is not None:
+        return run_static(options)
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.viewer.render_thread import RenderThread

@@ -28,6 +28,9 @@ Colour = tuple[float, float, float]
 UNWORN = (1.0, 0.0, 0.0)
 """The `wear` of a road as it was built."""
 
+PAINTS = ((0.62, 0.62, 0.60), (0.60, 0.38, 0.05))
+"""White and yellow paint on roads; linear reflectance."""
+
 PANE_KINDS = ("home", "office", "shop", "plain")
 """What may lie behind a pane; a plain one has one colour."""
 
@@ -153,6 +156,21 @@ class Mesh:
     def bounds(self) -> Floats:
         """Lowest and highest corner, (2, 3) [m]; needs at least one vertex."""
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def worn_colours(wear: Floats, mean: Floats) -> Floats:
+    """Return the reflectance of worn and painted vertices where no texture is possible.
+
+    Args:
+        wear: As in `Mesh`, (n, 3).
+        mean: The surface's reflectance, (3,).
+
+    Returns:
+        (n, 3).
+    """
+    white, yellow = np.array(PAINTS)
+    paint = white + wear[:, 2:] * (yellow - white)
+    return np.asarray(wear[:, :1] * (mean * (1 - wear[:, 1:2]) + paint * wear[:, 1:2]))
 
 
 def on_faces(vertices: Floats, faces: Ints, corners: Floats) -> Floats:

@@ -25,6 +25,7 @@ class Doing(StrEnum):
     MEASURE = "measuring"
     DRAW = "drawing"
     SIMULATE = "running the simulation"
+    WRITE = "writing"
 
 
 @dataclass(frozen=True, slots=True)

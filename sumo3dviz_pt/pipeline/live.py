@@ -269,6 +269,38 @@ class Ground:
         return cls(files, scenario, trajectories, first, last)
 
 
+def roam_around(
+    job: Job,
+    ground: Ground,
+    *,
+    frames: Floats,
+    eyes: Floats | None = None,
+    riding: tuple[CameraSettings, ...] = (),
+) -> Shot:
+    """Build everything around some places, for cameras that may go anywhere.
+
+    Args:
+        job: The scene file.
+        ground: Its simulation.
+        frames: Times that are shown one after the other, increasing, (n,) [s].
+        eyes: Places with detail, (n, 3) [m]; None is where the scene's cameras are.
+        riding: Further cameras that sit in a vehicle.
+
+    Raises:
+        ConfigError: If a choice does not exist.
+    """
+    from sumo3dviz_pt.shot.picking import build_roam
+
+    return build_roam(
+        world_of(ground.scenario, job, ground.files),
+        ground.trajectories,
+        times=(ground.begin, ground.end),
+        frames=frames,
+        eyes=eyes,
+        riding=riding,
+    )
+
+
 class Live:
     """A scene that is open: one thread may use it. Close it after use."""
 
@@ -396,18 +428,7 @@ class Live:
 
     def _built(self, job: Job, eyes: Floats | None, riding: tuple[CameraSettings, ...]) -> Shot:
         """Return the shot of some choices."""
-        from sumo3dviz_pt.shot.picking import build_roam
-
-        ground = self.ground
-        world = world_of(ground.scenario, job, ground.files)
-        return build_roam(
-            world,
-            ground.trajectories,
-            times=(ground.begin, ground.end),
-            frames=self._frames,
-            eyes=eyes,
-            riding=riding,
-        )
+        return roam_around(job, self.ground, frames=self._frames, eyes=eyes, riding=riding)
 
     def _open(self) -> None:
         """Give the shot to the renderer."""

@@ -55,6 +55,9 @@ _MEMORY = 30
 _PROGRESS_FIRST = 0.8
 """Nothing is said about work that takes less [s]."""
 
+_GATHER, _GATHER_PER_TIME, _WRITE = 6.0, 0.03, 6.0
+"""What exports take: everything that stands, each time of the traffic, and the file [s]."""
+
 _SAID_EVERY = 10.0
 """Time between two lines where lines cannot be overwritten [s]."""
 
@@ -375,6 +378,12 @@ def checking_steps(job: Job) -> tuple[WorkStep, ...]:
     read = min(reading_step(job).seconds, 0.5 * first)
     again = (WorkStep(Doing.READ, 0.0), WorkStep(Doing.BUILD, later))
     return (WorkStep(Doing.READ, read), WorkStep(Doing.BUILD, first - read), *(shots - 1) * again)
+
+
+def export_steps(job: Job, times: int) -> tuple[WorkStep, ...]:
+    """Return the steps of an export of so many times; errors as in `building_steps`."""
+    gathered = _GATHER + _GATHER_PER_TIME * times
+    return (*building_steps(job), WorkStep(Doing.MEASURE, gathered), WorkStep(Doing.WRITE, _WRITE))
 
 
 def network_megabytes(job: Job) -> float:

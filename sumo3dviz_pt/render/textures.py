@@ -33,7 +33,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import UNWORN, Floats, Image, Mesh
+from sumo3dviz_pt.model.geometry import PAINTS, UNWORN, Floats, Image, Mesh, worn_colours
 from sumo3dviz_pt.model.scene import Bsdf
 from sumo3dviz_pt.render.kernels import aligned, load
 
@@ -228,9 +228,6 @@ def _turned(uv: Any) -> Any:
     """Turn coordinates by 27 degrees and enlarge them by sqrt(5); whole periods stay whole."""
     return mi.Vector2f(2.0 * uv.x + uv.y, 2.0 * uv.y - uv.x)
 
-
-PAINTS = ((0.62, 0.62, 0.60), (0.60, 0.38, 0.05))
-"""White and yellow; linear reflectance."""
 
 _PAINT_ROUGHNESS = 0.5
 _GRID = 4  # lattice cells along a tile
@@ -481,21 +478,6 @@ def wear_attributes(bsdf: Bsdf, mesh: Mesh) -> dict[str, Floats]:
         return {}
     mean = np.array(word.get("mean", _UNKNOWN), dtype=np.float64)
     return {_COLOUR_ATTRIBUTE: worn_colours(wear, mean)} if is_worn(mesh) else {}
-
-
-def worn_colours(wear: Floats, mean: Floats) -> Floats:
-    """Return the reflectance of worn and painted vertices where no texture is possible.
-
-    Args:
-        wear: As in `Mesh`, (n, 3).
-        mean: The surface's reflectance, (3,).
-
-    Returns:
-        (n, 3).
-    """
-    white, yellow = np.array(PAINTS)
-    paint = white + wear[:, 2:] * (yellow - white)
-    return np.asarray(wear[:, :1] * (mean * (1 - wear[:, 1:2]) + paint * wear[:, 1:2]))
 
 
 def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -207,6 +207,23 @@ class Shot:
                 some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
                 some.append(part)
         return parts
+
+    def parts_at(self, time: float, *, near: Floats, reach: float) -> Iterator[Mover]:
+        """Yield the parts of road users near some places, in detail, whoever looks.
+
+        Args:
+            time: SUMO's [s].
+            near: Places, (n, 3) [m].
+            reach: How far from one of them, on the map [m].
+        """
+        present = self.present_at(time)
+        away = present.positions[:, None, :2] - near[None, :, :2]
+        rows = np.flatnonzero((np.linalg.norm(away, axis=2) <= reach).any(axis=1))
+        wholes = self.fleet.wholes(present, rows)
+        for row, whole in zip(rows.tolist(), wholes, strict=True):
+            vclass = self.fleet.bodies[int(present.users[row])].vclass
+            made = self.fleet.parts(present, row, whole, level="near", ridden=False)
+            yield from on_tracks(made, vclass, self.tracks)
 
     def under_sky(self, settings: SkySettings, lights: Lights = "auto") -> Shot | None:
         """Return the same shot under another sky; nothing else is built again.

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Image, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Image, Ints, Mesh, worn_colours
 from sumo3dviz_pt.model.scene import Bsdf, Lobe, Part, SceneData, StaticPart, View
 from sumo3dviz_pt.render.compound import METALLIC_ATTRIBUTE, ROUGHNESS_ATTRIBUTE
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
@@ -22,7 +22,6 @@ from sumo3dviz_pt.render.kernel.rows import MaterialKind, Row, RowMaker
 from sumo3dviz_pt.render.loaded import HeldMesh
 from sumo3dviz_pt.render.session import Session
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
-from sumo3dviz_pt.render.textures import worn_colours
 
 TINT = {"type": "tint"}
 LEAVES = "principledthin"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.materials import surface_material
-from sumo3dviz_pt.model.geometry import UNWORN, Mesh
+from sumo3dviz_pt.model.geometry import UNWORN, Mesh, worn_colours
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import make_bsdf, make_mesh, plugin
 from sumo3dviz_pt.render.textures import (
@@ -16,7 +16,6 @@ from sumo3dviz_pt.render.textures import (
     make_pyramid,
     register_untiled,
     wear_attributes,
-    worn_colours,
 )
 
 WORD = {"type": "untiled", "filename": "a.png", "tile": 4.0, "mean": (0.1, 0.2, 0.3), "wear": True}
