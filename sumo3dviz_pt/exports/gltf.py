@@ -265,7 +265,7 @@ class _Writer:
     def camera(self, camera: ExportedCamera) -> int:
         """Add a camera; glTF's look along -z with +y up."""
         width, height = self.scene.size
-        upright = 2.0 * np.arctan(np.tan(camera.opening / 2.0) * height / width)
+        upright = 2.0 * np.arctan(camera.slope * height / width)
         lens = {"yfov": float(upright), "aspectRatio": width / height, "znear": 0.1}
         seen = self.add(
             "cameras", {"type": "perspective", "name": camera.name, "perspective": lens}

@@ -107,13 +107,13 @@ class ExportedCamera:
     Attributes:
         name: Its.
         matrices: Camera frame (+x forward, +y left, +z up) in the world, (t, 4, 4).
-        opening: Horizontal angle [rad].
+        slope: Of its picture's left edge: the tangent of half its horizontal angle.
         rides: Id of the road user that it sits in; empty where it sits in none.
     """
 
     name: str
     matrices: Floats
-    opening: float
+    slope: float
     rides: str = ""
 
 
@@ -161,7 +161,8 @@ def exported(job: Job, times: Floats) -> ExportedScene:
         ConfigError: If the log has nothing then.
         InputError: If a file is wrong.
     """
-    from sumo3dviz_pt.pipeline.live import Ground, roam_around
+    from sumo3dviz_pt.pipeline.live import Ground
+    from sumo3dviz_pt.pipeline.worlds import roam_around
 
     ground = Ground.of(job, begin=float(times[0]), end=float(times[-1]))
     announce(Doing.BUILD)
@@ -195,8 +196,8 @@ def _cameras(job: Job, ground: Ground, shot: Shot, times: Floats) -> Iterator[Ex
             continue
         if views[0].lens.is_pinhole:
             matrices = np.stack([view.world_from_camera.matrix for view in views])
-            opening = float(views[0].lens.opening)
-            yield ExportedCamera(name, matrices, opening, views[0].rides_in or "")
+            slope = views[0].lens.edges(job.output.size[1] / job.output.size[0])[0]
+            yield ExportedCamera(name, matrices, slope, views[0].rides_in or "")
 
 
 # What stands --------------------------------------------------------------------------------
@@ -273,7 +274,7 @@ def _lamp_groups(lamps: LampSet, hues: Floats, origin: Floats) -> Iterator[Expor
     for number, course in enumerate(courses.reshape(len(courses), -1, 3)):
         own = np.isin(lamps.lamp_of_face, np.flatnonzero(group.ravel() == number))
         part = Mesh(mesh.vertices, mesh.faces[own], mesh.normals)
-        name, shone = f"{lamps.id}/{number}", course.any(axis=1)
+        name, shone = f"{lamps.id}/{number}", np.asarray(course.any(axis=1), np.bool_)
         if not shone.all():
             yield _lamp(f"{name}/off", lamps.family, part, _LENS, ~shone)
         for colour in np.unique(course[shone], axis=0):

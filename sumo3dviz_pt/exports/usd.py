@@ -1,6 +1,6 @@
 """Writes a scene as Universal Scene Description (.usd, .usda, .usdc, .usdz), with its motion.
 
-It needs the package usd-core (the extra `usd`). Bodies that many road users show are written once
+It needs the package usd-core, the extra `usd`. Bodies that many road users show are written once
 and referred to. People keep the pose that they have first: what walks in other files glides here.
 
 References:
@@ -37,7 +37,7 @@ def needed() -> Any:
         import pxr
     except ImportError as error:
         raise InstallationError(
-            'USD needs the extra usd: pip install "sumo3dviz_pt[usd]"; .glb needs nothing'
+            "USD needs usd-core, and .glb needs nothing: pip install usd-core"
         ) from error
     return pxr
 
@@ -280,7 +280,7 @@ class _Writer:
         across = 36.0  # a film's width; with its focal length it says the angle [mm]
         prim.CreateHorizontalApertureAttr(across)
         prim.CreateVerticalApertureAttr(across * height / width)
-        prim.CreateFocalLengthAttr(0.5 * across / float(np.tan(camera.opening / 2.0)))
+        prim.CreateFocalLengthAttr(0.5 * across / camera.slope)
         matrices = camera.matrices.copy()
         matrices[:, :3, 3] -= self.scene.origin
         turned = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

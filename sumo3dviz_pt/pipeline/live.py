@@ -43,7 +43,7 @@ from sumo3dviz_pt.pipeline.production import (
 )
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
 from sumo3dviz_pt.pipeline.still import Still
-from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.pipeline.worlds import roam_around
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.passes.quick import Quick
@@ -267,38 +267,6 @@ class Ground:
                 key="from",
             )
         return cls(files, scenario, trajectories, first, last)
-
-
-def roam_around(
-    job: Job,
-    ground: Ground,
-    *,
-    frames: Floats,
-    eyes: Floats | None = None,
-    riding: tuple[CameraSettings, ...] = (),
-) -> Shot:
-    """Build everything around some places, for cameras that may go anywhere.
-
-    Args:
-        job: The scene file.
-        ground: Its simulation.
-        frames: Times that are shown one after the other, increasing, (n,) [s].
-        eyes: Places with detail, (n, 3) [m]; None is where the scene's cameras are.
-        riding: Further cameras that sit in a vehicle.
-
-    Raises:
-        ConfigError: If a choice does not exist.
-    """
-    from sumo3dviz_pt.shot.picking import build_roam
-
-    return build_roam(
-        world_of(ground.scenario, job, ground.files),
-        ground.trajectories,
-        times=(ground.begin, ground.end),
-        frames=frames,
-        eyes=eyes,
-        riding=riding,
-    )
 
 
 class Live:

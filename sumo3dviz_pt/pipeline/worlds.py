@@ -26,6 +26,10 @@ from sumo3dviz_pt.pipeline.reading import stamps_of
 from sumo3dviz_pt.world.memory import Memory
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.job.settings import CameraSettings
+    from sumo3dviz_pt.model.geometry import Floats
+    from sumo3dviz_pt.pipeline.live import Ground
+    from sumo3dviz_pt.shot.build import Shot
     from sumo3dviz_pt.world.build import World
 
 
@@ -208,3 +212,35 @@ def lamps_are_lit(sky: SkySettings, lights: Lights, location: Location) -> bool:
 def _memory_of(name: str) -> Memory:
     """Return what was built of the world of a name; only the last name's is kept."""
     return Memory()
+
+
+def roam_around(
+    job: Job,
+    ground: Ground,
+    *,
+    frames: Floats,
+    eyes: Floats | None = None,
+    riding: tuple[CameraSettings, ...] = (),
+) -> Shot:
+    """Build everything around some places, for cameras that may go anywhere.
+
+    Args:
+        job: The scene file.
+        ground: Its simulation.
+        frames: Times that are shown one after the other, increasing, (n,) [s].
+        eyes: Places with detail, (n, 3) [m]; None is where the scene's cameras are.
+        riding: Further cameras that sit in a vehicle.
+
+    Raises:
+        ConfigError: If a choice does not exist.
+    """
+    from sumo3dviz_pt.shot.picking import build_roam
+
+    return build_roam(
+        world_of(ground.scenario, job, ground.files),
+        ground.trajectories,
+        times=(ground.begin, ground.end),
+        frames=frames,
+        eyes=eyes,
+        riding=riding,
+    )

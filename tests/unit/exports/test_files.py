@@ -46,7 +46,7 @@ def scene():
         Exported("person:c", "person", (Piece(geometry(moved=moved), Look()),), posed),
     )
     eye = Transform.from_pose((250.0, -10.0, 3.0), yaw=math.pi / 2).matrix
-    camera = ExportedCamera("post", np.stack([eye] * 3), math.radians(60.0))
+    camera = ExportedCamera("post", np.stack([eye] * 3), math.tan(math.radians(30.0)))
     sun = np.array([0.0, -0.6, 0.8])
     return ExportedScene(np.array([250.0, 0.0, 0.0]), TIMES, things, (camera,), sun, (64, 36))
 
