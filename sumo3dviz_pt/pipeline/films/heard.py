@@ -5,15 +5,14 @@ of one. It is made anew whenever a film is, from the same motion as its pictures
 scene, the shot and the time alone.
 
 Levels of rain and of a town's murmur are our own, and so is the murmur's spectrum: rain of 1 mm/h
-has 40 dB(A), and 14 dB more for ten times as much. Buildings are those of polygons; towns and
-houses at points, which are invented or have no outline, are no screens.
+has 40 dB(A), and 14 dB more for ten times as much.
 """
 
 from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +26,7 @@ from sumo3dviz_pt.model.numbers import in_short
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.films.orders import Pace
+from sumo3dviz_pt.pipeline.films.screens import Screens
 from sumo3dviz_pt.pipeline.films.sound import (
     Nearby,
     accelerations_of,
@@ -37,7 +37,6 @@ from sumo3dviz_pt.pipeline.films.sound import (
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.scene import View
     from sumo3dviz_pt.pipeline.production import Production
-    from sumo3dviz_pt.sound.propagation import Building
     from sumo3dviz_pt.sound.render import Bed, SoundScene, Source
 
 log = logging.getLogger(__name__)
@@ -45,9 +44,8 @@ log = logging.getLogger(__name__)
 _FADE = 0.1  # over which who appears gets loud [s]
 _EVEN = 0.25  # over which speeds are evened out on either side [s]
 _SPARE = 5  # steps of motion before and behind all that is heard
+_FAINTEST = 5.0  # level below which nobody hears a source [dB(A)]
 _LONGEST = 20.0  # of a body that is one source [m]
-_SCREENED = 5  # steps of motion between looks at what stands in between
-_AROUND = 2  # such looks over which screens are evened out on either side
 
 _RAIN = np.array([-20.0, -18.0, -14.0, -8.0, -3.0, 0.0, 0.0, -3.0])
 _MURMUR = np.array([8.0, 4.0, 0.0, -2.0, -3.0, -8.0, -16.0, -28.0])
@@ -161,13 +159,14 @@ def sound_scene(production: Production, wanted: SoundSettings, *, length: float)
     ridden = first.rides_in if first.cutaway else None
     shown_last = before + int((production.times[-1] - production.times[0]) / STEP)
     cast = _Cast.of(production, around, times, (before, shown_last), ridden)
-    sources = [each for each in cast.sources() if _comes_near(each, eyes, wanted.radius)]
-    screened = _screened(production, around, sources, eyes, wanted.radius)
+    sources = [each for each in cast.sources() if _is_audible(each, eyes, wanted.radius)]
+    ground = float(np.median([each.places[:, 2] for each in sources])) if sources else 0.0
+    screens = Screens.of(production, around.polygons, eyes, ground=ground, radius=wanted.radius)
     return SoundScene(
         float(clock[0]),
         eyes,
         frames,
-        tuple(screened),
+        tuple(screens.before(source, eyes) for source in sources),
         tuple(_beds(production, wanted, times)),
         wanted.radius,
         wanted.soft_ground,
@@ -331,73 +330,17 @@ def _evened(values: Floats) -> Floats:
     return np.convolve(padded, weights / weights.sum(), mode="valid")
 
 
-def _comes_near(source: Source, eyes: Floats, radius: float) -> bool:
-    """Return whether a source is ever within reach."""
-    away = np.linalg.norm(source.places - eyes, axis=1)
-    return bool(away[source.there > 0.0].min(initial=np.inf) <= radius)
+def _is_audible(source: Source, eyes: Floats, radius: float) -> bool:
+    """Return whether a source is ever near enough and loud enough."""
+    from sumo3dviz_pt.sound.emission import A_WEIGHTS
+    from sumo3dviz_pt.sound.propagation import HALF_SPACE
 
-
-# What stands in between --------------------------------------------------------------------
-
-
-def _screened(
-    production: Production,
-    around: Nearby,
-    sources: Sequence[Source],
-    eyes: Floats,
-    radius: float,
-) -> Iterator[Source]:
-    """Yield sources with what buildings take of them."""
-    from sumo3dviz_pt.sound.propagation import detours, screening
-
-    buildings = _buildings(production, around, sources, eyes, radius)
-    some = np.arange(0, len(eyes), _SCREENED)
-    for source in sources:
-        if source.own or not buildings:
-            yield source
-            continue
-        away = np.linalg.norm(source.places[some] - eyes[some], axis=1)
-        near = (away <= radius) & (source.there[some] > 0.0)
-        lengths = np.zeros(len(some))
-        lengths[near] = detours(eyes[some][near], source.places[some][near], buildings)
-        if not lengths.any():
-            yield source
-            continue
-        taken = screening(lengths, over=_AROUND)
-        every = np.arange(len(eyes))
-        screens = np.column_stack([np.interp(every, some, band) for band in taken.T])
-        yield replace(source, screens=screens)
-
-
-def _buildings(
-    production: Production,
-    around: Nearby,
-    sources: Sequence[Source],
-    eyes: Floats,
-    radius: float,
-) -> list[Building]:
-    """Return the buildings near a camera that do not stand around it."""
-    import shapely
-
-    from sumo3dviz_pt.sound.propagation import Building
-    from sumo3dviz_pt.world.objects.houses import height_of
-    from sumo3dviz_pt.world.objects.kinds import KINDS, chosen
-
-    settings, seed = production.job.objects.buildings, production.job.seed
-    if settings is None or not sources:
-        return []
-    kind = next(each for each in KINDS if each.name == "buildings")
-    ground = float(np.median([source.places[0, 2] for source in sources]))
-    way = shapely.LineString(eyes[:, :2]) if np.ptp(eyes[:, :2], axis=0).any() else None
-    heard = (way or shapely.Point(eyes[0, :2])).buffer(radius)
-    found = []
-    for item in chosen(kind, settings, (), around.polygons):
-        outline = np.asarray(item.shape)[:, :2]  # type: ignore[union-attr]
-        plan = shapely.make_valid(shapely.Polygon(outline))
-        if plan.intersects(heard) and not plan.intersects(shapely.Point(eyes[0, :2])):
-            height = settings.scale * height_of(item, float(plan.area), seed)  # type: ignore[arg-type]
-            found.append(Building(outline, ground + height))
-    return found
+    if source.own:
+        return True
+    away = np.maximum(np.linalg.norm(source.places - eyes, axis=1), 1.0)
+    power = (10.0 ** (0.1 * (source.emission.total + A_WEIGHTS))).sum(axis=1)
+    levels = 10.0 * np.log10(power) - HALF_SPACE - 20.0 * np.log10(away)
+    return bool(((away <= radius) & (source.there > 0.0) & (levels > _FAINTEST)).any())
 
 
 # What is all around ------------------------------------------------------------------------
