@@ -11,6 +11,8 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.pipeline.provenance import file_hash
+from sumo3dviz_pt.studies.certificate.delivered import film_faults
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 
 CAMERA = ["--camera", "post", "--from", "2"]
@@ -43,6 +45,8 @@ def test_a_film_plays_what_lies_beside_it(tmp_path, capsys):
     assert set(told["levels"]["LAeq"]) == {"left ear", "right ear"}
     assert 35 < told["levels"]["LAeq"]["left ear"] < 90
     assert "a.wav" in account["files"]
+    test = film_faults(path, account, sha256=file_hash(path), develop=True)
+    assert test.faults == () and test.developed > 0
     # A film that is resumed has the same bytes of sound.
     first = (tmp_path / "a.wav").read_bytes()
     assert main(["render", str(scene), "-o", str(path), "--resume", *words]) == 0
@@ -62,6 +66,20 @@ def test_a_film_of_one_frame_has_its_sound_and_silent_ones_none(tmp_path):
     assert "Audio" not in log_of(tmp_path / "b.mp4")
     assert not (tmp_path / "b.wav").exists() and (tmp_path / "b.sound").is_dir()
     assert "sound" not in json.loads((tmp_path / "b.json").read_bytes())
+
+
+@pytest.mark.slow
+def test_a_driver_hears_the_own_car_and_titles_delay_the_sound(tmp_path):
+    scene = write_scenario(tmp_path)
+    words = ["--camera", "driver", "--from", "2", "--to", "2.4", *SMALL]
+    play = ["--set", "output.sound={play: stereo}", "--set", "overlays.before=[{seconds: 0.5}]"]
+    assert main(["render", str(scene), "-o", str(tmp_path / "a.mp4"), *words, *play]) == 0
+    account = json.loads((tmp_path / "a.json").read_bytes())
+    assert account["sound"]["inside_vehicle"] and account["sound"]["sources"]
+    assert 40 < account["sound"]["levels"]["LAeq"]["listener"] < 80
+    assert "Duration: 00:00:00.90" in log_of(tmp_path / "a.mp4")
+    assert "Duration: 00:00:00.40" in log_of(tmp_path / "a.plain.mp4")
+    assert "Audio: aac" in log_of(tmp_path / "a.plain.mp4")
 
 
 @pytest.mark.parametrize(

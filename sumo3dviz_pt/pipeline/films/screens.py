@@ -136,7 +136,8 @@ def _walls(part: StaticPart) -> tuple[Floats, Floats]:
     corners = np.asarray(mesh.vertices, dtype=np.float64)[np.asarray(mesh.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     upright = np.abs(normals[:, 2]) <= _UPRIGHT * np.linalg.norm(normals, axis=1)
-    edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)[..., :2]
+    plan = np.asarray(mesh.vertices, dtype=np.float64)[:, :2][np.asarray(mesh.faces)]
+    edges = np.stack([plan, np.roll(plan, -1, axis=1)], axis=2)
     lengths = np.linalg.norm(edges[:, :, 1] - edges[:, :, 0], axis=2)
     longest = edges[np.arange(len(edges)), lengths.argmax(axis=1)]
     keep = upright & (lengths.max(axis=1) >= _SHORTEST)
