@@ -61,11 +61,14 @@ def test_a_film_of_one_frame_has_its_sound_and_silent_ones_none(tmp_path):
     assert main(["render", str(scene), "-o", str(tmp_path / "one.mp4"), *words, *play]) == 0
     assert samples(tmp_path / "one.wav", 4).shape == (4800, 4)
     assert "ambisonic 1" in log_of(tmp_path / "one.mp4")
+    (tmp_path / "b.wav").write_bytes(b"somebody's own")
     tracks = ["--set", "output.sound={play: none}"]
     assert main(["render", str(scene), "-o", str(tmp_path / "b.mp4"), *words, *tracks]) == 0
     assert "Audio" not in log_of(tmp_path / "b.mp4")
-    assert not (tmp_path / "b.wav").exists() and (tmp_path / "b.sound").is_dir()
-    assert "sound" not in json.loads((tmp_path / "b.json").read_bytes())
+    assert (tmp_path / "b.wav").read_bytes() == b"somebody's own"
+    account = json.loads((tmp_path / "b.json").read_bytes())
+    assert "sound" not in account and "b.wav" not in account["files"]
+    assert (tmp_path / "b.sound").is_dir()
 
 
 @pytest.mark.slow

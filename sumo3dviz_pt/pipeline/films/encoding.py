@@ -87,12 +87,13 @@ def noted(files: Iterable[Path], digests: dict[str, str]) -> Iterator[Path]:
         yield file
 
 
-def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
+def files_beside(path: Path, files: Sequence[Path], *, heard: bool = False) -> dict[str, str]:
     """Return the digests of what lies beside a film, but for its frames: layers, sound, captions.
 
     Args:
         path: The film, or its numbered pictures.
         files: Its frames; they need not be there any more.
+        heard: Whether its sound is beside it.
     """
     layers, final = places.beside(frames_folder(path)), masters_folder(path)
     numbers = {int(file.stem) for file in files}
@@ -101,7 +102,8 @@ def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
         frames_folder(path) / name for name in (FACTS, NOTE)
     ]
     paths += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
-    paths += [captions_file(path), recording_file(path), *sorted(sound_folder(path).glob("*"))]
+    paths += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
+    paths += [recording_file(path)] if heard else []
     if is_sequence(path):
         paths += pictures_of(path, files)
     there = [file for file in paths if file.is_file()]

@@ -268,11 +268,11 @@ def _render_shot(
             return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
         heard = write_recording(path, production, pace)
         digests, films = _make_film(frames, path, order, pace, cpu)
-        write_tracks(path, production, pace)
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
         whole |= heard | _overlays(production.job, path, float(pace.fps)) | _denoiser(production)
         whole |= _devices(frames.files) if order.mix_devices else {}
-        whole |= {"files": digests | files_beside(path, frames.files), "delivered": films}
+        beside = files_beside(path, frames.files, heard=bool(heard))
+        whole |= {"files": digests | beside, "delivered": films}
         write_json(account_file(path), sealed(whole), indent=1)
         if order.discard_frames:
             discard(folder, wanted)
@@ -306,7 +306,7 @@ def _overlays(job: Job, path: Path, rate: float) -> dict[str, Any]:
 def _make_film(
     frames: Frames, path: Path, order: FilmOrder, pace: Pace, cpu: dict[str, float]
 ) -> tuple[dict[str, str], dict[str, Any]]:
-    """Make a film of its frames; those that do not stay are rendered as it asks for them.
+    """Make a film of its frames, and its tracks; frames that do not stay are rendered as it asks.
 
     Returns:
         The frames' digests, and what the film can be held against.
@@ -328,6 +328,7 @@ def _make_film(
         )
     if frames.layers is not None:
         frames.layers.finish()
+    write_tracks(path, frames.production, pace)
     return digests, films
 
 
