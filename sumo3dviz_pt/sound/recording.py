@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.sound.render import Renderer
+from sumo3dviz_pt.model.progress import Doing, announce
+from sumo3dviz_pt.sound.render import BLOCK, Renderer
 from sumo3dviz_pt.sound.signals import RATE
 
 _FAST = 0.125  # [s]
@@ -133,7 +134,9 @@ def record(renderer: Renderer, path: Path, count: int) -> Loudness:
     meter = Meter(renderer.ears.meters, renderer.scene.full_scale)
 
     def measured() -> Iterator[Floats]:
-        for block in renderer.blocks(0, count):
+        total = -(-count // BLOCK)
+        for number, block in enumerate(renderer.blocks(0, count)):
+            announce(Doing.HEAR, number, total)
             meter.heard(block)
             yield block
 

@@ -47,8 +47,10 @@ STEP = 0.02
 HEIGHT = 0.05
 """Of sources above the road [m]; CNOSSOS-EU, 2.2.1."""
 
+BLOCK = 12_000
+"""Samples that are made at once; a multiple of those between which ways are found."""
+
 _FINE = 16  # samples between which ways are found
-_BLOCK = 12_000  # samples that are made at once; a multiple of that
 _EDGE = 0.1  # share of the radius over which sources fade
 _NEWTON = 4  # iterations; each squares an error that begins at a hundredth of a second
 _BEFORE, _BEHIND = 1, 3  # points at 3 kHz before and behind a block
@@ -236,20 +238,20 @@ class Renderer:
 
     def blocks(self, first: int, last: int) -> Iterator[Floats]:
         """Yield samples from one to before another, (n, channels) each; sample 0 is at 0 s."""
-        for number in range(first // _BLOCK, -(-last // _BLOCK)):
+        for number in range(first // BLOCK, -(-last // BLOCK)):
             block = self._block(number)
-            start = number * _BLOCK
-            yield block[max(first - start, 0) : max(min(last - start, _BLOCK), 0)]
+            start = number * BLOCK
+            yield block[max(first - start, 0) : max(min(last - start, BLOCK), 0)]
 
     def _block(self, number: int) -> Floats:
-        """Return all samples of a block, (`_BLOCK`, channels)."""
-        fine = np.arange(-_BEFORE, _BLOCK // _FINE + _BEHIND) * _FINE + number * _BLOCK
+        """Return all samples of a block, (`BLOCK`, channels)."""
+        fine = np.arange(-_BEFORE, BLOCK // _FINE + _BEHIND) * _FINE + number * BLOCK
         times = fine / RATE
         scene = self.scene
         eyes = self._listener(times)
         frames = _between(scene.begin, times, scene.frames)
         frames = frames / np.linalg.norm(frames, axis=1, keepdims=True)
-        mixed = np.zeros((_BLOCK, len(self.ears.names)))
+        mixed = np.zeros((BLOCK, len(self.ears.names)))
         for path in self._paths:
             if path.source.own:
                 self._add_own(mixed, path, times)
@@ -356,7 +358,7 @@ class Renderer:
 
 
 def _linear(values: Floats) -> Floats:
-    """Return values at a block's samples, on straight lines, (`_BLOCK`, ...)."""
+    """Return values at a block's samples, on straight lines, (`BLOCK`, ...)."""
     now, after = values[_BEFORE:-_BEHIND], values[_BEFORE + 1 : 1 - _BEHIND]
     share = (np.arange(_FINE) / _FINE).reshape(1, -1, *[1] * (values.ndim - 1))
     made = now[:, None] * (1.0 - share) + after[:, None] * share
@@ -364,7 +366,7 @@ def _linear(values: Floats) -> Floats:
 
 
 def _upsampled(values: Floats) -> Floats:
-    """Return values at a block's samples, on cubics through four points each, (`_BLOCK`,)."""
+    """Return values at a block's samples, on cubics through four points each, (`BLOCK`,)."""
     count = len(values) - _BEFORE - _BEHIND
     points = [values[_BEFORE + k : _BEFORE + k + count, None] for k in (-1, 0, 1, 2)]
     weights = _lagrange(np.arange(_FINE) / _FINE, (-1, 0, 1, 2))
