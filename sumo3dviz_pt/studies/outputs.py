@@ -35,7 +35,7 @@ from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.job.study import CalibrationSettings, StudySettings
 from sumo3dviz_pt.model.layers import linear_from_srgb
 from sumo3dviz_pt.pipeline.films.frames import account_file
-from sumo3dviz_pt.pipeline.films.heard import is_heard
+from sumo3dviz_pt.pipeline.films.heard import has_soundtrack, is_heard
 from sumo3dviz_pt.pipeline.films.overlays import extra_files
 from sumo3dviz_pt.pipeline.films.sound import recording_file, sound_folder
 from sumo3dviz_pt.pipeline.provenance import versions
@@ -509,6 +509,7 @@ def _clip(plan: StudyPlan, film: FilmRecord, stimulus: Stimulus) -> Clip:
         film.rate,
         film.sha256,
         film.fov,
+        has_soundtrack(stimulus.job, Path(file)),
     )
 
 

@@ -38,6 +38,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     stored_film,
     write_pictures,
 )
+from sumo3dviz_pt.pipeline.films.heard import has_soundtrack
 from sumo3dviz_pt.pipeline.films.overlays import (
     FACTS,
     captions_file,
@@ -237,10 +238,10 @@ def _soundtrack(
         rate: Frames per second.
         plain: Whether it is the one without overlays.
     """
-    from sumo3dviz_pt.video.soundtrack import SILENT, Soundtrack
+    from sumo3dviz_pt.video.soundtrack import Soundtrack
 
     wanted = job.output.sound
-    if wanted is None or wanted.play == "none" or path.suffix.lower() in SILENT:
+    if wanted is None or not has_soundtrack(job, path):
         return None
     before, after = (0, 0) if plain else extra_frames(job.overlays, float(rate))
     ambisonics = wanted.play == "ambisonics"

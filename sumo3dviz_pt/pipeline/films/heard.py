@@ -25,6 +25,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.numbers import in_short
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.films.frames import is_sequence
 from sumo3dviz_pt.pipeline.films.orders import Pace
 from sumo3dviz_pt.pipeline.films.screens import Screens
 from sumo3dviz_pt.pipeline.films.sound import (
@@ -75,6 +76,13 @@ def check_play(job: Job, pace: Pace) -> None:
 def is_heard(job: Job) -> bool:
     """Return whether a film is to have sound."""
     return job.output.sound is not None and job.output.sound.play != "none"
+
+
+def has_soundtrack(job: Job, path: Path) -> bool:
+    """Return whether a film itself has sound: GIFs and numbered pictures have none."""
+    from sumo3dviz_pt.video.soundtrack import SILENT
+
+    return is_heard(job) and not is_sequence(path) and path.suffix.lower() not in SILENT
 
 
 def write_recording(path: Path, production: Production, pace: Pace) -> dict[str, Any]:
