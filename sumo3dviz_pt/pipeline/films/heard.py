@@ -137,7 +137,7 @@ def _account(file: Path, wanted: SoundSettings, scene: SoundScene, count: int) -
         "full_scale_sine_db": wanted.full_scale,
         "calibration": f"a sine of amplitude 1 stands for {wanted.full_scale:g} dB re 20 uPa (RMS)",
         "inside_vehicle": scene.enclosed,
-        "sources": sorted({each.name.split("/")[0] for each in scene.sources}),
+        "sources": sorted({each.name.rsplit("/", 2)[0] for each in scene.sources}),
         "murmur_dba": wanted.murmur,
         "emission": "CNOSSOS-EU, (EU) 2015/996 as amended by (EU) 2021/1226",
     }

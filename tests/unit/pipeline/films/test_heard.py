@@ -10,8 +10,11 @@ from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.job.surroundings import SoundSettings
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.pipeline.films.heard import _evened, _onward, _presence, _runs
+from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.model.trajectory import Motion, Trajectory
+from sumo3dviz_pt.pipeline.films.heard import _Cast, _evened, _onward, _presence, _runs
 from sumo3dviz_pt.pipeline.films.screens import Screens, _drawn, _walls
+from sumo3dviz_pt.pipeline.films.sound import Nearby
 from sumo3dviz_pt.sound.emission import Emission
 from sumo3dviz_pt.sound.propagation import Building
 from sumo3dviz_pt.sound.render import Source
@@ -45,6 +48,47 @@ def test_speeds_are_evened_out_without_shift():
     smooth = _evened(steps)
     assert len(smooth) == 100 and smooth[0] == 0.0 and smooth[-1] == pytest.approx(2.0)
     assert np.diff(smooth).max() < 0.2 and smooth[50] == pytest.approx(1.0, abs=0.1)
+
+
+class Steady:
+    """Drives east at 10 m/s from 1 s to 3 s; its front is at 0 at 1 s."""
+
+    begin, end = 1.0, 3.0
+
+    def sample(self, times):
+        x = 10.0 * (times - 1.0)
+        places = np.column_stack([x, 0 * x, 0 * x])
+        return Motion(np.ones(len(x), bool), places, 0 * x, 0 * x, 0 * x + 10.0, x)
+
+
+def sources_of(kind, ridden=None):
+    times = 0.02 * np.arange(200)
+    ride = Trajectory("a/b", "vehicle", kind.id, (Steady(),))
+    around = Nearby((ride,), (kind,), None)
+    return times, list(_Cast(around, {}, times, (75, 120), ridden).sources())
+
+
+def test_a_long_train_is_several_sources_of_its_power_together():
+    times, parts = sources_of(VehicleType("t", "tram", 50.0, 2.6, 3.4))
+    _, (short,) = sources_of(VehicleType("t", "tram", 12.5, 2.6, 3.4))
+    assert len({part.name for part in parts}) == len(parts) == 3
+    at = 100  # 2 s
+    assert [part.places[at, 0] for part in parts] == pytest.approx([10 - 50 / 6, -15, 10 - 250 / 6])
+    powers = [10 ** (0.1 * part.emission.rolling[at]) for part in parts]
+    # It has four times as many axles as the short one.
+    wanted = short.emission.rolling[at] + 10 * np.log10(4)
+    assert 10 * np.log10(sum(powers)) == pytest.approx(wanted)
+    # It was there before the film's first picture, at 1.5 s, as it drives on after its end.
+    assert parts[0].there[10] == 1.0 and parts[0].places[10, 0] == pytest.approx(
+        parts[0].places[at, 0] - 10 * (times[at] - times[10])
+    )
+
+
+def test_only_who_sits_in_a_closed_vehicle_hears_it_from_inside():
+    for vclass, inside in (("passenger", True), ("motorcycle", False), ("tram", True)):
+        _, found = sources_of(VehicleType("t", vclass, 4.0, 1.8, 1.5), "vehicle:a/b")
+        assert [source.own for source in found] == [inside]
+    assert sources_of(VehicleType("t", "pedestrian", 0.2, 0.5, 1.7))[1] == []
 
 
 def box(x, y, *, size=4.0, top=9.0, material="wall"):
