@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
+from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality, SoundSettings
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.falling import reflection_samples
 from sumo3dviz_pt.model.geometry import Floats
@@ -241,6 +241,7 @@ def _shot(production: Production, qualities: Mapping[str, Quality], frames: int)
         "frames": frames,
         "fps": in_short(output.fps),
         "size": list(output.size),
+        "sound": _sound(output.sound),
         "triangles": {**families, "road users": bodies + far, "total": total},
         "over_budget": moved > TRIANGLE_BUDGET,
         "parts": _parts(data),
@@ -253,6 +254,17 @@ def _shot(production: Production, qualities: Mapping[str, Quality], frames: int)
             for name, quality in qualities.items()
         },
     }
+
+
+def _sound(wanted: SoundSettings | None) -> str:
+    """Return what sound a film has, in words; empty where it has none."""
+    if wanted is None or wanted.play == "none":
+        return ""
+    murmur = "none" if wanted.murmur is None else f"{wanted.murmur:g} dB(A)"
+    return (
+        f"{wanted.play}, of who is within {wanted.radius:g} m, murmur {murmur}; a full-scale sine"
+        f" is {wanted.full_scale:g} dB"
+    )
 
 
 def _left_out(item: LeftOut) -> dict[str, Any]:
@@ -372,6 +384,7 @@ def _shot_lines(
         f" {shot['frames']} frames of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
         f"  triangles {total}" + (f": {kinds}" if details else ""),
     ]
+    lines += [f"  sound     {shot['sound']}"] if shot.get("sound") else []
     if details:
         lines.append(f"  parts     {parts}")
     if shot["over_budget"]:

@@ -320,7 +320,7 @@ class OutputSettings(Settings):
     )
     half: bool = Field(True, description="EXR frames in half precision")
     sound: SoundSettings | None = Field(
-        None, description="tracks for tools that make sound of them, beside the film"
+        None, description="sound, and tracks for tools that make sound of them, beside the film"
     )
     layers: tuple[LayerName, ...] = Field(
         (),

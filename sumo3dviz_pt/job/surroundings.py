@@ -2,8 +2,8 @@
 
 Weather is physical quantities, each left out where it is absent. Static objects are trees, fences,
 buildings. Tables of other tools tell traffic by their columns. Recorded traffic is changed in
-single rides, and in how many there are. Sound tracks are for tools of auralisation, which make
-sound of them.
+single rides, and in how many there are. Sound tracks are for tools of auralisation, and for the
+sound that is made here.
 """
 
 from __future__ import annotations
@@ -183,17 +183,47 @@ class TrafficSettings(Settings):
     )
 
 
+Playing = Literal["none", "stereo", "binaural", "ambisonics"]
+"""What a film sounds like."""
+
+
 class SoundSettings(Settings):
-    """Tracks of everyone near the camera, and of the camera, for tools that make sound of them."""
+    """Tracks of everyone near the camera, for other tools; and sound that is made of them here."""
 
     radius: Positive = Field(
-        150.0, le=2000, description="who comes as near to the camera has a track [m]"
+        150.0,
+        le=2000,
+        description="who comes as near to the camera has a track, and is heard [m]",
     )
     rate: Finite | None = Field(
         None,
         ge=1,
         le=1000,
-        description="samples per second of film; default one for each frame",
+        description="samples of tracks per second of film; default one for each frame",
+    )
+    play: Playing = Field(
+        "none",
+        description="sound of the film, beside it (WAV) and in it: stereo for loudspeakers,"
+        " binaural for headphones, ambisonics for players that turn with the head; none has tracks"
+        " only",
+    )
+    full_scale: Finite = Field(
+        100.0,
+        ge=60,
+        le=160,
+        description="sound pressure level that the largest sine of the recording stands for [dB]",
+    )
+    murmur: Finite | None = Field(
+        35.0,
+        ge=0,
+        le=90,
+        description="level of the steady murmur of a town around [dB(A)]; null is none",
+    )
+    soft_ground: Finite = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description="share of ground between road and camera that swallows sound, such as grass",
     )
 
 

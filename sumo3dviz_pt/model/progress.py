@@ -21,6 +21,7 @@ class Doing(StrEnum):
     BUILD = "building the scene"
     OPEN = "loading the scene into the renderer"
     RENDER = "rendering"
+    HEAR = "making the sound"
     ENCODE = "encoding the film"
     MEASURE = "measuring"
     DRAW = "drawing"

@@ -129,7 +129,7 @@ class VehicleType:
         height: [m], > 0.
         gui_shape: SUMO's guiShape, or empty.
         colour: Linear sRGB in [0, 1], or None when the file gives none.
-        params: `<param>` children and attributes that only drawing needs.
+        params: `<param>` children and attributes that only drawing and sound need.
     """
 
     id: str

@@ -29,6 +29,7 @@ from sumo3dviz_pt.job.settings import Job, Quality
 from sumo3dviz_pt.model.progress import Doing, ProgressEvent, heard_by
 from sumo3dviz_pt.pipeline.costs import TYPICAL_TRIANGLES, Rates, cost_of, rates_of
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
+from sumo3dviz_pt.pipeline.films.heard import is_heard
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.production import Request, scenario_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
@@ -301,6 +302,9 @@ _PILOT = 60.0
 _ENCODE, _ENCODE_PER_MEGAPIXEL = 0.3, 0.05
 """Encoding a film [s]: always, and for each million pixels of all its frames."""
 
+_HEAR = 2.0
+"""Making the sound of a second of film [s]: of fifty sources."""
+
 _LEAST_PACKED = 18
 """A file of gzip has at least a head and a tail of so many bytes."""
 
@@ -326,10 +330,20 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing), rates=rates_of(request.variant))
-        steps += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
+        making = [WorkStep(Doing.RENDER, rendering), *_sounding(applied, order, len(wanted))]
+        if order.discard_frames:  # frames are rendered as the film takes them
+            making.reverse()
+        steps += [*opening_steps(job), *_pilot(request), *making]
         megapixels = len(wanted) * size[0] * size[1] / 1e6
         steps.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
     return tuple(steps)
+
+
+def _sounding(job: Job, order: FilmOrder, frames: int) -> tuple[WorkStep, ...]:
+    """Return the step of making a film's sound; none where it has none."""
+    if order.frames is not None or not is_heard(job):
+        return ()
+    return (WorkStep(Doing.HEAR, _HEAR * frames / float(job.output.fps)),)
 
 
 def still_steps(job: Job, request: Request) -> tuple[WorkStep, ...]:

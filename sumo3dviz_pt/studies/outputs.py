@@ -35,8 +35,9 @@ from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.job.study import CalibrationSettings, StudySettings
 from sumo3dviz_pt.model.layers import linear_from_srgb
 from sumo3dviz_pt.pipeline.films.frames import account_file
+from sumo3dviz_pt.pipeline.films.heard import has_soundtrack, is_heard
 from sumo3dviz_pt.pipeline.films.overlays import extra_files
-from sumo3dviz_pt.pipeline.films.sound import sound_folder
+from sumo3dviz_pt.pipeline.films.sound import recording_file, sound_folder
 from sumo3dviz_pt.pipeline.provenance import versions
 from sumo3dviz_pt.studies.file import session_of, texts_of, words_of
 from sumo3dviz_pt.studies.folder import FOLDER
@@ -508,6 +509,7 @@ def _clip(plan: StudyPlan, film: FilmRecord, stimulus: Stimulus) -> Clip:
         film.rate,
         film.sha256,
         film.fov,
+        has_soundtrack(stimulus.job, Path(file)),
     )
 
 
@@ -528,6 +530,7 @@ def _film_files(folder: Path, plan: StudyPlan) -> list[Path]:
         files += [path, account_file(path), *extra_files(path, stimulus.job.overlays)]
         if stimulus.job.output.sound is not None:
             files += sorted(sound_folder(path).iterdir())
+        files += [recording_file(path)] if is_heard(stimulus.job) else []
     return files
 
 

@@ -142,7 +142,15 @@ _UNITS = {
 }
 """Lengths that tell how a train is split, and their ranges; a negative one is not given."""
 
-_DRAWN = ("locomotiveLength", "carriageLength", "carriageGap", "seatingWidth", "imgFile", "osgFile")
+_DRAWN = (
+    "locomotiveLength",
+    "carriageLength",
+    "carriageGap",
+    "seatingWidth",
+    "imgFile",
+    "osgFile",
+    "emissionClass",
+)
 
 
 def read_vehicle_types(paths: Iterable[Path]) -> dict[str, VehicleType]:

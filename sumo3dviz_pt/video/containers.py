@@ -41,6 +41,9 @@ _TICK = {".mkv": 6e-4, ".webm": 6e-4, ".gif": 6e-3}
 _LEAST_TICK, _ROUNDED = 2e-5, 0.011
 """The same of all other containers; and of a film's length, as ffmpeg tells it [s]."""
 
+_PACKET = 0.022
+"""How long a packet of sound is, at most [s]."""
+
 _KNOWN_BOXES = {
     b"moov": frozenset({b"mvhd", b"trak", b"udta"}),
     b"trak": frozenset({b"tkhd", b"edts", b"mdia"}),
@@ -107,62 +110,110 @@ def words_in(log: str) -> FilmWords | None:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What a film of ours tells players.
+
+    Attributes:
+        codec: Its pictures are stored as this one does.
+        size: Width and height [px].
+        rate: Frames per second.
+        sound: Whether it has sound.
+    """
+
+    codec: Codec
+    size: tuple[int, int]
+    rate: Fraction
+    sound: bool = False
+
+    @property
+    def streams(self) -> tuple[str, ...]:
+        """What it holds."""
+        return ("Video", "Audio") if self.sound else ("Video",)
+
+
 def container_faults(
-    path: Path, words: FilmWords, *, codec: Codec, size: tuple[int, int], rate: Fraction
+    path: Path, words: FilmWords, wanted: Wanted
 ) -> Iterator[tuple[str, int | None]]:
     """Yield what a film tells players that no film of ours does, with a picture's number or None.
 
     Args:
         path: The film.
         words: What it says of itself.
-        codec: Its pictures are stored as this one does.
-        size: Width and height that they should have [px].
-        rate: Frames per second that it should have.
+        wanted: What it should say.
     """
+    codec, size = wanted.codec, wanted.size
     if words.size != size or words.sides - {size}:
         other = next(iter(words.sides - {size}), words.size)
         yield f"is {'x'.join(map(str, other))} pixels large, not {'x'.join(map(str, size))}", None
-    yield from _rhythm(path, words, rate)
+    yield from _rhythm(path, words, wanted)
     strange = words.tags - ({_BT709} if not codec.palette else words.tags)
     if strange:
         yield f"tells players other colours ({_SHOWN}): {min(strange)}, not {_BT709}", None
     if words.aspects - {"0/1", "1/1"} or words.turned:
         yield "tells players to stretch, turn or crop its pictures", None
-    if words.streams != ("Video",):
-        yield f"holds {', '.join(words.streams)}, not one stream of pictures", None
+    if words.streams != wanted.streams:
+        also = " and one of sound" if wanted.sound else ""
+        yield f"holds {', '.join(words.streams)}, not one stream of pictures{also}", None
     if path.suffix.lower() in ENDINGS:
-        yield from ((what, None) for what in _boxes(path, size, rate, len(words.times)))
+        yield from ((what, None) for what in _boxes(path, wanted, len(words.times)))
     elif not codec.palette:
         yield from ((what, None) for what in _matroska(path))
 
 
-def _rhythm(path: Path, words: FilmWords, rate: Fraction) -> Iterator[tuple[str, int | None]]:
+def _rhythm(path: Path, words: FilmWords, wanted: Wanted) -> Iterator[tuple[str, int | None]]:
     """Yield that pictures are shown at other times, or for longer."""
-    tick = _TICK.get(path.suffix.lower(), _LEAST_TICK)
+    rate, ending = wanted.rate, path.suffix.lower()
+    tick = _TICK.get(ending, _LEAST_TICK)
     for number, time in enumerate(words.times):
         if abs(time - float(number / rate)) > tick:
             yield f"is shown at {time:.12g} s, not at {float(number / rate):g} s", number
             break
     length = float(len(words.times) / rate)
-    if abs(words.duration - length) > tick + _ROUNDED:
+    longer = words.duration - length
+    # Matroska files end with the last packet of sound, which is not cut.
+    packet = _PACKET if wanted.sound and ending in _TICK else 0.0
+    if not -tick - _ROUNDED <= longer <= tick + _ROUNDED + packet:
         yield f"lasts {words.duration:g} s, not {length:g} s", None
 
 
 # MP4 and MOV --------------------------------------------------------------------------------
 
 
-def _boxes(path: Path, size: tuple[int, int], rate: Fraction, count: int) -> Iterator[str]:
+def _boxes(path: Path, wanted: Wanted, count: int) -> Iterator[str]:
     """Yield what is strange in the boxes of a film."""
     content = path.read_bytes()
+    if wanted.sound:
+        content = b"".join(_without_sound(content))
     boxes: dict[bytes, bytes] = {}
     strange = set(_strange(content, boxes))
     if strange:
         words = ", ".join(sorted(each.decode("latin-1") for each in strange))
         yield f"holds boxes that no film of ours has ({words})"
     try:
-        yield from _numbers(boxes, size, rate, count)
+        yield from _numbers(boxes, wanted.size, wanted.rate, count)
     except (KeyError, IndexError, ZeroDivisionError, struct.error):
         yield "does not say in full how it is to be shown"
+
+
+def _without_sound(content: bytes) -> Iterator[bytes]:
+    """Yield the boxes of a film, but for one track of sound."""
+    heard = False
+    for name, start, length in inner_boxes(content):
+        one = content[start : start + length]
+        if name == b"moov":
+            inside = b"".join(_without_sound(one[8:]))
+            yield struct.pack(">I4s", 8 + len(inside), name) + inside
+        elif name == b"trak" and b"hdlr" in one and _handler(one) == b"soun" and not heard:
+            heard = True
+        else:
+            yield one
+
+
+def _handler(track: bytes) -> bytes:
+    """Return what a track is of: `vide` or `soun`."""
+    at = track.index(b"hdlr") + 12
+    return track[at : at + 4]
 
 
 def _strange(content: bytes, boxes: dict[bytes, bytes]) -> Iterator[bytes]:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.errors import InputError, RenderError
-from sumo3dviz_pt.job.settings import OutputSettings
+from sumo3dviz_pt.job.settings import Job, OutputSettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.numbers import Ratio
 from sumo3dviz_pt.model.random import frame_seed
@@ -38,16 +38,18 @@ from sumo3dviz_pt.pipeline.films.frames import (
     stored_film,
     write_pictures,
 )
+from sumo3dviz_pt.pipeline.films.heard import has_soundtrack
 from sumo3dviz_pt.pipeline.films.overlays import (
     FACTS,
     captions_file,
+    extra_frames,
     overlaid,
     plain_twin,
     read_facts,
     write_both,
     write_captions,
 )
-from sumo3dviz_pt.pipeline.films.sound import sound_folder
+from sumo3dviz_pt.pipeline.films.sound import recording_file, sound_folder
 from sumo3dviz_pt.pipeline.films.traced import HelpedFrame, Shelf
 from sumo3dviz_pt.pipeline.production import Production, check_response, check_target, check_tone
 from sumo3dviz_pt.pipeline.provenance import file_hash, versions
@@ -57,6 +59,7 @@ from sumo3dviz_pt.video.spherical import ENDINGS, Spherical, spherical_of, write
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.video.prints import Print
+    from sumo3dviz_pt.video.soundtrack import Soundtrack
 
 
 DIGEST = "digest"
@@ -85,12 +88,13 @@ def noted(files: Iterable[Path], digests: dict[str, str]) -> Iterator[Path]:
         yield file
 
 
-def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
+def files_beside(path: Path, files: Sequence[Path], *, heard: bool = False) -> dict[str, str]:
     """Return the digests of what lies beside a film, but for its frames: layers, sound, captions.
 
     Args:
         path: The film, or its numbered pictures.
         files: Its frames; they need not be there any more.
+        heard: Whether its sound is beside it.
     """
     layers, final = places.beside(frames_folder(path)), masters_folder(path)
     numbers = {int(file.stem) for file in files}
@@ -100,6 +104,7 @@ def files_beside(path: Path, files: Sequence[Path]) -> dict[str, str]:
     ]
     paths += [final / f"{n:06d}.exr" for n in frame_numbers(final) if n in numbers]
     paths += [captions_file(path), *sorted(sound_folder(path).glob("*"))]
+    paths += [recording_file(path)] if heard else []
     if is_sequence(path):
         paths += pictures_of(path, files)
     there = [file for file in paths if file.is_file()]
@@ -172,13 +177,16 @@ def encode_frames(
     )
     film = None if production.job.overlays is None else read_facts(files[0].parent)
     lens = production.shot.frame_at(float(production.times[0])).view.lens
+    main = path
     films: dict[str, Any] = {}
 
     def write(pictures: Iterable[Image], path: Path) -> None:
         if is_sequence(path):
             write_pictures(pictures_of(path, files), files, pictures)
             return
-        films[path.name] = _film(pictures, path, output, fps=fps, spherical=spherical_of(lens))
+        track = _soundtrack(production.job, main, len(files), rate=fps, plain=path != main)
+        how = _Form(fps, spherical_of(lens), track)
+        films[path.name] = _film(pictures, path, output, how=how)
 
     if film is None:
         write(pictures, path)
@@ -203,27 +211,62 @@ def _with_plain(pictures: Iterable[Image], files: Sequence[Path], path: Path) ->
         yield picture
 
 
+@dataclass(frozen=True, slots=True)
+class _Form:
+    """What a film has beside its pictures.
+
+    Attributes:
+        fps: Frames per second.
+        spherical: What players must know of its projection, or None.
+        track: Its sound, or None.
+    """
+
+    fps: Fraction
+    spherical: Spherical | None
+    track: Soundtrack | None
+
+
+def _soundtrack(
+    job: Job, path: Path, count: int, *, rate: Fraction, plain: bool
+) -> Soundtrack | None:
+    """Return a film's sound, or None.
+
+    Args:
+        job: With the request's choices.
+        path: The film; with overlays, the one that has them.
+        count: Of its frames.
+        rate: Frames per second.
+        plain: Whether it is the one without overlays.
+    """
+    from sumo3dviz_pt.video.soundtrack import Soundtrack
+
+    wanted = job.output.sound
+    if wanted is None or not has_soundtrack(job, path):
+        return None
+    before, after = (0, 0) if plain else extra_frames(job.overlays, float(rate))
+    ambisonics = wanted.play == "ambisonics"
+    return Soundtrack(recording_file(path), ambisonics, before, before + count + after)
+
+
 def _film(
-    pictures: Iterable[Image],
-    path: Path,
-    output: OutputSettings,
-    *,
-    fps: Fraction,
-    spherical: Spherical | None,
+    pictures: Iterable[Image], path: Path, output: OutputSettings, *, how: _Form
 ) -> dict[str, Any]:
     """Write developed pictures as a film; return what it can be held against."""
     from sumo3dviz_pt.video import encode
+    from sumo3dviz_pt.video.soundtrack import add_sound
 
     prints = encode(
         pictures,
         path,
         size=output.size,
-        fps=fps,
+        fps=how.fps,
         codec=output.codec,
         comment={"made_by": "sumo3dviz_pt", "versions": versions()},
     )
-    if spherical is not None and path.suffix.lower() in ENDINGS:
-        write_boxes(path, spherical)
+    if how.track is not None:
+        add_sound(path, how.track, rate=how.fps)
+    if how.spherical is not None and path.suffix.lower() in ENDINGS:
+        write_boxes(path, how.spherical)
     return delivered(path, prints, codec=output.codec, size=output.size)
 
 

@@ -42,6 +42,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     traced_on,
     write_json,
 )
+from sumo3dviz_pt.pipeline.films.heard import check_play, is_heard, write_recording
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
 from sumo3dviz_pt.pipeline.films.orders import Pace, ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.overlays import extra_files, extra_frames, note_overlays
@@ -49,7 +50,7 @@ from sumo3dviz_pt.pipeline.films.pilot import piloted
 from sumo3dviz_pt.pipeline.films.rendering import FrameDone as FrameDone
 from sumo3dviz_pt.pipeline.films.rendering import Frames
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
-from sumo3dviz_pt.pipeline.films.sound import sound_folder, write_sound
+from sumo3dviz_pt.pipeline.films.sound import recording_file, sound_folder, write_tracks
 from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
     Production,
@@ -133,6 +134,7 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
     for shot, path in shots:
         check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
         check_output(request.applied(job), path, fps=order.pace(job, shot).fps)
+        check_play(job, order.pace(job, shot))
     return shots
 
 
@@ -183,6 +185,7 @@ def check_places(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
         count = len(order.pace(job, shot).times(shot))
         also = extra_files(path, job.overlays)
         also += [sound_folder(path)] if job.output.sound else []
+        also += [recording_file(path)] if is_heard(job) else []
         check_unused(path, order, count=count, also=also)
 
 
@@ -263,14 +266,13 @@ def _render_shot(
             deque(frames.rendered(cpu), maxlen=0)
         if order.frames is not None:
             return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
+        heard = write_recording(path, production, pace)
         digests, films = _make_film(frames, path, order, pace, cpu)
-        if frames.layers is not None:
-            frames.layers.finish()
-        write_sound(path, production, pace)
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
-        whole |= _overlays(production.job, path, float(pace.fps)) | _denoiser(production)
+        whole |= heard | _overlays(production.job, path, float(pace.fps)) | _denoiser(production)
         whole |= _devices(frames.files) if order.mix_devices else {}
-        whole |= {"files": digests | files_beside(path, frames.files), "delivered": films}
+        beside = files_beside(path, frames.files, heard=bool(heard))
+        whole |= {"files": digests | beside, "delivered": films}
         write_json(account_file(path), sealed(whole), indent=1)
         if order.discard_frames:
             discard(folder, wanted)
@@ -304,7 +306,7 @@ def _overlays(job: Job, path: Path, rate: float) -> dict[str, Any]:
 def _make_film(
     frames: Frames, path: Path, order: FilmOrder, pace: Pace, cpu: dict[str, float]
 ) -> tuple[dict[str, str], dict[str, Any]]:
-    """Make a film of its frames; those that do not stay are rendered as it asks for them.
+    """Make a film of its frames, and its tracks; frames that do not stay are rendered as it asks.
 
     Returns:
         The frames' digests, and what the film can be held against.
@@ -324,6 +326,9 @@ def _make_film(
             masters=masters,
             turns=noted(turns, digests),
         )
+    if frames.layers is not None:
+        frames.layers.finish()
+    write_tracks(path, frames.production, pace)
     return digests, films
 
 

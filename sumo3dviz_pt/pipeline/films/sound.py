@@ -1,6 +1,7 @@
 """Writes sound tracks: where everyone near a film's camera is at each time, and the camera itself.
 
-They are what tools of auralisation ask for: moving sources, in the picture or not, and a listener.
+They are what tools of auralisation ask for: moving sources, in the picture or not, and a listener;
+the sound that is made here, in `heard.py`, is made of the same.
 Beside `drive.mp4` the folder `drive.sound` holds `listener.csv`, `sources.csv` (one row for each
 source), one table for each source, and `sound.json`, which says what the columns mean.
 
@@ -24,7 +25,7 @@ from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.job.surroundings import SoundSettings
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Polygon, VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.films.frames import film_name
 from sumo3dviz_pt.pipeline.films.orders import Pace
@@ -46,11 +47,13 @@ class Nearby:
         trajectories: The smoothed motion of each.
         types: Their vTypes.
         network: Where they are.
+        polygons: Of the scenario, buildings among them.
     """
 
     trajectories: tuple[Trajectory, ...]
     types: tuple[VehicleType, ...]
     network: Network
+    polygons: tuple[Polygon, ...] = ()
 
 
 def nearby(production: Production, eyes: Floats, *, radius: float) -> Nearby:
@@ -72,7 +75,7 @@ def nearby(production: Production, eyes: Floats, *, radius: float) -> Nearby:
     types = tuple(
         scenario.vehicle_types.get(each.type_id, UNKNOWN_TYPES[each.kind]) for each in trajectories
     )
-    return Nearby(trajectories, types, scenario.network)
+    return Nearby(trajectories, types, scenario.network, scenario.polygons)
 
 
 _NUDGE = 0.05  # over which speeds are compared [s]
@@ -122,7 +125,12 @@ def sound_folder(path: Path) -> Path:
     return film_name(path).with_suffix(".sound")
 
 
-def write_sound(path: Path, production: Production, pace: Pace) -> None:
+def recording_file(path: Path) -> Path:
+    """Return where the sound of a film goes."""
+    return film_name(path).with_suffix(".wav")
+
+
+def write_tracks(path: Path, production: Production, pace: Pace) -> None:
     """Write the sound tracks of a film; nothing where none are asked for.
 
     Args:
@@ -210,13 +218,13 @@ def track_of(trajectory: Trajectory, kind: VehicleType, times: Floats, eyes: Flo
         np.flatnonzero(alive),
         places,
         motion.speeds[alive],
-        _accelerations(trajectory, times[alive]),
+        accelerations_of(trajectory, times[alive]),
         yaws,
         float(away.min()) if len(away) else np.inf,
     )
 
 
-def _accelerations(trajectory: Trajectory, times: Floats) -> Floats:
+def accelerations_of(trajectory: Trajectory, times: Floats) -> Floats:
     """Return the change of speed along the path, (n,) [m/s2]: centred, one-sided at ends."""
     before, now, after = (
         trajectory.sample(times + nudge).speeds for nudge in (-_NUDGE, 0.0, _NUDGE)

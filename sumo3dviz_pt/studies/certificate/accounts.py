@@ -47,7 +47,7 @@ _KNOWN = frozenset(
         *("left_out", "plan", "pilot", "spp", "quality", "shot"),  # follow from what is compared
         *("scene", "preset", "inputs", "companions", "versions", "package", "camera", "variant"),
         *("frames", "frame_rate", "fps", "size", "shutter", "road_users", "signal_changes"),
-        *("world", "light", "overlays", "devices", *_DEVELOPED),
+        *("world", "light", "overlays", "devices", "sound", *_DEVELOPED),
     }
 )
 """What an account says and other checks here compare, or what follows from that."""
@@ -64,7 +64,7 @@ def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[s
     """
     checks: tuple[Callable[[Account, Account, Acts], Iterator[str]], ...] = (
         *(_lengths, _times, _cameras, _shutters, _presence, _bodies, _motion, _lamps, _signals),
-        *(_development, _digests, _weather, _drawn_over, _traced),
+        *(_development, _digests, _weather, _drawn_over, _heard, _traced),
     )
     faults = [fault for check in checks for fault in check(one, other, acts)]
     return faults + list(_settings(one, other, acts, planned))
@@ -264,6 +264,20 @@ def _drawn_over(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     )
     if first != second and not (acts.overlays or acts.anything):
         yield "overlays are others: " + " and ".join(_overlays(drawn) for drawn in (first, second))
+
+
+def _heard(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that films sound otherwise though who drives, where and in which rain is the same."""
+    first, second = (
+        {key: value for key, value in (film.get("sound") or {}).items() if key != "file"}
+        for film in (one, other)
+    )
+    raining = any(a.get("weather") != b.get("weather") for a, b in _frames(one, other))
+    asked = [film.get("scene", {}).get("output", {}).get("sound") for film in (one, other)]
+    may = acts.motion or acts.moves or bool(acts.things) or raining or asked[0] != asked[1]
+    if first != second and not may:
+        levels = [each.get("levels", {}).get("LAeq") for each in (first, second)]
+        yield f"they sound otherwise: LAeq is {levels[0]} in one film and {levels[1]} in the other"
 
 
 def _traced(one: Account, other: Account, acts: Acts) -> Iterator[str]:

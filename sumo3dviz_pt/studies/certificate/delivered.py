@@ -99,6 +99,7 @@ class _Delivery:
     before: int
     prints: tuple[Print, ...]
     bounds: tuple[Apart, ...]
+    sound: bool
 
 
 def film_faults(
@@ -162,6 +163,7 @@ def _delivered(path: Path, account: Account) -> _Delivery:
     """
     from sumo3dviz_pt.video.codecs import codec_named
     from sumo3dviz_pt.video.prints import Apart, print_in
+    from sumo3dviz_pt.video.soundtrack import SILENT
 
     own = account["delivered"][path.name]
     if not all(math.isfinite(value) for each in own["pictures"] for value in each["codec_error"]):
@@ -176,6 +178,7 @@ def _delivered(path: Path, account: Account) -> _Delivery:
         int(account["overlays"]["frames_before"]) if whole else 0,
         tuple(print_in(each["print"]) for each in own["pictures"]),
         tuple(Apart(*each["codec_error"]) for each in own["pictures"]),
+        bool(account.get("sound")) and path.suffix.lower() not in SILENT,
     )
 
 
@@ -205,15 +208,14 @@ def _pictures(film: _Delivery) -> tuple[list[FilmFault], int]:
 
 def _form(decoded: FilmPrints, film: _Delivery) -> Iterator[FilmFault]:
     """Yield that a film has another length, size, rhythm or other colours for players."""
-    from sumo3dviz_pt.video.containers import container_faults
+    from sumo3dviz_pt.video.containers import Wanted, container_faults
 
     if len(decoded.prints) != len(film.prints):
         last = min(len(decoded.prints), len(film.prints)) - film.before
         what = f"has {len(decoded.prints)} pictures of {len(film.prints)}"
         yield FilmFault(film.path, what, last)
-    faults = container_faults(
-        film.path, decoded.words, codec=film.codec, size=film.size, rate=film.rate
-    )
+    wanted = Wanted(film.codec, film.size, film.rate, film.sound)
+    faults = container_faults(film.path, decoded.words, wanted)
     for what, picture in faults:
         yield FilmFault(film.path, what, None if picture is None else picture - film.before)
 

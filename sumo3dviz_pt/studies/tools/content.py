@@ -35,6 +35,7 @@ class Clip:
         rate: Frames per second, such as 25 or 30000/1001.
         digest: SHA-256 of the file.
         fov: Horizontal opening angle of its lens [deg]; None where it is not known.
+        heard: Whether it has sound.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Clip:
     rate: str
     digest: str
     fov: float | None = None
+    heard: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ import json
 import re
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -190,6 +190,7 @@ def _film(clip: Clip) -> Mapping[str, object]:
         "duration": clip.duration,
         "frames": max(1, round(clip.duration * Fraction(clip.rate))),
         "digest": clip.digest,
+        **({"heard": True} if clip.heard else {}),
     }
 
 
@@ -201,7 +202,8 @@ def _cards(content: StudyContent) -> dict[str, Mapping[str, object]]:
         if card is not None:
             clips = [content.clips[each] for each in trial.alternatives if each is not None]
             longest = max(clips, key=lambda clip: clip.duration)
-            cards[card] = {**_film(longest), "file": card, "size": None, "fov": None, "digest": ""}
+            silent = _film(replace(longest, heard=False))
+            cards[card] = {**silent, "file": card, "size": None, "fov": None, "digest": ""}
     return cards
 
 

@@ -80,6 +80,7 @@ def survey_script(content: StudyContent, playlists: Mapping[str, object] | None)
         "digest": hashlib.sha256(json.dumps(playlists).encode()).hexdigest()[:16],
         "words": {key: texts[key] for key in ("problem", "retry", "skip", "play")},
         "playlists": playlists,
+        **({"heard": True} if any(clip.heard for clip in content.films) else {}),
     }
     known = json.dumps(study, ensure_ascii=False).replace("<", "\\u003c")
     source = Path(__file__).with_name("page") / SCRIPT

@@ -1,6 +1,7 @@
 """What `check` says is said once."""
 
-from sumo3dviz_pt.inspection.checks import MOMENTS, in_words
+from sumo3dviz_pt.inspection.checks import MOMENTS, _sound, in_words
+from sumo3dviz_pt.job.surroundings import SoundSettings
 
 UNKNOWN = {"triangles": None, "cpu_seconds_per_frame": None}
 FENCES = {"what": "fences", "why": "the scenario has none", **UNKNOWN}
@@ -77,3 +78,14 @@ def test_reasons_and_what_is_built_are_said_on_demand_only():
     for words in ("the scenario has none", "roads 5", "parts", "not compiled", "saves"):
         assert words in full and words not in brief
     assert "left out" not in in_words(report([]), details=False)
+
+
+def test_it_says_what_sound_a_film_has():
+    found = report([])
+    assert "sound" not in in_words(found)
+    wanted = SoundSettings(play="binaural", murmur=None, full_scale=94)
+    found["shots"][0]["sound"] = _sound(wanted)
+    assert "binaural, of who is within 150 m, murmur none; a full-scale sine is 94 dB" in in_words(
+        found
+    )
+    assert _sound(SoundSettings()) == _sound(None) == ""

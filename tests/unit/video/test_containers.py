@@ -9,7 +9,7 @@ import pytest
 
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.codecs import CODECS
-from sumo3dviz_pt.video.containers import container_faults
+from sumo3dviz_pt.video.containers import Wanted, container_faults
 from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 from sumo3dviz_pt.video.prints import film_prints
 
@@ -24,10 +24,10 @@ def written(path, codec="h264", fps=25):
     return path
 
 
-def faults(path, codec="h264", fps="25"):
+def faults(path, codec="h264", fps="25", sound=False):
     kind = CODECS[codec]
     words = film_prints(path, codec=kind, size=SIZE).words
-    found = container_faults(path, words, codec=kind, size=SIZE, rate=Fraction(fps))
+    found = container_faults(path, words, Wanted(kind, SIZE, Fraction(fps), sound))
     return [what for what, _ in found]
 
 

@@ -328,9 +328,9 @@ class Showing {
     const { film, words, during } = this.show;
     const video = this.video = document.createElement("video");
     Object.assign(video, {
-      muted: true, playsInline: true, disablePictureInPicture: true, preload: "auto",
+      muted: !film.heard, playsInline: true, disablePictureInPicture: true, preload: "auto",
     });
-    video.setAttribute("muted", "");
+    if (!film.heard) video.setAttribute("muted", "");
     video.setAttribute("playsinline", "");
     video.addEventListener("contextmenu", (event) => event.preventDefault());
     this.stage.replaceChildren(video);

@@ -33,7 +33,7 @@
     place.replaceChildren();
     paragraph(place, "h2", letter);
     const video = document.createElement("video");
-    Object.assign(video, { muted: true, playsInline: true, preload: "auto", src: address });
+    Object.assign(video, { muted: !STUDY.heard, playsInline: true, preload: "auto", src: address });
     video.setAttribute("playsinline", "");
     video.style.cssText = "display: block; margin: auto; max-height: 70vh; max-width: 100%";
     place.append(video);

@@ -58,6 +58,19 @@ def test_a_film_of_several_devices_is_told_even_where_both_are():
     assert len(said) == 2 and "a.mp4 mixes frames of several devices" in said[0]
 
 
+@pytest.mark.parametrize(
+    ("acts", "told"), [(NOTHING, True), (Acts(light=True), True), (Acts(motion=True), False)]
+)
+def test_films_that_sound_otherwise_are_told_unless_traffic_may_differ(acts, told):
+    def heard(name, level):
+        return {"sound": {"file": f"{name}.wav", "levels": {"LAeq": {"listener": level}}}}
+
+    one, loud = account() | heard("a", 60.0), account() | heard("b", 61.0)
+    assert account_faults(one, account() | heard("b", 60.0), acts, PLANNED) == []
+    said = account_faults(one, loud, acts, PLANNED)
+    assert any("they sound otherwise" in each for each in said) == told
+
+
 def frame_more(other):
     other["frames"].append(other["frames"][-1])
 

@@ -27,7 +27,7 @@ from sumo3dviz_pt.studies.tools.datasets import (
     write_inputs,
 )
 from sumo3dviz_pt.studies.tools.pages import SCRIPT, STYLE, VERSION, own_texts, page
-from sumo3dviz_pt.studies.tools.surveys import WRITERS, write_tools
+from sumo3dviz_pt.studies.tools.surveys import WRITERS, survey_script, write_tools
 
 ONLINE = {tool for tool, writer in WRITERS.items() if writer.online}
 
@@ -225,6 +225,17 @@ def test_a_page_that_needs_no_network_has_jspsych_beside_it(tmp_path, ratings):
     assert sources == [f"scripts/{SCRIPT}", f"scripts/{STYLE}"]
     assert all((tmp_path / source).read_bytes() for source in sources)
     assert not re.search(r"https?://(?!www\.w3)", files[0].read_text("utf-8"))
+
+
+def test_films_are_muted_but_those_that_have_sound(tmp_path, ratings):
+    """Browsers play silent films by themselves, and ask before those that are heard."""
+    clips = {profile: replace(clip, heard=True) for profile, clip in ratings.clips.items()}
+    for content, heard in ((ratings, False), (replace(ratings, clips=clips), True)):
+        page = pages.write_jspsych(tmp_path, content)[0].read_text("utf-8")
+        assert ('"heard": true' in page or '"heard":true' in page) == heard
+        assert "muted: !film.heard" in page
+        script = survey_script(content, None)
+        assert ('"heard": true' in script) == heard and "muted: !STUDY.heard" in script
 
 
 # Told factors ------------------------------------------------------------------------------
