@@ -71,6 +71,7 @@ def write_page(scene: ExportedScene, folder: Path, *, title: str) -> None:
         "start": float(scene.times[0]),
         "end": float(scene.times[-1]),
         "cameras": [camera.name for camera in scene.cameras],
+        "dark": scene.dark,
         # The page is y up.
         "sun": None if scene.sun is None else [scene.sun[0], scene.sun[2], -scene.sun[1]],
         "gltf": base64.b64encode(gzip.compress(gltf(scene), 6, mtime=0)).decode(),

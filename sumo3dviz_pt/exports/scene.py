@@ -44,6 +44,7 @@ MOST_TIMES = 5000
 _GREY: Colour = (0.5, 0.5, 0.5)
 _WHITEST = 0.85
 _GLOW = 6.0  # brightest channel of a lamp that shines, against a sunlit white wall
+_PANE_GLOW = 1.5  # of what shines all the time, such as lit windows
 _CORNERS = 12  # of a vehicle's lamp
 _LENS = Look(colour=(0.03, 0.03, 0.03), roughness=0.12)
 
@@ -128,6 +129,7 @@ class ExportedScene:
         cameras: Those of the scene file.
         sun: Unit vector to it, (3,); None by night, or under clouds of a picture.
         size: Of the film's pictures [px].
+        dark: Whether it is night.
         notes: What was left out or is simpler, in words.
     """
 
@@ -137,6 +139,7 @@ class ExportedScene:
     cameras: tuple[ExportedCamera, ...]
     sun: Floats | None
     size: tuple[int, int]
+    dark: bool = False
     notes: tuple[str, ...] = ()
 
     @property
@@ -179,9 +182,13 @@ def exported(job: Job, times: Floats) -> ExportedScene:
         *_signals(shot, times, origin, materials),
     )
     sun = shot.data.sky.sun_direction
+    if sun is not None and (shot.dark or sun[2] <= 0.0):
+        sun = None
     notes = [f"left out {item.what}: {item.why}" for item in shot.data.left_out if item.surprising]
     notes += moving.notes
-    return ExportedScene(origin, times, things, cameras, sun, job.output.size, tuple(notes))
+    return ExportedScene(
+        origin, times, things, cameras, sun, job.output.size, shot.dark, tuple(notes)
+    )
 
 
 def _cameras(job: Job, ground: Ground, shot: Shot, times: Floats) -> Iterator[ExportedCamera]:
@@ -255,7 +262,8 @@ def _signals(
             radiance = np.stack([course[lamps.id] for course in courses])
         else:
             radiance = lamps.radiance[None]
-        yield from _lamp_groups(lamps, _settled(radiance), origin)
+        glow = _GLOW if lamps.radiance is None else _PANE_GLOW
+        yield from _lamp_groups(lamps, _settled(radiance), origin, glow)
 
 
 def _settled(radiance: Floats) -> Floats:
@@ -266,7 +274,7 @@ def _settled(radiance: Floats) -> Floats:
     return np.asarray(np.round(hue, 2))
 
 
-def _lamp_groups(lamps: LampSet, hues: Floats, origin: Floats) -> Iterator[Exported]:
+def _lamp_groups(lamps: LampSet, hues: Floats, origin: Floats, glow: float) -> Iterator[Exported]:
     """Yield the lamps of a set; each group is dark, and in every colour that it shows."""
     flat = hues.transpose(1, 0, 2).reshape(len(lamps.lamps), -1)
     courses, group = np.unique(flat, axis=0, return_inverse=True)
@@ -279,7 +287,7 @@ def _lamp_groups(lamps: LampSet, hues: Floats, origin: Floats) -> Iterator[Expor
             yield _lamp(f"{name}/off", lamps.family, part, _LENS, ~shone)
         for colour in np.unique(course[shone], axis=0):
             at = np.asarray((course == colour).all(axis=1), np.bool_)
-            yield _lamp(f"{name}/on", lamps.family, part, _glowing(colour), at)
+            yield _lamp(f"{name}/on", lamps.family, part, _glowing(colour, glow), at)
 
 
 def _lamp(name: str, family: str, mesh: Mesh, look: Look, there: Bools) -> Exported:
@@ -290,11 +298,13 @@ def _lamp(name: str, family: str, mesh: Mesh, look: Look, there: Bools) -> Expor
     return Exported(name, family, shown, track)
 
 
-def _glowing(colour: Iterable[float]) -> Look:
-    """Return the look of a lamp that shines in a colour."""
+def _glowing(colour: Iterable[float], strength: float = _GLOW) -> Look:
+    """Return the look of a lamp that shines in a colour, as bright in its brightest channel."""
     red, green, blue = (float(channel) for channel in colour)
     most = max(red, green, blue, 1e-12)
-    return replace(_LENS, glow=(_GLOW * red / most, _GLOW * green / most, _GLOW * blue / most))
+    return replace(
+        _LENS, glow=(strength * red / most, strength * green / most, strength * blue / most)
+    )
 
 
 # Road users ---------------------------------------------------------------------------------

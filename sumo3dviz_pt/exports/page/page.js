@@ -26,15 +26,15 @@
   }
   renderer.outputEncoding = THREE.sRGBEncoding;
   renderer.toneMapping = THREE.ACESFilmicToneMapping;
-  renderer.toneMappingExposure = 0.6;
+  renderer.toneMappingExposure = SCENE.dark ? 1.4 : 0.6;
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = THREE.PCFSoftShadowMap;
   document.body.prepend(renderer.domElement);
   const scene = new THREE.Scene();
   const eye = new THREE.PerspectiveCamera(50, 1, 0.15, 6000);
-  const dark = SCENE.sun === null;
-  const air = new THREE.Color(dark ? 0x0b1020 : 0xb4c8da);
-  const zenith = new THREE.Color(dark ? 0x05070f : 0x4d7fbd);
+  const dark = SCENE.dark, sunny = SCENE.sun !== null;
+  const air = new THREE.Color(dark ? 0x1a2233 : 0xb4c8da);
+  const zenith = new THREE.Color(dark ? 0x0c1222 : 0x4d7fbd);
   const ground = new THREE.Color(dark ? 0x0a0a0a : 0x6a675f);
   scene.fog = new THREE.Fog(air, 300, 3500);
   const dome = new THREE.Mesh(new THREE.SphereGeometry(5000, 32, 24), new THREE.ShaderMaterial({
@@ -53,9 +53,9 @@
   around.add(dome);
   scene.environment = new THREE.PMREMGenerator(renderer).fromScene(around, 0, 1, 6000).texture;
   scene.add(dome);
-  const sun = new THREE.DirectionalLight(0xfff0dc, dark ? 0 : 2.3);
+  const sun = new THREE.DirectionalLight(0xfff0dc, 2.3);
   const reach = 90;  // half the width of what has shadows, in metres
-  if (!dark) {
+  if (sunny) {
     sun.castShadow = true;
     sun.shadow.mapSize.set(4096, 4096);
     Object.assign(sun.shadow.camera,
@@ -198,7 +198,7 @@
     }
     eye.updateProjectionMatrix();
     dome.position.copy(eye.position);
-    if (!dark) {
+    if (sunny) {
       eye.getWorldDirection(ahead);
       sun.target.position.copy(eye.position).addScaledVector(ahead.setY(0).normalize(), 0.7 * reach);
       sun.target.position.y = eye.position.y - 10;
