@@ -180,7 +180,9 @@ def _polygon(element: Element, params: dict[str, str], network: Network | None) 
         id=element.text("id"),
         type=element.text("type", ""),
         shape=frozen(shape),
-        fill=parse_flag(element.text("fill", "false")),
+        # Those of JuPedSim are areas, whether they are filled or not.
+        fill=parse_flag(element.text("fill", "false"))
+        or element.text("type", "").startswith("jupedsim."),
         colour=colour_of(element),
         source=str(element.file),
         params=_others(element, _POLYGON_FIELDS) | params,

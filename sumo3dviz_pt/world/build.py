@@ -28,7 +28,7 @@ from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
-from sumo3dviz_pt.world.areas.slabs import Paving, slab_polygons
+from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
 from sumo3dviz_pt.world.land.cuts import laid_beside
 from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.horizon import Room, occupied
@@ -369,7 +369,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         in_season((p for p in (*fixed, *scenery.static) if len(p.part.mesh.faces)), season),
         grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
-        roads.surface_height_at,
+        land.slabs.walked_on(roads.surface_height_at),
         roads.rail_height_at,
         owners_of_roads(roads.layout),
         signals,
@@ -394,6 +394,7 @@ class _PreparedLand:
     ground: GroundParts
     around: Surroundings
     rows: Rows
+    slabs: SlabParts
 
 
 def _land(
@@ -439,7 +440,7 @@ def _land(
         around = replace(around, height_at=ground.height_at)
     below = Below(roads, ground, slabs)
     areas = build_areas(scenario, job, below=below, around=around, region=region)
-    return _PreparedLand(roads, areas.ground, around, rows), areas
+    return _PreparedLand(roads, areas.ground, around, rows, slabs), areas
 
 
 def _solid(rows: Rows, roads: RoadParts) -> list[shapely.Geometry]:
