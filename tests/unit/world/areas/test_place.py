@@ -230,7 +230,7 @@ def test_people_stand_on_what_jupedsim_lets_them_walk_and_obstacles_rise_from_it
             if p.id.startswith("areas/") and "concr" in p.id
         ]
     )
-    for (x0, y0, x1, y1), high in ((slim, 2.6), (wide, 0.9)):
+    for (x0, _, x1, y1), high in ((slim, 2.6), (wide, 0.9)):
         inside = (blocks[:, 0] >= x0) & (blocks[:, 0] <= x1) & (blocks[:, 1] <= y1)
         assert blocks[inside, 2] == pytest.approx(SIDEWALK_HEIGHT + high, abs=0.01)
     assert not any("jupedsim" in out.what for out in built.left_out)
