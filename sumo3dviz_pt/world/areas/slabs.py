@@ -60,6 +60,7 @@ WALKABLE, OBSTACLE = "jupedsim.walkable_area", "jupedsim.obstacle"
 _OVER_GROUND = 0.03 + SIDEWALK_HEIGHT  # of footways; the ground lies below roads [m]
 _SLIM, _COLUMN, _BLOCK = 1.2, 2.6, 0.9  # width of columns at most, heights of both sorts [m]
 _TALLEST = 60.0  # of obstacles [m]
+_STEPPED_ON = frozenset({"platform", "plaza"})
 _STEP_OFF = 0.4  # people climb and leave slabs over this distance beside them [m]
 
 
@@ -263,8 +264,7 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
             cramped += 1
             continue
         pavings.append(Paving(own, _top_of(slab, ground)))
-        if slab.kind in ("platform", "plaza"):
-            steps += [(piece, slab.top) for piece in own]
+        steps += [(piece, slab.top) for piece in own if slab.kind in _STEPPED_ON]
         parts += _slab_parts(slab, own, ground)
         if away < _DETAIL:
             parts += _on_slab(slab, pieces, ground)
