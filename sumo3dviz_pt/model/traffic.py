@@ -326,6 +326,21 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True)
+class Loop:
+    """An induction loop in a lane, or one end of a lane area detector.
+
+    Attributes:
+        id: SUMO's id of the detector.
+        lane: Lane id.
+        at: Its place on the lane [m], negative from the lane's end.
+    """
+
+    id: str
+    lane: str
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
 class Bay:
     """A place for one parked vehicle.
 
@@ -506,6 +521,8 @@ class Scenario:
         stops: Of buses, trains and containers, and charging stations, of all additional files.
         guesses: Types that no file defines, of vehicles in the window.
         parking: Parking areas of all additional files.
+        loops: Of the detectors of all additional files.
+        unseen: How many things of additional files have no body on a street, by their name.
     """
 
     network: Network
@@ -517,3 +534,5 @@ class Scenario:
     stops: tuple[Stop, ...] = ()
     guesses: tuple[TypeGuess, ...] = ()
     parking: tuple[ParkingArea, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    unseen: Mapping[str, int] = field(default_factory=dict)

@@ -26,7 +26,12 @@ from sumo3dviz_pt.model.traffic import (
     Trace,
     TrafficLog,
 )
-from sumo3dviz_pt.sumo.additional import read_additional, read_parking, read_stops
+from sumo3dviz_pt.sumo.additional import (
+    read_additional,
+    read_detectors,
+    read_parking,
+    read_stops,
+)
 from sumo3dviz_pt.sumo.belonging import (
     OVERRIDE,
     LogRows,
@@ -154,6 +159,7 @@ def read_scenario(
     traces = with_heights(traces, network)
     pois, polygons = read_additional(files.additional, network)
     signals = read_signals(files.signals, network)
+    loops, unseen = read_detectors(files.additional)
     _compare_lights(signals, network, files)
     return Scenario(
         network=network,
@@ -165,6 +171,8 @@ def read_scenario(
         stops=read_stops(files.additional),
         guesses=known.guesses(log.traces),
         parking=read_parking(files.additional, network),
+        loops=loops,
+        unseen=unseen,
     )
 
 

@@ -54,6 +54,7 @@ from sumo3dviz_pt.world.plants.trees import (
 )
 from sumo3dviz_pt.world.plants.wayside import gardens, verges, wayside, yard_hedges, yard_trees
 from sumo3dviz_pt.world.rails.crossings import Railway, build_railway
+from sumo3dviz_pt.world.roads.detectors import build_loops
 from sumo3dviz_pt.world.roads.layout import RoadOwners, owners_of_roads
 from sumo3dviz_pt.world.roads.roads import (
     DrawnSurface,
@@ -348,8 +349,9 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
     street = build_street(scenario, job.street, site=site, dark=dark, style=style.signs)
     rails = _rails(scenario, job, land)
+    loops = build_loops(scenario, job.objects, roads, around)
     # Objects, in as many triangles as the rest leaves.
-    beside = (signals, railway, street, islands)
+    beside = (signals, railway, street, islands, loops)
     made = (roads, land.ground, grown.meadow, grown.planting, grown.fronts, *beside)
     fixed = [part for some in made for part in some.static]
     fixed += [*grown.pits, *areas.static, *areas.grown.static]
