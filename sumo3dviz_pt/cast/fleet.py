@@ -385,7 +385,7 @@ class _Casting:
 
     def choice(self, trajectory: Trajectory, kind: VehicleType) -> Choice:
         """Return the body of a road user of a vType: its own, or one by chance."""
-        name = trajectory.id
+        name = _named(trajectory, kind)
         own = self.own.choice(kind, name=name, walks=trajectory.kind == "person")
         return own or choose(
             kind,
@@ -399,10 +399,15 @@ class _Casting:
     def colour(self, trajectory: Trajectory, kind: VehicleType) -> Colour:
         """Return the colour of a road user of a vType: its own, or one by chance."""
         colours, seed = self.settings.colours, self.seed
-        own = self.own.paint(trajectory.id, kind.id)
-        return own or paint_of(
-            drawn_class(kind), kind, key=trajectory.id, colours=colours, seed=seed
-        )
+        name = _named(trajectory, kind)
+        own = self.own.paint(name, kind.id)
+        return own or paint_of(drawn_class(kind), kind, key=name, colours=colours, seed=seed)
+
+
+def _named(trajectory: Trajectory, kind: VehicleType) -> str:
+    """The id that chance goes by: a train that has split or joined keeps its look."""
+    name = trajectory.id.partition("#")[0]
+    return name if kind.id.endswith(f"@{name}") else trajectory.id
 
 
 def find_rider(fleet: Fleet, name: str) -> Trajectory:

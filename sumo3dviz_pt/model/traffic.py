@@ -217,6 +217,7 @@ class TrafficLog:
         end: Last time step of the whole log that was seen [s].
         step: Median time between steps [s]; 0 for fewer than two steps.
         euler: Whether speeds are means of the step before; None is to be found from the traces.
+        changed: When something about a road user changed, as trains split or join, by key [s].
     """
 
     traces: tuple[Trace, ...]
@@ -225,6 +226,7 @@ class TrafficLog:
     end: float
     step: float
     euler: bool | None = None
+    changed: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -147,10 +147,12 @@ def _read_logs(
     steps: set[float] = set()
     whole = True
     notes: list[str] = []
+    changed: dict[str, float] = {}
     for file in files:
         reader = LogReader(file, window, lanes)
         reader.read(allow_truncated=allow_truncated)
         whole = whole and not reader.breaks_off
+        changed |= {f"{kind}:{name}": time for (kind, name), time in reader.changed.items()}
         steps.update(reader.steps)
         put_in_net(reader.rows, coordinates_of(file, location), location)
         disorder = (backward_steps(reader.steps), row_twice(reader.rows))
@@ -169,6 +171,7 @@ def _read_logs(
         begin=float(times[0]),
         end=float(times[-1]),
         step=step,
+        changed=changed,
     )
     return _Reading(log, whole, tuple(notes))
 

@@ -94,6 +94,11 @@ class LogReader(ElementSink):
         self._kept = False
         self._inside = False
 
+    @property
+    def changed(self) -> dict[tuple[str, str], float]:
+        """When road users first had a type of their own, by kind and id [s]."""
+        return self._packer.changed
+
     def read(self, *, allow_truncated: bool) -> None:
         """Stream the file into `rows` and `steps`."""
         try:
@@ -181,6 +186,7 @@ class LogReader(ElementSink):
             offset = parse_number(get("pos", "nan"))
             signals = int(get("signals", "-1")) if is_plain(get("signals", "")) else -2
             key = user_key(tag, attributes["id"], get("type", ""))
+            self._packer.note((tag, attributes["id"], get("type", "")), self._time)
         except (KeyError, ValueError):
             self._refuse(tag, attributes)
         # Written so that NaN fails too.
@@ -324,6 +330,7 @@ def _packed(cached: CachedLog) -> Files:
         "users": [[t.kind, t.id, t.type_id, len(t.times)] for t in log.traces],
         "lanes": log.lane_names,
         "times": [log.begin, log.end, log.step],
+        "changed": dict(log.changed),
         "notes": cached.notes,
     }
     arrays = {
@@ -350,7 +357,9 @@ def _unpacked(files: Files) -> CachedLog:
         parts = {name: array[start:end] for name, array in arrays.items()}
         traces.append(Trace(id=own, kind=kind, type_id=type_id, **parts))
         start = end
-    log = TrafficLog(tuple(traces), tuple(about["lanes"]), *about["times"])
+    log = TrafficLog(
+        tuple(traces), tuple(about["lanes"]), *about["times"], changed=about["changed"]
+    )
     return CachedLog(log, tuple(about["notes"]))
 
 

@@ -214,9 +214,13 @@ class RowPacker:
     Args:
         rows: Packed rows by road user; it is filled.
         lanes: Indices of lanes and edges; new ones are added.
+
+    Attributes:
+        changed: When a road user first had a type of its own, by kind and id [s].
     """
 
     def __init__(self, rows: RowsOfUsers, lanes: dict[str, int]) -> None:
+        self.changed: dict[tuple[str, str], float] = {}
         self._rows = rows
         self._lanes = lanes
         self._lane_places: dict[Any, int] = {"": -1}
@@ -252,7 +256,7 @@ class RowPacker:
         keys = zip(
             repeat(rows.kind), columns["id"], columns.get("type") or repeat(""), strict=False
         )
-        self._owners += self._indices(cast(list[Key], list(keys)))
+        self._owners += self._indices(cast(list[Key], list(keys)), time)
         self._places += self._lane_indices(rows)
         self._times += [time] * rows.count
         self._runs.append(rows)
@@ -297,15 +301,21 @@ class RowPacker:
         self._users.clear()
         self._keys.clear()
 
-    def _indices(self, keys: list[Key]) -> list[int]:
-        """Return the indices of road users, under whichever type a row names them."""
+    def _indices(self, keys: list[Key], time: float) -> list[int]:
+        """Return the indices of road users, under whichever type a row at a time [s] names them."""
         try:
             return list(map(self._users.__getitem__, keys))
         except KeyError:
             for key in keys:
                 if key not in self._users:
                     self._users[key] = self._index(user_key(*key))
+                    self.note(key, time)
             return list(map(self._users.__getitem__, keys))
+
+    def note(self, key: Key, time: float) -> None:
+        """Note that a row at a time [s] names a road user by a type, which may be its own."""
+        if key[2].endswith(f"@{key[1]}"):
+            self.changed.setdefault(key[:2], time)
 
     def _index(self, key: Key) -> int:
         """Return the index of a road user, who may be new."""

@@ -40,6 +40,7 @@ from sumo3dviz_pt.sumo.belonging import (
     misfit,
     rows_in_net,
 )
+from sumo3dviz_pt.sumo.coupling import coupled
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 from sumo3dviz_pt.sumo.land.heights import on_land
@@ -156,6 +157,8 @@ def read_scenario(
         )
     known = TypesOfUsers(read_vehicle_types(files.vehicle_types), choices.classes)
     traces, types = known.typed(log.traces)
+    traces, lengths = coupled(replace(log, traces=traces), types)
+    types |= lengths
     traces = with_heights(traces, network)
     pois, polygons = read_additional(files.additional, network)
     signals = read_signals(files.signals, network)
