@@ -218,6 +218,7 @@ class TrafficLog:
         step: Median time between steps [s]; 0 for fewer than two steps.
         euler: Whether speeds are means of the step before; None is to be found from the traces.
         changed: When something about a road user changed, as trains split or join, by key [s].
+        taken: When people ride in a vehicle, first and last time of each ride, by key [s].
     """
 
     traces: tuple[Trace, ...]
@@ -227,6 +228,7 @@ class TrafficLog:
     step: float
     euler: bool | None = None
     changed: Mapping[str, float] = field(default_factory=dict)
+    taken: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
