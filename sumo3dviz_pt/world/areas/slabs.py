@@ -61,6 +61,7 @@ _OVER_GROUND = 0.03 + SIDEWALK_HEIGHT  # of footways; the ground lies below road
 _SLIM, _COLUMN, _BLOCK = 1.2, 2.6, 0.9  # width of columns at most, heights of both sorts [m]
 _TALLEST = 60.0  # of obstacles [m]
 _STEPPED_ON = frozenset({"platform", "plaza"})
+_SAME_LEVEL = 3.0  # people farther above or below a plaza are not on it [m]
 _STEP_OFF = 0.4  # people climb and leave slabs over this distance beside them [m]
 
 
@@ -122,6 +123,37 @@ class SlabGround:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """What people step onto.
+
+    Attributes:
+        shape: In plan [m].
+        top: How far it lies above the lane's height [m].
+        top_at: Its height at places, (n, 2) -> (n,) [m]; None where lanes lead along it.
+    """
+
+    shape: shapely.Polygon
+    top: float
+    top_at: HeightAt | None = None
+
+    def climbed(self, points: Floats, rise: Floats, share: Floats) -> Floats:
+        """Return the extra height at points beside it or on it, (n,) [m].
+
+        Args:
+            points: (n, 2 or 3) [m].
+            rise: That of footways there, (n,) [m].
+            share: How far people have climbed, (n,) in [0, 1].
+        """
+        if self.top_at is None:
+            return np.maximum(rise, share * self.top)
+        over = np.full(len(points), self.top)
+        if points.shape[1] > 2:
+            known = self.top_at(points[:, :2]) - points[:, 2]
+            over = np.where(np.abs(known) < _SAME_LEVEL, known, rise)
+        return np.asarray(rise + share * (over - rise))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SlabParts:
     """Slabs, ready for the scene.
 
@@ -129,13 +161,13 @@ class SlabParts:
         parts: With materials whose names begin with `area:` where they show a surface.
         pavings: What they cover; no two slabs share a place.
         left_out: What has no room.
-        steps: What people step onto, and how far it lies above the lane's height [m].
+        steps: What people step onto.
     """
 
     parts: tuple[Part, ...] = ()
     pavings: tuple[Paving, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
-    steps: tuple[tuple[shapely.Polygon, float], ...] = ()
+    steps: tuple[Step, ...] = ()
 
     @property
     def shapes(self) -> tuple[shapely.Polygon, ...]:
@@ -146,20 +178,26 @@ class SlabParts:
         """Return the extra height of all that people walk on: footways, platforms and plazas.
 
         Args:
-            footway: The same of footways alone, (n, 2) [m] -> (n,) [m].
+            footway: The same of footways alone, (n, 2 or 3) [m] -> (n,) [m].
+
+        Returns:
+            The same of all. Given heights, too, (n, 3), people on a plaza stand on it, whatever
+            height a lane far away gave them.
         """
         if not self.steps:
             return footway
-        tops = np.array([top for _, top in self.steps])
-        tree = shapely.STRtree([shape for shape, _ in self.steps])
+        tree = shapely.STRtree([step.shape for step in self.steps])
 
         def rise_at(points: Floats) -> Floats:
-            """Return the extra height at points, (n, 2) -> (n,) [m]."""
+            """Return the extra height at points, (n, 2 or 3) -> (n,) [m]."""
             rise = np.array(footway(points), dtype=np.float64)
-            spots = shapely.points(np.asarray(points, dtype=np.float64)[:, :2])
-            near, step = tree.query(spots, predicate="dwithin", distance=_STEP_OFF)
-            away = shapely.distance(spots[near], tree.geometries[step])
-            np.maximum.at(rise, near, eased(1.0 - away / _STEP_OFF, tops[step]))
+            flat = np.asarray(points, dtype=np.float64)
+            spots = shapely.points(flat[:, :2])
+            near, number = tree.query(spots, predicate="dwithin", distance=_STEP_OFF)
+            share = eased(1.0 - shapely.distance(spots[near], tree.geometries[number]) / _STEP_OFF)
+            for k in np.unique(number).tolist():
+                own, part = near[number == k], share[number == k]
+                rise[own] = self.steps[k].climbed(flat[own], rise[own], part)
             return rise
 
         return rise_at
@@ -244,7 +282,7 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
     slabs = ground.around.memory.of(("slabs",), partial(slabs_of, scenario))
     parts: list[Part] = []
     pavings: list[Paving] = []
-    steps: list[tuple[shapely.Polygon, float]] = []
+    steps: list[Step] = []
     cramped = 0
     for slab in slabs:
         middle = np.array(slab.shape.centroid.coords[0])[None]
@@ -264,7 +302,7 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
             cramped += 1
             continue
         pavings.append(Paving(own, _top_of(slab, ground)))
-        steps += [(piece, slab.top) for piece in own if slab.kind in _STEPPED_ON]
+        steps += _steps_of(slab, own, ground)
         parts += _slab_parts(slab, own, ground)
         if away < _DETAIL:
             parts += _on_slab(slab, pieces, ground)
@@ -274,6 +312,14 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
     why = LeftOut(f"{cramped} platforms", "there is no room beside the rails")
     left_out = (why,) if cramped else ()
     return SlabParts(tuple(parts), tuple(pavings), left_out, tuple(steps))
+
+
+def _steps_of(slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround) -> list[Step]:
+    """What people step onto of a slab; nothing of what only cars and containers use."""
+    if slab.kind not in _STEPPED_ON:
+        return []
+    level = _top_of(slab, ground) if slab.lane is None else None
+    return [Step(piece, slab.top, level) for piece in pieces]
 
 
 def _block(slab: Slab, pavings: Sequence[Paving], ground: SlabGround) -> list[Part]:

@@ -213,6 +213,10 @@ def test_people_stand_on_what_jupedsim_lets_them_walk_and_obstacles_rise_from_it
     built = place(given)
     on, off, edge = built.footway(np.array([[65.0, 30.0], [65.0, 42.0], [65.0, 40.2]]))
     assert on == pytest.approx(SIDEWALK_HEIGHT)
+    # On a slope a lane far away gave them another height; on a bridge they are not on it.
+    sunk, far = built.footway(np.array([[65.0, 30.0, -0.7], [65.0, 30.0, 8.0]]))
+    assert sunk == pytest.approx(0.7 + SIDEWALK_HEIGHT, abs=0.01)
+    assert far == 0.0
     assert off == 0.0
     assert 0.0 < edge < on
     top = np.concatenate(
