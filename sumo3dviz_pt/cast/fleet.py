@@ -43,6 +43,7 @@ from sumo3dviz_pt.cast.poses import (
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.paints import flop_of
 from sumo3dviz_pt.library.vehicles.plates import LETTER, letter
+from sumo3dviz_pt.library.vehicles.wake import wake, wake_name
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.network import UNPLACED, Location
 from sumo3dviz_pt.model.random import share_of
@@ -54,6 +55,8 @@ _LOG = logging.getLogger(__name__)
 
 _OFF_GROUND = frozenset({"aircraft", "cable_car", "drone", "ship"})
 """vClasses that stand on no road."""
+
+_LEAST_WAKE = 0.5  # slower ships leave no foam [m/s]
 
 Level = Literal["near", "far", "full"]
 """In detail, by a stand-in, in full detail."""
@@ -77,6 +80,7 @@ class Fleet:
         times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
         parked: Keys of those that never move.
         location: From where all places are counted; cameras of scene files are placed by it.
+        wakes: Whether ships float on water that is drawn, and leave foam on it.
         places: Index of each road user by key.
         lengths: As drawn, (v,) [m].
         on_foot: Who walks, (v,).
@@ -97,6 +101,7 @@ class Fleet:
     times: Floats | None = None
     parked: frozenset[str] = frozenset()
     location: Location = UNPLACED
+    wakes: bool = False
     places: Mapping[str, int] = field(init=False)
     lengths: Floats = field(init=False)
     on_foot: Bools = field(init=False)
@@ -185,6 +190,22 @@ class Fleet:
                 yield from letters_on(mover, body.assembly.plates.get(mover.prototype, ()))
             if cockpit is not None and mover.prototype == cockpit.body.name:
                 yield from cockpit.needles(mover, speed=float(present.speeds[row]))
+        moves = bool(present.speeds[row] > _LEAST_WAKE)
+        if moves and level != "far" and self._leaves_wake(body):
+            frame = whole.world_from_body.matrix.copy()
+            frame[:3, :3] /= np.linalg.norm(frame[:3, :3], axis=0)
+            placed, name = Transform(frame), wake_name(*body.size[:2])
+            yield replace(whole, prototype=name, part="wake", world_from_body=placed)
+
+    def _leaves_wake(self, body: Body) -> bool:
+        """Whether a body leaves foam on the water that it moves on."""
+        return self.wakes and body.vclass == "ship"
+
+    def with_wakes(self) -> Fleet:
+        """Return the same fleet on water that is drawn."""
+        sizes = {body.size[:2] for body in self.bodies if body.vclass == "ship"}
+        foam = {wake_name(*size): wake(*size) for size in sorted(sizes)}
+        return replace(self, wakes=True, prototypes={**self.prototypes, **foam}) if foam else self
 
     def positions(self, times: Floats) -> tuple[Bools, Floats]:
         """Return where everyone is, for culling.
@@ -229,6 +250,8 @@ class Fleet:
             opened: Whether a camera sits in it at some time.
         """
         drawn = replace(self.bodies[k].assembly.drawn, length=float(self.lengths[k]))
+        if self._leaves_wake(self.bodies[k]):
+            drawn = replace(drawn, near=(*drawn.near, wake_name(*self.bodies[k].size[:2])))
         cockpit = self.cockpits.get(self.trajectories[k].key)
         if cockpit is None or not opened:
             return drawn
@@ -385,7 +408,7 @@ class _Casting:
 
     def choice(self, trajectory: Trajectory, kind: VehicleType) -> Choice:
         """Return the body of a road user of a vType: its own, or one by chance."""
-        name = trajectory.id
+        name = _named(trajectory, kind)
         own = self.own.choice(kind, name=name, walks=trajectory.kind == "person")
         return own or choose(
             kind,
@@ -399,10 +422,15 @@ class _Casting:
     def colour(self, trajectory: Trajectory, kind: VehicleType) -> Colour:
         """Return the colour of a road user of a vType: its own, or one by chance."""
         colours, seed = self.settings.colours, self.seed
-        own = self.own.paint(trajectory.id, kind.id)
-        return own or paint_of(
-            drawn_class(kind), kind, key=trajectory.id, colours=colours, seed=seed
-        )
+        name = _named(trajectory, kind)
+        own = self.own.paint(name, kind.id)
+        return own or paint_of(drawn_class(kind), kind, key=name, colours=colours, seed=seed)
+
+
+def _named(trajectory: Trajectory, kind: VehicleType) -> str:
+    """The id that chance goes by: a train that has split or joined keeps its look."""
+    name = trajectory.id.partition("#")[0]
+    return name if kind.id.endswith(f"@{name}") else trajectory.id
 
 
 def find_rider(fleet: Fleet, name: str) -> Trajectory:

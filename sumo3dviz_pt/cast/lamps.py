@@ -28,7 +28,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
@@ -320,6 +320,9 @@ _BITS: Mapping[str, int] = {"right": 1, "left": 2, "brake": 8, "reverse": 128, "
 _AT_NIGHT = frozenset({"head", "tail", "sign", "dials", "screen"})
 """Roles that everyone lights after sunset; the last two are on the dashboard."""
 
+_FREE = "sign"
+"""Role of the sign on a taxi's roof, which tells that nobody has taken it."""
+
 _BY_DAY = frozenset({"head", "tail"})
 """Roles that everyone lights by day where weather hides much."""
 
@@ -349,12 +352,14 @@ class VehicleLights:
         dark: Whether everyone has lights on.
         seed: Of the indicators' phases.
         weather: Over time, or None.
+        taken: When people ride in a vehicle, by key: the sign on the roof of a taxi is off then.
     """
 
     logs: Mapping[str, _Log]
     dark: bool
     seed: int
     weather: WeatherCourse | None = None
+    taken: Mapping[str, Spans] = field(default_factory=dict)
 
     def lit(self, key: str, time: float, *, derived: Callable[[], DerivedLamps]) -> frozenset[str]:
         """Return roles of the lamps of a vehicle that shine.
@@ -365,6 +370,8 @@ class VehicleLights:
             derived: Finds what its motion says; called only where the log says nothing.
         """
         roles = self._always(time)
+        if any(begin <= time <= end for begin, end in self.taken.get(key, ())):
+            roles -= {_FREE}
         log = self.logs.get(key)
         if log is None:
             shown = derived().roles_at(time)
@@ -403,7 +410,12 @@ def _roles_of(bits: int) -> frozenset[str]:
 
 
 def vehicle_lights(
-    traces: Sequence[Trace], *, dark: bool, seed: int, weather: WeatherCourse | None = None
+    traces: Sequence[Trace],
+    *,
+    dark: bool,
+    seed: int,
+    weather: WeatherCourse | None = None,
+    taken: Mapping[str, Spans] | None = None,
 ) -> VehicleLights:
     """Read which vehicles have a log of their signals.
 
@@ -412,13 +424,14 @@ def vehicle_lights(
         dark: Whether lamps are lit.
         seed: The job's.
         weather: Over time, or None.
+        taken: When people ride in a vehicle, by key.
     """
     logs = {
         f"{trace.kind}:{name}": _Log(trace.times, np.maximum(trace.signals, 0))
         for trace, name in zip(traces, unique_ids(traces), strict=True)
         if trace.kind == "vehicle" and (trace.signals >= 0).any()
     }
-    return VehicleLights(logs, dark, seed, weather)
+    return VehicleLights(logs, dark, seed, weather, taken or {})
 
 
 def running_lights(

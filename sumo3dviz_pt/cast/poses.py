@@ -114,8 +114,10 @@ class GroundedPiece:
         front = motion.positions
         ahead = np.column_stack([np.cos(motion.yaws), np.sin(motion.yaws), np.tan(motion.pitches)])
         ups = self._mean_rise(front, ahead)
-        pitches = motion.pitches
+        # Who walks stays upright on any slope, of which the log tells.
+        pitches = np.zeros_like(motion.pitches)
         if self.length:
+            pitches = motion.pitches
             level = self.length * np.cos(pitches)
             behind = self._mean_rise(front - level[:, None] * ahead, ahead)
             pitches = np.arctan(np.tan(pitches) + (ups - behind) / level)

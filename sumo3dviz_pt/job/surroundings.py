@@ -55,6 +55,9 @@ class ObjectsSettings(Settings):
     shops: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     blocks: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     buildings: ObjectSettings | None = Field(ObjectSettings(), description="building polygons")
+    detectors: bool = Field(
+        False, description="whether loops of the scenario's detectors show in the asphalt"
+    )
     triangles: Whole | None = Field(
         None,
         ge=10_000,

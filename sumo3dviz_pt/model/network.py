@@ -33,6 +33,8 @@ class Lane:
         length: SUMO's length [m], which may differ from the shape's.
         allowed: vClasses that may use it, with `allow`/`disallow` resolved.
         outline: A crossing's own outline if the file has one, (n, 3) [m].
+        up: vClasses that may change to the lane with the next higher index (`changeLeft`).
+        down: The same of the next lower index (`changeRight`); None, as of `up`, lets all.
     """
 
     id: str
@@ -44,6 +46,17 @@ class Lane:
     length: float
     allowed: frozenset[str]
     outline: Floats | None = None
+    up: frozenset[str] | None = None
+    down: frozenset[str] | None = None
+
+    def keeps(self, classes: frozenset[str] | None) -> bool:
+        """Return whether its traffic may not change lanes: cars, or whoever drives on it.
+
+        Args:
+            classes: Who may, such as `up`.
+        """
+        usual = self.allowed & {"passenger"} or self.allowed
+        return classes is not None and bool(usual) and not usual & classes
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -217,6 +217,8 @@ class TrafficLog:
         end: Last time step of the whole log that was seen [s].
         step: Median time between steps [s]; 0 for fewer than two steps.
         euler: Whether speeds are means of the step before; None is to be found from the traces.
+        changed: When something about a road user changed, as trains split or join, by key [s].
+        taken: When people ride in a vehicle, first and last time of each ride, by key [s].
     """
 
     traces: tuple[Trace, ...]
@@ -225,6 +227,8 @@ class TrafficLog:
     end: float
     step: float
     euler: bool | None = None
+    changed: Mapping[str, float] = field(default_factory=dict)
+    taken: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,6 +327,21 @@ class Stop:
         from_start = sorted(at + length if at < 0.0 else at for at in ends)
         low, high = (min(max(at / max(length, 1e-9), 0.0), 1.0) for at in from_start)
         return low, high
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """An induction loop in a lane, or one end of a lane area detector.
+
+    Attributes:
+        id: SUMO's id of the detector.
+        lane: Lane id.
+        at: Its place on the lane [m], negative from the lane's end.
+    """
+
+    id: str
+    lane: str
+    at: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -506,6 +525,8 @@ class Scenario:
         stops: Of buses, trains and containers, and charging stations, of all additional files.
         guesses: Types that no file defines, of vehicles in the window.
         parking: Parking areas of all additional files.
+        loops: Of the detectors of all additional files.
+        unseen: How many things of additional files have no body on a street, by their name.
     """
 
     network: Network
@@ -517,3 +538,5 @@ class Scenario:
     stops: tuple[Stop, ...] = ()
     guesses: tuple[TypeGuess, ...] = ()
     parking: tuple[ParkingArea, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    unseen: Mapping[str, int] = field(default_factory=dict)

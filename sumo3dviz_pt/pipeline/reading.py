@@ -458,9 +458,12 @@ def _absent(vehicle: str, there: Whereabouts, missing: float, *, name: str) -> C
     lives = ", ".join(f"{begin:.12g} to {end:.12g} s" for begin, end in there.spans[:_MOST_SPANS])
     lives += " and later" if len(there.spans) > _MOST_SPANS else ""
     inside = any(begin <= missing <= end for begin, end in there.spans)
-    why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""
-    why = why or "is not there at {:g} s"
-    return ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)
+    why = f"is not there at {missing:g} s"
+    if inside:
+        later = repr(cut(f"{vehicle}#2"))
+        why = f"is not drawn at {missing:g} s (it rides in a vehicle then, or jumps, or is a train"
+        why += f" that split or joined, which is {later} from then on)"
+    return ConfigError(f"{shown} {why}; the log has it from {lives}", key=key)
 
 
 def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> float | None:

@@ -333,7 +333,6 @@ _MOVING = 2.0 / 3.0  # share of the time that it must drive
 _SHIFT = 5.0  # between windows that are tried where no vehicle lasts the first [s]
 _TURN = 30.0  # what a turn of 90 degrees is worth [m]
 _PASSES = 60.0  # and passing the place [m]
-_LEAST = 15.0  # a ride leads farther than this [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -344,11 +343,13 @@ class _RideKind:
         camera: Name of its camera.
         classes: Its vClasses.
         view: A name of `scene_templates/camera`: `driver` where the body has an interior.
+        least: A ride leads farther than this [m].
     """
 
     camera: str
     classes: frozenset[str]
     view: str
+    least: float = 15.0
 
 
 _KINDS = (
@@ -358,6 +359,8 @@ _KINDS = (
     _RideKind("train", _TRAINS, "chase"),
     _RideKind("bicycle", frozenset({"bicycle"}), "chase"),
 )
+_WALK = _RideKind("walk", frozenset(), "pedestrian", least=6.0)
+"""Proposed where nobody drives: somebody's eyes on foot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -386,6 +389,8 @@ def choose_rides(
 ) -> tuple[list[ProposedRide], list[str]]:
     """Return one ride of each kind of vehicle that the log has, and notes about the others.
 
+    Where only people walk, one of them is gone with.
+
     Args:
         traces: Of the log.
         types: Vehicle types by id.
@@ -393,21 +398,28 @@ def choose_rides(
         step: Median step of the whole log [s].
     """
     by_class: dict[str, list[Trace]] = {}
+    walkers: list[Trace] = []
     traces = list(traces)
     for name, trace in zip(unique_ids(traces), traces, strict=True):
         kind = types.get(trace.type_id)
+        named = trace if name == trace.id else replace(trace, id=name)
         if trace.kind == "vehicle" and kind is not None:
-            named = trace if name == trace.id else replace(trace, id=name)
             by_class.setdefault(kind.vclass, []).append(named)
+        elif trace.kind == "person":
+            walkers.append(named)
     rides, notes = [], []
-    for ride in _KINDS:
+    drives = any(trace.kind == "vehicle" for trace in traces)
+    for ride in (*_KINDS, _WALK):
         some = [trace for name in sorted(ride.classes) for trace in by_class.get(name, ())]
+        if ride is _WALK and not drives:
+            some = walkers
         if not some:
             continue
         best = _best(ride, some, spot, step)
         if best is None:
+            whom = "people walks" if ride is _WALK else "such vehicles drives"
             notes.append(
-                f"no camera `{ride.camera}`: none of {len(some)} such vehicles drives two thirds"
+                f"no camera `{ride.camera}`: none of {len(some)} {whom} two thirds"
                 f" of {spot.end - spot.start:g} s without a gap"
             )
         else:
@@ -428,6 +440,8 @@ def _best(kind: _RideKind, traces: list[Trace], spot: Busiest, step: float) -> P
                 if not any(a < start + 1e-6 and b > start + length - 1e-6 for a, b in whole):
                     continue
                 value, metres = _rides_worth(trace, start, start + length, spot.place)
+                if metres < kind.least:
+                    continue
                 if value > 0.0 and (best is None or value > best[0] + 1e-6):
                     ride = ProposedRide(
                         kind.camera, trace.id, kind.view, start, start + length, metres
@@ -464,7 +478,7 @@ def _rides_worth(trace: Trace, start: float, end: float, place: Floats) -> tuple
     steps = np.hypot(*np.diff(places[:, :2], axis=0).T)
     metres = float(steps.sum())
     drives = steps > _MOVES * gaps
-    if float(gaps[drives].sum()) < _MOVING * float(gaps.sum()) or metres < _LEAST:
+    if float(gaps[drives].sum()) < _MOVING * float(gaps.sum()):
         return 0.0, metres
     turned = float(np.abs(np.angle(np.exp(1j * np.diff(yaws)))[drives].sum()))
     near = float(np.hypot(*(places[:, :2] - place[:2]).T).min())

@@ -149,7 +149,12 @@ class Outdoors:
         return self.index.covers(places[:, :2], margin=margin)
 
     def off_road(self, places: Floats) -> Floats:
-        """Return how far places, (n, 2 or more), are from the middle of a lane, (n,) [m]."""
+        """Return how far places, (n, 2 or more), are from the middle of a lane, (n,) [m].
+
+        Where nothing drives, every place is as near.
+        """
+        if self.index.tree is None:
+            return np.zeros(len(places))
         return self.index.nearest(places[:, :2])[1]
 
     def within(self, places: Floats, *, margin: float) -> Bools:

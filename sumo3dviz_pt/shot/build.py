@@ -80,7 +80,7 @@ class Shot:
         signals: The traffic lights.
         railway: The level crossings, whose barriers move.
         stands: Plants that share models.
-        footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
+        footway: Extra height of the walkable surface at points, (n, 2 or 3) -> (n,) [m].
         tracks: The same of the rails that trains stand on, or None.
         road_owners: Tell which edge or junction faces of its roads belong to.
         flying: What falls and flies before its camera, or None.
@@ -249,7 +249,7 @@ class Shot:
         if not len(walkers):
             return present
         lifted = present.positions.copy()
-        lifted[walkers, 2] += self.footway(lifted[walkers, :2])
+        lifted[walkers, 2] += self.footway(lifted[walkers])
         return replace(present, positions=lifted)
 
 

@@ -205,8 +205,13 @@ def everyone(
         counted=counted,
         air=Air.in_season(season_of(job)),
     )
+    traffic = scenario.traffic
     lights = vehicle_lights(
-        scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
+        traffic.traces,
+        dark=world.dark,
+        seed=job.seed,
+        weather=world.weather,
+        taken=traffic.taken,
     )
     parked = frozenset[str]() if world.driven is None else world.driven.parked
     location, suspension = scenario.network.location, job.motion.suspension

@@ -75,7 +75,7 @@ def on_what_is_drawn(fleet: Fleet, place: BuiltPlace, world: World) -> Fleet:
         grounded(trajectory, down, length=0.0) if body.vclass == "ship" else trajectory
         for trajectory, body in zip(fleet.trajectories, fleet.bodies, strict=True)
     )
-    return replace(fleet, trajectories=trajectories)
+    return replace(fleet, trajectories=trajectories).with_wakes()
 
 
 REACH = 400.0

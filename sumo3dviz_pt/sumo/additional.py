@@ -1,4 +1,4 @@
-"""Reads SUMO's additional files: points of interest, polygons, stops, parking areas.
+"""Reads SUMO's additional files: points of interest, polygons, stops, parking areas, detectors.
 
 Stops are those of buses, trains and containers, and charging stations.
 
@@ -25,7 +25,7 @@ from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.geometry import Colour, Floats, arc_length, frozen
 from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.model.numbers import Range
-from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Poi, Polygon, Stop, StopKind
+from sumo3dviz_pt.model.traffic import Bay, Loop, ParkingArea, Poi, Polygon, Stop, StopKind
 from sumo3dviz_pt.sumo import values
 from sumo3dviz_pt.sumo.places import is_geo, placed, poi_position, shape_in_net, unplaced
 from sumo3dviz_pt.sumo.stream import Element, read_elements
@@ -74,6 +74,60 @@ def read_stops(paths: Iterable[Path]) -> tuple[Stop, ...]:
             )
             stops.setdefault((stop.kind, stop.id), stop)
     return tuple(stops.values())
+
+
+_INDUCTIVE = frozenset({"inductionLoop", "instantInductionLoop", "e1Detector"})
+_OF_AREAS = frozenset({"laneAreaDetector", "e2Detector"})
+DETECTORS = _INDUCTIVE | _OF_AREAS
+"""Elements that are detectors with loops."""
+
+UNSEEN: Mapping[str, str] = {
+    "calibrator": "calibrators",
+    "rerouter": "rerouters",
+    "routeProbe": "route probes",
+    "variableSpeedSign": "variable speed signs",
+    "entryExitDetector": "entry-exit detectors",
+    "e3Detector": "entry-exit detectors",
+}
+"""Elements that steer or count and have no body on a street, and what many of them are called."""
+
+
+def read_detectors(paths: Iterable[Path]) -> tuple[tuple[Loop, ...], dict[str, int]]:
+    """Read the loops of detectors, and count what has no body on a street.
+
+    Args:
+        paths: Additional files, plain or gzipped.
+
+    Returns:
+        Loops in file order, two of each lane area detector; and numbers of `UNSEEN`.
+
+    Raises:
+        InputError: If a file is damaged or a position is no number.
+    """
+    loops: list[Loop] = []
+    unseen: Counter[str] = Counter()
+    for path in paths:
+        for element in read_elements(path, root=(), what="an additional file of SUMO"):
+            if element.tag in UNSEEN:
+                unseen[UNSEEN[element.tag]] += 1
+            elif element.tag in DETECTORS:
+                loops += _loops(element)
+    return tuple(loops), dict(unseen)
+
+
+def _loops(element: Element) -> list[Loop]:
+    """The loops of a detector; none where it names no lane."""
+    lanes = (element.text("lanes", "") or element.text("lane", "")).split()
+    if not lanes:
+        return []
+    name, at = element.text("id"), position_in(element, "pos") or 0.0
+    if element.tag in _INDUCTIVE:
+        return [Loop(name, lanes[0], at)]
+    end = position_in(element, "endPos")
+    length = position_in(element, "length")
+    if end is None and length is not None and len(lanes) == 1:
+        end = at + length
+    return [Loop(name, lanes[0], at), *([] if end is None else [Loop(name, lanes[-1], end)])]
 
 
 def position_in(element: Element, key: str) -> float | None:
@@ -180,7 +234,9 @@ def _polygon(element: Element, params: dict[str, str], network: Network | None) 
         id=element.text("id"),
         type=element.text("type", ""),
         shape=frozen(shape),
-        fill=parse_flag(element.text("fill", "false")),
+        # Those of JuPedSim are areas, whether they are filled or not.
+        fill=parse_flag(element.text("fill", "false"))
+        or element.text("type", "").startswith("jupedsim."),
         colour=colour_of(element),
         source=str(element.file),
         params=_others(element, _POLYGON_FIELDS) | params,

@@ -45,9 +45,11 @@ from sumo3dviz_pt.sumo.rows import (
     RowsOfUsers,
     build_traces,
     in_order,
+    rides_of,
     riding_rows,
     rows_of,
     table_of,
+    taken_times,
 )
 
 logger = logging.getLogger(__name__)
@@ -147,10 +149,15 @@ def _read_logs(
     steps: set[float] = set()
     whole = True
     notes: list[str] = []
+    changed: dict[str, float] = {}
+    ridden: dict[str, list[float]] = {}
     for file in files:
         reader = LogReader(file, window, lanes)
         reader.read(allow_truncated=allow_truncated)
         whole = whole and not reader.breaks_off
+        changed |= {f"{kind}:{name}": time for (kind, name), time in reader.changed.items()}
+        for name, some in reader.taken.items():
+            ridden.setdefault(name, []).extend(some)
         steps.update(reader.steps)
         put_in_net(reader.rows, coordinates_of(file, location), location)
         disorder = (backward_steps(reader.steps), row_twice(reader.rows))
@@ -163,12 +170,16 @@ def _read_logs(
     step = round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0
     changes = changed_types(rows, step=step)
     notes += [f"{files[0]}: {changes}"] if changes else []
+    for name, some in taken_times(rows).items():
+        ridden.setdefault(name, []).extend(some)
     log = TrafficLog(
         traces=build_traces(rows),
         lane_names=tuple(lanes),
         begin=float(times[0]),
         end=float(times[-1]),
         step=step,
+        changed=changed,
+        taken={f"vehicle:{name}": rides_of(some, step=step) for name, some in ridden.items()},
     )
     return _Reading(log, whole, tuple(notes))
 

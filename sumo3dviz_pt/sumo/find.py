@@ -22,7 +22,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.traffic import ScenarioFiles, TableChoices
-from sumo3dviz_pt.sumo.additional import KINDS
+from sumo3dviz_pt.sumo.additional import DETECTORS, KINDS, UNSEEN
 from sumo3dviz_pt.sumo.formats import format_of, is_log
 from sumo3dviz_pt.sumo.formats.outputs import OUTPUT_ROOTS
 from sumo3dviz_pt.sumo.stream import (
@@ -163,8 +163,8 @@ def _before_extension(path: Path, suffix: str) -> str:
 
 
 ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTypes"})
-_PLACED = frozenset({"poi", "poly", "parkingArea", *KINDS})
-"""Elements of additional files that stand somewhere."""
+_PLACED = frozenset({"poi", "poly", "parkingArea", *KINDS, *DETECTORS, *UNSEEN})
+"""Elements of additional files that stand somewhere, or are named as they do not."""
 
 CONFIGURATION_ROOTS = frozenset({"configuration", "sumoConfiguration"})
 _PLACES = {
@@ -190,7 +190,7 @@ class FileSurvey:
         networks: `<net>`.
         trajectories: Vehicle logs in any format.
         signals: `<tlsStates>` and `<tlsSwitches>`.
-        additional: Files with a POI, a polygon, a stop or a parking area.
+        additional: Files with a POI, a polygon, a stop, a parking area or a detector.
         vehicle_types: Route files, and additional files with a vType.
         configurations: SUMO's configurations.
         tables: Tables of other tools, and outputs that tell where vehicles are, too.

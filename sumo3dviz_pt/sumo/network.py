@@ -247,7 +247,15 @@ def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, plac
         speed=element.number("speed", _DEFAULT_SPEED, within=values.SPEED_LIMIT),
         length=element.number("length", drawn, within=values.LANE_LENGTH),
         allowed=allowed_classes(element.text("allow", ""), element.text("disallow", "")),
+        up=_changing(element, "changeLeft"),
+        down=_changing(element, "changeRight"),
     )
+
+
+def _changing(element: Element, key: str) -> frozenset[str] | None:
+    """Return who may change lanes; None where the file lets all, as by an empty list."""
+    text = element.text(key, "")
+    return allowed_classes(text, "") if text.strip() else None
 
 
 def _lane_shape(element: Element, location: Location) -> Floats:

@@ -94,6 +94,16 @@ class LogReader(ElementSink):
         self._kept = False
         self._inside = False
 
+    @property
+    def changed(self) -> dict[tuple[str, str], float]:
+        """When road users first had a type of their own, by kind and id [s]."""
+        return self._packer.changed
+
+    @property
+    def taken(self) -> dict[str, list[float]]:
+        """Times of rows of people that name the vehicle they ride in, by its id [s]."""
+        return self._packer.taken
+
     def read(self, *, allow_truncated: bool) -> None:
         """Stream the file into `rows` and `steps`."""
         try:
@@ -190,7 +200,7 @@ class LogReader(ElementSink):
             self._refuse(tag, attributes)
         if not -1 <= signals <= _BITS:
             self._refuse(tag, attributes)
-        if tag != "vehicle" and get("vehicle") and get("stage", "driving") == "driving":
+        if self._packer.rides(tag, attributes, self._time):
             return
         lane = get("lane") or get("edge")
         place = self._lanes.setdefault(lane, len(self._lanes)) if lane else -1
@@ -324,6 +334,8 @@ def _packed(cached: CachedLog) -> Files:
         "users": [[t.kind, t.id, t.type_id, len(t.times)] for t in log.traces],
         "lanes": log.lane_names,
         "times": [log.begin, log.end, log.step],
+        "changed": dict(log.changed),
+        "taken": dict(log.taken),
         "notes": cached.notes,
     }
     arrays = {
@@ -350,7 +362,10 @@ def _unpacked(files: Files) -> CachedLog:
         parts = {name: array[start:end] for name, array in arrays.items()}
         traces.append(Trace(id=own, kind=kind, type_id=type_id, **parts))
         start = end
-    log = TrafficLog(tuple(traces), tuple(about["lanes"]), *about["times"])
+    taken = {key: tuple((low, high) for low, high in own) for key, own in about["taken"].items()}
+    begin, end, step = about["times"]
+    names, changed = tuple(about["lanes"]), about["changed"]
+    log = TrafficLog(tuple(traces), names, begin, end, step, changed=changed, taken=taken)
     return CachedLog(log, tuple(about["notes"]))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import compress, repeat
 from math import nan
 from typing import Any, cast
@@ -157,6 +157,43 @@ def riding_rows(rows: RowsOfUsers) -> dict[Key, Bools]:
     return riding
 
 
+def taken_times(rows: RowsOfUsers) -> dict[str, list[float]]:
+    """Return at which times a person's row lies where a vehicle is, by the vehicle's id [s]."""
+    riders = [
+        table_of(rows[key])[mask]
+        for key, mask in riding_rows(rows).items()
+        if key[0] == "person" and mask.any()
+    ]
+    if not riders:
+        return {}
+    riding = np.concatenate(riders)
+    times: dict[str, list[float]] = {}
+    places = [np.unique(_place_keys(riding, shift)) for shift in _SHIFTS]
+    for key, buffer in rows.items():
+        if key[0] != "vehicle":
+            continue
+        table = table_of(buffer)
+        table = table[np.isin(table[:, 0], riding[:, 0])]
+        on = np.zeros(len(table), dtype=np.bool_)
+        for shift, own in zip(_SHIFTS, places, strict=True):
+            on |= np.isin(_place_keys(table, shift), own)
+        if on.any():
+            times.setdefault(key[1], []).extend(table[on, 0].tolist())
+    return times
+
+
+def rides_of(times: Iterable[float], *, step: float) -> tuple[tuple[float, float], ...]:
+    """Return first and last time of each run of times.
+
+    Args:
+        times: In any order, perhaps repeated [s].
+        step: Of the log; a longer gap ends a run [s].
+    """
+    known = np.unique(np.fromiter(times, np.float64))
+    cuts = np.flatnonzero(np.diff(known) > 1.5 * step) + 1
+    return tuple((float(run[0]), float(run[-1])) for run in np.split(known, cuts) if len(run))
+
+
 def _place_keys(table: Floats, shift: tuple[float, float]) -> Ints:
     """Return a 64-bit key of each row's time and grid cell; different rows hardly ever collide."""
     time = np.ascontiguousarray(table[:, 0]).view(np.int64)
@@ -214,9 +251,15 @@ class RowPacker:
     Args:
         rows: Packed rows by road user; it is filled.
         lanes: Indices of lanes and edges; new ones are added.
+
+    Attributes:
+        changed: When a road user first had a type of its own, by kind and id [s].
+        taken: Times of rows of people that name the vehicle they ride in, by its id [s].
     """
 
     def __init__(self, rows: RowsOfUsers, lanes: dict[str, int]) -> None:
+        self.changed: dict[tuple[str, str], float] = {}
+        self.taken: dict[str, list[float]] = {}
         self._rows = rows
         self._lanes = lanes
         self._lane_places: dict[Any, int] = {"": -1}
@@ -247,12 +290,14 @@ class RowPacker:
         """
         self._added.append((time, rows))
         if rows.kind != "vehicle" and "vehicle" in rows.columns:
-            rows = _afoot(rows)
+            rows, vehicles = _afoot(rows)
+            for vehicle in vehicles:
+                self.taken.setdefault(vehicle, []).append(time)
         columns = rows.columns
         keys = zip(
             repeat(rows.kind), columns["id"], columns.get("type") or repeat(""), strict=False
         )
-        self._owners += self._indices(cast(list[Key], list(keys)))
+        self._owners += self._indices(cast(list[Key], list(keys)), time)
         self._places += self._lane_indices(rows)
         self._times += [time] * rows.count
         self._runs.append(rows)
@@ -297,15 +342,38 @@ class RowPacker:
         self._users.clear()
         self._keys.clear()
 
-    def _indices(self, keys: list[Key]) -> list[int]:
-        """Return the indices of road users, under whichever type a row names them."""
+    def _indices(self, keys: list[Key], time: float) -> list[int]:
+        """Return the indices of road users, under whichever type a row at a time [s] names them."""
         try:
             return list(map(self._users.__getitem__, keys))
         except KeyError:
             for key in keys:
                 if key not in self._users:
                     self._users[key] = self._index(user_key(*key))
+                    self.note(key, time)
             return list(map(self._users.__getitem__, keys))
+
+    def note(self, key: Key, time: float) -> None:
+        """Note that a row at a time [s] names a road user by a type, which may be its own."""
+        if key[2].endswith(f"@{key[1]}"):
+            self.changed.setdefault(key[:2], time)
+
+    def rides(self, kind: str, attributes: Mapping[str, str], time: float) -> bool:
+        """Note what a row tells beside its numbers; return whether it is of somebody who rides.
+
+        Args:
+            kind: `vehicle`, `person` or `container`.
+            attributes: Of the row; it has an id.
+            time: [s].
+        """
+        get = attributes.get
+        self.note((kind, attributes["id"], get("type", "")), time)
+        vehicle = get("vehicle")
+        if kind == "vehicle" or not vehicle or get("stage", "driving") != "driving":
+            return False
+        if kind == "person":
+            self.taken.setdefault(vehicle, []).append(time)
+        return True
 
     def _index(self, key: Key) -> int:
         """Return the index of a road user, who may be new."""
@@ -376,16 +444,18 @@ def _packing_possible(table: Floats) -> Bools:
     return np.asarray(good & (signals >= -1) & (signals <= SIGNAL_BITS.high))
 
 
-def _afoot(rows: Rows) -> Rows:
-    """Return rows without those of people and containers that ride in a vehicle."""
+def _afoot(rows: Rows) -> tuple[Rows, frozenset[str]]:
+    """Return rows without those of people and containers that ride, and in which vehicles."""
     stages = rows.columns.get("stage") or repeat("driving")
     keep = [
         not (vehicle and stage == "driving")
         for vehicle, stage in zip(rows.columns["vehicle"], stages, strict=False)
     ]
     if all(keep):
-        return rows
+        return rows, frozenset()
+    ridden = (str(name) for name, on in zip(rows.columns["vehicle"], keep, strict=True) if not on)
     columns = {
         name: cast(Cells, list(compress(cells, keep))) for name, cells in rows.columns.items()
     }
-    return Rows(rows.kind, sum(keep), columns, rows.line, rows.lines)
+    afoot = Rows(rows.kind, sum(keep), columns, rows.line, rows.lines)
+    return afoot, frozenset(ridden) if rows.kind == "person" else frozenset()

@@ -26,7 +26,12 @@ from sumo3dviz_pt.model.traffic import (
     Trace,
     TrafficLog,
 )
-from sumo3dviz_pt.sumo.additional import read_additional, read_parking, read_stops
+from sumo3dviz_pt.sumo.additional import (
+    read_additional,
+    read_detectors,
+    read_parking,
+    read_stops,
+)
 from sumo3dviz_pt.sumo.belonging import (
     OVERRIDE,
     LogRows,
@@ -35,6 +40,7 @@ from sumo3dviz_pt.sumo.belonging import (
     misfit,
     rows_in_net,
 )
+from sumo3dviz_pt.sumo.coupling import coupled
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 from sumo3dviz_pt.sumo.land.heights import on_land
@@ -151,9 +157,12 @@ def read_scenario(
         )
     known = TypesOfUsers(read_vehicle_types(files.vehicle_types), choices.classes)
     traces, types = known.typed(log.traces)
+    traces, lengths = coupled(replace(log, traces=traces), types)
+    types |= lengths
     traces = with_heights(traces, network)
     pois, polygons = read_additional(files.additional, network)
     signals = read_signals(files.signals, network)
+    loops, unseen = read_detectors(files.additional)
     _compare_lights(signals, network, files)
     return Scenario(
         network=network,
@@ -165,6 +174,8 @@ def read_scenario(
         stops=read_stops(files.additional),
         guesses=known.guesses(log.traces),
         parking=read_parking(files.additional, network),
+        loops=loops,
+        unseen=unseen,
     )
 
 

@@ -28,7 +28,7 @@ from sumo3dviz_pt.model.trajectory import DrivenWays
 from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, Below, build_areas, slabs_on
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
-from sumo3dviz_pt.world.areas.slabs import Paving, slab_polygons
+from sumo3dviz_pt.world.areas.slabs import Paving, SlabParts, slab_polygons
 from sumo3dviz_pt.world.land.cuts import laid_beside
 from sumo3dviz_pt.world.land.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.horizon import Room, occupied
@@ -54,6 +54,7 @@ from sumo3dviz_pt.world.plants.trees import (
 )
 from sumo3dviz_pt.world.plants.wayside import gardens, verges, wayside, yard_hedges, yard_trees
 from sumo3dviz_pt.world.rails.crossings import Railway, build_railway
+from sumo3dviz_pt.world.roads.detectors import build_loops
 from sumo3dviz_pt.world.roads.layout import RoadOwners, owners_of_roads
 from sumo3dviz_pt.world.roads.roads import (
     DrawnSurface,
@@ -348,8 +349,9 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
     street = build_street(scenario, job.street, site=site, dark=dark, style=style.signs)
     rails = _rails(scenario, job, land)
+    loops = build_loops(scenario, job.objects, roads, around)
     # Objects, in as many triangles as the rest leaves.
-    beside = (signals, railway, street, islands)
+    beside = (signals, railway, street, islands, loops)
     made = (roads, land.ground, grown.meadow, grown.planting, grown.fronts, *beside)
     fixed = [part for some in made for part in some.static]
     fixed += [*grown.pits, *areas.static, *areas.grown.static]
@@ -369,7 +371,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         in_season((p for p in (*fixed, *scenery.static) if len(p.part.mesh.faces)), season),
         grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
-        roads.surface_height_at,
+        land.slabs.walked_on(roads.surface_height_at),
         roads.rail_height_at,
         owners_of_roads(roads.layout),
         signals,
@@ -394,6 +396,7 @@ class _PreparedLand:
     ground: GroundParts
     around: Surroundings
     rows: Rows
+    slabs: SlabParts
 
 
 def _land(
@@ -439,7 +442,7 @@ def _land(
         around = replace(around, height_at=ground.height_at)
     below = Below(roads, ground, slabs)
     areas = build_areas(scenario, job, below=below, around=around, region=region)
-    return _PreparedLand(roads, areas.ground, around, rows), areas
+    return _PreparedLand(roads, areas.ground, around, rows, slabs), areas
 
 
 def _solid(rows: Rows, roads: RoadParts) -> list[shapely.Geometry]:

@@ -1,6 +1,8 @@
-"""Parking bays, platforms and yards that a scenario's stops mean: slabs beside lanes.
+"""Slabs beside lanes: parking bays, platforms and yards of stops, and where JuPedSim walks.
 
-Bays lie level with the road, because that is the height at which SUMO parks cars.
+Bays lie level with the road, because that is the height at which SUMO parks cars. Walkable areas
+of JuPedSim lie level with footways, so that no kerb stands between both; its obstacles are columns
+where they are slim, else low blocks, unless a param `height` says more.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import shapely
 from sumo3dviz_pt.library.materials import KERB, metres_per_tile, planar_uvs
 from sumo3dviz_pt.library.mesh.bands import walls
 from sumo3dviz_pt.library.mesh.planar import (
+    areal,
     closing,
     polygon_parts,
     subtract,
@@ -24,9 +27,12 @@ from sumo3dviz_pt.library.mesh.planar import (
 from sumo3dviz_pt.library.street.furniture import FURNITURE, SHELTER
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, arc_length
 from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.numbers import eased
 from sumo3dviz_pt.model.scene import LeftOut, Part
 from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Scenario, Stop
+from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.street.places import offset
 
 SOURCE = "stops"
@@ -48,6 +54,16 @@ _POSTS = 4  # charging posts at a station, at most
 _DEEP = 0.4  # how far walls of slabs go into the ground [m]
 _SMALLEST = 3.0  # smaller pieces of platforms are left out [m2]
 
+WALKABLE, OBSTACLE = "jupedsim.walkable_area", "jupedsim.obstacle"
+"""Types of polygons that SUMO's pedestrian model JuPedSim reads."""
+
+_OVER_GROUND = 0.03 + SIDEWALK_HEIGHT  # of footways; the ground lies below roads [m]
+_SLIM, _COLUMN, _BLOCK = 1.2, 2.6, 0.9  # width of columns at most, heights of both sorts [m]
+_TALLEST = 60.0  # of obstacles [m]
+_STEPPED_ON = frozenset({"platform", "plaza"})
+_SAME_LEVEL = 3.0  # people farther above or below a plaza are not on it [m]
+_STEP_OFF = 0.4  # people climb and leave slabs over this distance beside them [m]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Paving:
@@ -68,11 +84,11 @@ class Slab:
 
     Attributes:
         id: Unique.
-        kind: `bays`, `platform` or `yard`.
+        kind: `bays`, `platform`, `yard`, `plaza` or `obstacle`.
         shape: Its outline, which roads may cut [m].
         bays: Of a parking area.
-        top: Height over the road beside it [m].
-        lane: The lane beside it.
+        top: Height over the road beside it, or of an obstacle over what it stands on [m].
+        lane: The lane beside it; None where JuPedSim walks.
         line: Its border towards the lane, (n, 2) [m].
     """
 
@@ -81,7 +97,7 @@ class Slab:
     shape: shapely.Geometry
     bays: tuple[Bay, ...]
     top: float
-    lane: Lane
+    lane: Lane | None
     line: Floats
 
 
@@ -107,6 +123,37 @@ class SlabGround:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """What people step onto.
+
+    Attributes:
+        shape: In plan [m].
+        top: How far it lies above the lane's height [m].
+        top_at: Its height at places, (n, 2) -> (n,) [m]; None where lanes lead along it.
+    """
+
+    shape: shapely.Polygon
+    top: float
+    top_at: HeightAt | None = None
+
+    def climbed(self, points: Floats, rise: Floats, share: Floats) -> Floats:
+        """Return the extra height at points beside it or on it, (n,) [m].
+
+        Args:
+            points: (n, 2 or 3) [m].
+            rise: That of footways there, (n,) [m].
+            share: How far people have climbed, (n,) in [0, 1].
+        """
+        if self.top_at is None:
+            return np.maximum(rise, share * self.top)
+        over = np.full(len(points), self.top)
+        if points.shape[1] > 2:
+            known = self.top_at(points[:, :2]) - points[:, 2]
+            over = np.where(np.abs(known) < _SAME_LEVEL, known, rise)
+        return np.asarray(rise + share * (over - rise))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SlabParts:
     """Slabs, ready for the scene.
 
@@ -114,20 +161,50 @@ class SlabParts:
         parts: With materials whose names begin with `area:` where they show a surface.
         pavings: What they cover; no two slabs share a place.
         left_out: What has no room.
+        steps: What people step onto.
     """
 
     parts: tuple[Part, ...] = ()
     pavings: tuple[Paving, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
+    steps: tuple[Step, ...] = ()
 
     @property
     def shapes(self) -> tuple[shapely.Polygon, ...]:
         """What all of them cover."""
         return tuple(shape for some in self.pavings for shape in some.shapes)
 
+    def walked_on(self, footway: HeightAt) -> HeightAt:
+        """Return the extra height of all that people walk on: footways, platforms and plazas.
+
+        Args:
+            footway: The same of footways alone, (n, 2 or 3) [m] -> (n,) [m].
+
+        Returns:
+            The same of all. Given heights, too, (n, 3), people on a plaza stand on it, whatever
+            height a lane far away gave them.
+        """
+        if not self.steps:
+            return footway
+        tree = shapely.STRtree([step.shape for step in self.steps])
+
+        def rise_at(points: Floats) -> Floats:
+            """Return the extra height at points, (n, 2 or 3) -> (n,) [m]."""
+            rise = np.array(footway(points), dtype=np.float64)
+            flat = np.asarray(points, dtype=np.float64)
+            spots = shapely.points(flat[:, :2])
+            near, number = tree.query(spots, predicate="dwithin", distance=_STEP_OFF)
+            share = eased(1.0 - shapely.distance(spots[near], tree.geometries[number]) / _STEP_OFF)
+            for k in np.unique(number).tolist():
+                own, part = near[number == k], share[number == k]
+                rise[own] = self.steps[k].climbed(flat[own], rise[own], part)
+            return rise
+
+        return rise_at
+
 
 def slabs_of(scenario: Scenario) -> tuple[Slab, ...]:
-    """Return the slabs of a scenario's parking areas, platforms and yards."""
+    """Return the slabs of a scenario's parking areas, platforms, yards and walkable areas."""
     network = scenario.network
     slabs = [slab for area in scenario.parking if (slab := _parking(area, network)) is not None]
     for stop in scenario.stops:
@@ -140,7 +217,46 @@ def slabs_of(scenario: Scenario) -> tuple[Slab, ...]:
         tops = [_TOPS.get(name, _DEFAULT_TOP) for name in sorted(lane.allowed) if name in _RAILS]
         top = min(tops, default=_DEFAULT_TOP) if kind == "platform" else 0.0
         slabs.append(Slab(f"{stop.kind}:{stop.id}", kind, shape, (), top, lane, line))
-    return tuple(slabs)
+    return (*slabs, *_walked(scenario.polygons))
+
+
+def _walked(polygons: Sequence[Polygon]) -> list[Slab]:
+    """Where JuPedSim lets people walk, and what stands in their way outside of buildings."""
+    rings = {kind: [p for p in polygons if p.type == kind] for kind in (WALKABLE, OBSTACLE)}
+    slabs = [_of_jupedsim(item, "plaza", SIDEWALK_HEIGHT) for item in rings[WALKABLE]]
+    if rings[OBSTACLE]:
+        houses = [
+            shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
+            for item in polygons
+            if len(item.shape) > 2 and kind_of(item.type, item.source) == "buildings"
+        ]
+        solid = shapely.STRtree(houses)
+        for item in rings[OBSTACLE]:
+            slab = _of_jupedsim(item, "obstacle", 0.0)
+            if slab is not None and not len(solid.query(slab.shape, predicate="intersects")):
+                slabs.append(replace(slab, top=_obstacle_height(item, slab.shape)))
+    return [slab for slab in slabs if slab is not None]
+
+
+def _of_jupedsim(item: Polygon, kind: str, top: float) -> Slab | None:
+    """A polygon of JuPedSim as a slab; None for one without an area."""
+    if len(item.shape) < 3:
+        return None
+    shape = areal(shapely.make_valid(shapely.Polygon(item.shape[:, :2])))
+    if shape.is_empty:
+        return None
+    return Slab(f"{kind}:{item.id}", kind, shape, (), top, None, item.shape[:, :2])
+
+
+def _obstacle_height(item: Polygon, shape: shapely.Geometry) -> float:
+    """How high an obstacle is [m]."""
+    try:
+        given = float(item.params.get("height", ""))
+    except ValueError:
+        given = 0.0
+    if 0.0 < given <= _TALLEST:
+        return given
+    return _COLUMN if shapely.minimum_bounding_radius(shape) * 2.0 <= _SLIM else _BLOCK
 
 
 _RAILS = frozenset({"tram", "rail_urban", "rail", "rail_electric", "rail_fast", "subway"})
@@ -166,11 +282,15 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
     slabs = ground.around.memory.of(("slabs",), partial(slabs_of, scenario))
     parts: list[Part] = []
     pavings: list[Paving] = []
+    steps: list[Step] = []
     cramped = 0
     for slab in slabs:
         middle = np.array(slab.shape.centroid.coords[0])[None]
         away = float(ground.around.distances(middle)[0])
         if away > REACH:
+            continue
+        if slab.kind == "obstacle":
+            parts += _block(slab, pavings, ground)
             continue
         low, high = np.reshape(slab.shape.bounds, (2, 2))
         near = _near(ground.outline, low, high)
@@ -181,7 +301,8 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
         if slab.kind == "platform" and not pieces:
             cramped += 1
             continue
-        pavings.append(Paving(own, partial(_top_at, slab)))
+        pavings.append(Paving(own, _top_of(slab, ground)))
+        steps += _steps_of(slab, own, ground)
         parts += _slab_parts(slab, own, ground)
         if away < _DETAIL:
             parts += _on_slab(slab, pieces, ground)
@@ -189,7 +310,27 @@ def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
     for stop in shown:
         parts += _posts(stop, scenario.network, slabs, ground)
     why = LeftOut(f"{cramped} platforms", "there is no room beside the rails")
-    return SlabParts(tuple(parts), tuple(pavings), (why,) if cramped else ())
+    left_out = (why,) if cramped else ()
+    return SlabParts(tuple(parts), tuple(pavings), left_out, tuple(steps))
+
+
+def _steps_of(slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround) -> list[Step]:
+    """What people step onto of a slab; nothing of what only cars and containers use."""
+    if slab.kind not in _STEPPED_ON:
+        return []
+    level = _top_of(slab, ground) if slab.lane is None else None
+    return [Step(piece, slab.top, level) for piece in pieces]
+
+
+def _block(slab: Slab, pavings: Sequence[Paving], ground: SlabGround) -> list[Part]:
+    """An obstacle, upright on whatever is highest below it."""
+    pieces = polygon_parts(slab.shape)
+    ring = np.concatenate([shapely.get_coordinates(piece.exterior) for piece in pieces])
+    below = float(ground.standing(ring).max())
+    for paving in pavings:
+        if any(shape.intersects(slab.shape) for shape in paving.shapes):
+            below = max(below, float(paving.top_at(ring).max()))
+    return _body(pieces, "concrete", lambda places: np.full(len(places), below + slab.top), ground)
 
 
 def _near(shapes: Sequence[shapely.Geometry], low: Floats, high: Floats) -> list[shapely.Geometry]:
@@ -254,20 +395,23 @@ def _apart(
     return [part for part in polygon_parts(left) if part.area > _SMALLEST]
 
 
-def _top_at(slab: Slab, places: Floats) -> Floats:
-    """Height of a slab at places, (n, 2) -> (n,) [m]: it follows its lane."""
-    return np.asarray(_lane_heights(slab.lane, places) + slab.top - 0.004)
+def _top_of(slab: Slab, ground: SlabGround) -> HeightAt:
+    """Height of a slab at places, (n, 2) -> (n,) [m]: it follows its lane, or else the ground."""
+    lane = slab.lane
+    if lane is None:
+        return lambda places: np.asarray(ground.ground_at(places) + _OVER_GROUND - 0.004)
+    return lambda places: np.asarray(_lane_heights(lane, places) + slab.top - 0.004)
 
 
 def _slab_parts(slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround) -> list[Part]:
     """A slab and its walls."""
-    surface = {"bays": "asphalt_old", "yard": "concrete", "platform": "paving"}[slab.kind]
-    return _body(pieces, surface, partial(_top_at, slab), ground)
+    surface = {"bays": "asphalt_old", "yard": "concrete"}.get(slab.kind, "paving")
+    return _body(pieces, surface, _top_of(slab, ground), ground)
 
 
 def _on_slab(slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround) -> list[Part]:
     """What is painted or stands on a slab."""
-    top_at = partial(_top_at, slab)
+    top_at = _top_of(slab, ground)
     if slab.kind == "bays":
         return _lines(_bay_lines(slab), pieces, top_at, ground)
     if slab.kind != "platform":

@@ -46,6 +46,7 @@ from sumo3dviz_pt.world.roads.mesh import (
     verges,
     with_kerb_tops,
 )
+from sumo3dviz_pt.world.roads.stairs import stairs_of
 from sumo3dviz_pt.world.roads.strips import BALLAST, BoundsXY
 
 _RAMP = 0.4
@@ -117,6 +118,8 @@ def build_roads(
     slope = shoulder(layout.cells)
     uvs = planar_uvs(slope.vertices, tile=metres_per_tile(BALLAST), near=near)
     layers.append(Layer("rails/shoulder", _material(BALLAST), replace(slope, uvs=uvs)))
+    stairs = stairs_of(network, focus)
+    layers.append(Layer("road/stairs", KERB, stairs.mesh))
     # What lies on top; then all that is not empty becomes parts.
     layers += road_layers(network, settings, base, region=region)
     static: tuple[StaticPart, ...] = tuple(
@@ -134,7 +137,8 @@ def build_roads(
     static = (*static, *track_parts(layout, rise, focus))
     names = {part.part.material for part in static}
     materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
-    return RoadParts(static, materials, layout, WalkingHeight(layout.raised, drops), rise)
+    walked_on = stairs.walked_on(WalkingHeight(layout.raised, drops))
+    return RoadParts(static, materials, layout, walked_on, rise)
 
 
 def with_plain(

@@ -157,7 +157,11 @@ _HARDLY_ANY = 3  # objects and areas that make no town
 def lacks_town(scenario: Scenario) -> bool:
     """Return whether a scenario has no houses, trees or areas of its own, or hardly any."""
     drawn = [poi for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
-    areas = [item for item in scenario.polygons if len(item.shape) > 2]
+    areas = [
+        item
+        for item in scenario.polygons
+        if len(item.shape) > 2 and not item.type.startswith("jupedsim.")
+    ]
     return len(drawn) + len(areas) <= _HARDLY_ANY
 
 

@@ -110,6 +110,8 @@ def _has_room(edge: Edge, character: Character) -> bool:
 def _crossing(network: Network, characters: Mapping[str, Character]) -> frozenset[str]:
     """Edges that cross others without a junction: bridges, and what they lead over."""
     edges = [network.edges[name] for name in characters]
+    if not edges:
+        return frozenset()
     lines = [shapely.LineString(edge.lanes[0].shape[:, :2]) for edge in edges]
     one, other = shapely.STRtree(lines).query(lines, predicate="crosses")
     over = set()

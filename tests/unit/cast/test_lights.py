@@ -35,6 +35,15 @@ def test_by_night_everybody_has_lights_on():
     assert {"head", "tail"} <= lit(0, dark=True), "whatever the log says"
 
 
+def test_the_sign_of_a_taxi_is_off_while_people_ride_in_it():
+    lights = vehicle_lights([trace()], dark=True, seed=3, taken={"vehicle:a": ((0.5, 1.5),)})
+    signs = [
+        "sign" in lights.lit("vehicle:a", time, derived=lambda: DerivedLamps({}))
+        for time in (0.0, 1.0, 2.0)
+    ]
+    assert signs == [True, False, True]
+
+
 def test_where_the_log_says_nothing_the_motion_does():
     assert lit(derived=["brake", "reverse"]) == {"brake", "reverse"}
     assert lit(dark=True, derived=["brake"]) > {"brake", "tail"}

@@ -587,6 +587,33 @@ def test_a_bus_has_a_camera_of_its_own_and_its_own_time_if_need_be():
     assert bus.start >= 22.0 and bus.end <= 40.0
 
 
+def test_where_only_people_walk_one_of_them_is_gone_with():
+    walks = replace(trace("w", (0.0, 0.0), (1.2, 0.0), at=15.0), kind="person")
+    (ride,), notes = rides(walks)
+    assert (ride.camera, ride.vehicle, ride.view) == ("walk", "w", "pedestrian") and notes == []
+    stands = replace(trace("s", (0.0, 0.0), (0.0, 0.0)), kind="person")
+    found, (note,) = rides(stands)
+    assert found == [] and "no camera `walk`: none of 1 people walks" in note
+    assert {ride.camera for ride in rides(walks, trace("c", (0.0, 0.0), (9.0, 0.0)))[0]} == {
+        "driver"
+    }
+
+
+def test_eyes_stand_beside_footpaths_where_nothing_drives():
+    net = cross()
+    walked = frozenset({"pedestrian"})
+    edges = {
+        key: replace(edge, lanes=tuple(replace(k, allowed=walked) for k in edge.lanes))
+        for key, edge in net.edges.items()
+    }
+    paths = Network(edges, net.junctions, (), net.location)
+    log = TrafficLog((), (), 0.0, 40.0, 1.0)
+    movement = movement_of([trace("p", (0.0, 0.0), (0.5, 0.0))]).during(10.0, 20.0)
+    around = outdoors(Scenario(paths, log), CENTRE, movement, textured=False)
+    assert around.off_road(np.array([[7.0, 8.0]]))[0] < 12.0
+    assert corner(Scouting(found_at(), movement, around, None)) is not None
+
+
 def test_a_gap_in_the_log_is_no_ride():
     whole = trace("gap", (0.0, 0.0), (9.0, 0.0), at=15.0)
     kept = np.r_[0:13, 16:30]

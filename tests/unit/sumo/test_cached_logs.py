@@ -27,10 +27,14 @@ def readings(monkeypatch):
     return found
 
 
+TYPES = ("ü", "ü@v")
+
+
 def write(path, x=0.0, end="</fcd-export>"):
     rows = "".join(
-        f'<timestep time="{t}"><vehicle id="v" x="{x + t}" y="2" angle="90" type="ü" lane="a_0"/>'
-        f'<person id="p" x="{t}" y="9" angle="0" edge="a"/></timestep>\n'
+        f'<timestep time="{t}"><vehicle id="v" x="{x + t}" y="2" angle="90"'
+        f' type="{TYPES[t > 4]}" lane="a_0"/><person id="p" x="{t}" y="9" angle="0" edge="a"'
+        f' vehicle="{"v" * (t == 4)}"/></timestep>\n'
         for t in range(9)
     )
     path.write_text(f"<fcd-export>\n{rows}{end}", encoding="utf-8")
@@ -42,7 +46,7 @@ def values(log):
     return [
         (t.kind, t.id, t.type_id, *(str(getattr(t, name).tolist()) for name in fields))
         for t in log.traces
-    ] + [log.lane_names, log.begin, log.end, log.step]
+    ] + [log.lane_names, log.begin, log.end, log.step, log.changed, log.taken]
 
 
 def test_a_log_is_read_once(tmp_path, readings):
@@ -50,6 +54,7 @@ def test_a_log_is_read_once(tmp_path, readings):
     first = read_trajectories([path], begin=2, end=5)
     second = read_trajectories([path], begin=2, end=5)
     assert values(first) == values(second)
+    assert (second.changed, second.taken) == ({"vehicle:v": 5.0}, {"vehicle:v": ((4.0, 4.0),)})
     assert len(readings) == 1
     for trace in second.traces:
         assert trace.lanes.dtype == np.int64 and not trace.positions.flags.writeable

@@ -121,7 +121,9 @@ def test_riders_are_left_out_while_they_ride(tmp_path, caplog):
         (3, car(x=15) + person(x=15.5)),
     ]
     with caplog.at_level(logging.INFO):
-        traces = read(tmp_path, log(*steps)).traces
+        traffic = read(tmp_path, log(*steps))
+    traces = traffic.traces
+    assert traffic.taken == {"vehicle:c": ((1.0, 2.0),)}
     walker = next(t for t in traces if t.kind == "person")
     np.testing.assert_array_equal(walker.times, [0, 3])
     assert "2 samples of riders" in caplog.text
@@ -148,8 +150,10 @@ def test_tagged_riders_are_left_out(tmp_path):
         (1, person(extra='vehicle="bus" stage="driving"')),
         (2, person(extra='vehicle="bus" stage="waiting for bus"')),
     ]
-    (trace,) = read(tmp_path, log(*steps)).traces
+    traffic = read(tmp_path, log(*steps))
+    (trace,) = traffic.traces
     np.testing.assert_array_equal(trace.times, [0, 2])
+    assert traffic.taken == {"vehicle:bus": ((1.0, 1.0),)}
 
 
 def test_the_same_id_in_two_files_is_one_trace(tmp_path):

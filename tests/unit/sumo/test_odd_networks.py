@@ -263,6 +263,7 @@ def test_networks_of_all_versions(text, classes, tmp_path, caplog):
         network = read_network(path)
     lane = network.lanes["a_0"]
     assert (lane.width, lane.length, lane.allowed) == (3.2, 100.0, classes)
+    assert (lane.up, lane.down) == (frozenset({"bus"}) if text == NEW else None, None)
     assert network.edges["a"].function == "normal"
     assert not [said for said in caplog.messages if "lane" in said]
 

@@ -41,6 +41,9 @@ _SHARED = 0.5
 _PARTED = 0.25
 """Lanes have parted where the border of one lies at most this far in the other [m]."""
 
+_DOUBLE = 1.2
+"""How far the middles of both lines of a double line lie from its own, in widths of a line."""
+
 _ADJACENT = 1.2
 """Directions closer than this share a centre line [m]."""
 
@@ -215,9 +218,23 @@ def _divider(before: Strip, after: Strip, *, style: LineStyle, reference: Floats
         return _outer(strip, style=style, right=strip is after)
     half = 0.5 * style.width
     band = band_along(after.right, right=-half, left=half, reference=reference)
-    if before.look.surface != after.look.surface:
+    kept = _keeps_to(before, after), _keeps_to(after, before)
+    if before.look.surface != after.look.surface or all(kept):
         return band.whole()
-    return band.dashes(dash=style.dash, gap=style.gap)
+    if not any(kept):
+        return band.dashes(dash=style.dash, gap=style.gap)
+    # Whoever has the solid line on his side keeps his lane.
+    pair = []
+    for side, solid in zip((-_DOUBLE * style.width, _DOUBLE * style.width), kept, strict=True):
+        line = band_along(after.right, right=side - half, left=side + half, reference=reference)
+        pair.append(line.whole() if solid else line.dashes(dash=style.dash, gap=style.gap))
+    return np.concatenate(pair)
+
+
+def _keeps_to(strip: Strip, other: Strip) -> bool:
+    """Whether nobody may change from a lane to one beside it."""
+    lane = strip.lane
+    return lane.keeps(lane.up if other.lane.index > lane.index else lane.down)
 
 
 def _outer(strip: Strip, *, style: LineStyle, right: bool) -> Floats:
@@ -251,7 +268,7 @@ def _centre_quads(middle: Floats, style: LineStyle, *, lanes: int, centre: Centr
     half = 0.5 * style.width
     bands: list[Band] = [
         band_along(middle, right=side - half, left=side + half)
-        for side in (-1.2 * style.width, 1.2 * style.width)
+        for side in (-_DOUBLE * style.width, _DOUBLE * style.width)
     ]
     if lanes <= 2 and centre.solid == "wide_roads":
         single = band_along(middle, right=-half, left=half)

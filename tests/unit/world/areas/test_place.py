@@ -14,6 +14,7 @@ from sumo3dviz_pt.world.areas.slabs import SlabGround, build_slabs, slabs_of
 from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.plants.trees import plot_of
+from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT
 
 CARS = frozenset({"passenger", "bus", "truck", "delivery"})
 EYE = CameraPath.all_round(np.array([[100.0, 20.0, 30.0]]))
@@ -198,3 +199,51 @@ def test_a_platform_without_room_is_left_out_and_named():
 
 def test_the_default_is_auto():
     assert GroundSettings().areas == "auto"
+
+
+def test_people_stand_on_what_jupedsim_lets_them_walk_and_obstacles_rise_from_it():
+    square = ((60, 10, 100, 40), "jupedsim.walkable_area")
+    slim, wide = ((70, 20, 70.6, 20.6), (80, 20, 88, 22))
+    given = scenario(
+        polygon("plaza", square[1], *square[0]),
+        polygon("slim", "jupedsim.obstacle", *slim),
+        polygon("wide", "jupedsim.obstacle", *wide),
+        polygon("gone", "jupedsim.vanishing_area", 95, 35, 99, 39),
+    )
+    built = place(given)
+    on, off, edge = built.footway(np.array([[65.0, 30.0], [65.0, 42.0], [65.0, 40.2]]))
+    assert on == pytest.approx(SIDEWALK_HEIGHT)
+    # On a slope a lane far away gave them another height; on a bridge they are not on it.
+    sunk, far = built.footway(np.array([[65.0, 30.0, -0.7], [65.0, 30.0, 8.0]]))
+    assert sunk == pytest.approx(0.7 + SIDEWALK_HEIGHT, abs=0.01)
+    assert far == 0.0
+    assert off == 0.0
+    assert 0.0 < edge < on
+    top = np.concatenate(
+        [
+            p.part.mesh.vertices
+            for p in built.static
+            if p.id.startswith("areas/") and "paving" in p.id
+        ]
+    )
+    assert top[:, 2] == pytest.approx(SIDEWALK_HEIGHT, abs=0.01)
+    blocks = np.concatenate(
+        [
+            p.part.mesh.vertices
+            for p in built.static
+            if p.id.startswith("areas/") and "concr" in p.id
+        ]
+    )
+    for (x0, _, x1, y1), high in ((slim, 2.6), (wide, 0.9)):
+        inside = (blocks[:, 0] >= x0) & (blocks[:, 0] <= x1) & (blocks[:, 1] <= y1)
+        assert blocks[inside, 2] == pytest.approx(SIDEWALK_HEIGHT + high, abs=0.01)
+    assert not any("jupedsim" in out.what for out in built.left_out)
+
+
+def test_people_wait_on_platforms_not_in_them():
+    stop = Stop("s", "rail_0", 40.0, 90.0, "train")
+    given = scenario(stops=(stop,))
+    lane_ = given.network.lanes["rail_0"]
+    beside = np.array([[60.0, -60.0 - lane_.width / 2 - 1.0], [150.0, -63.0]])
+    on, off = place(given).footway(beside)
+    assert (on, off) == (pytest.approx(0.55), 0.0)

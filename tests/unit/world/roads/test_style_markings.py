@@ -163,3 +163,33 @@ def test_american_lines_are_yellow_on_the_side_of_oncoming_traffic(left):
 def test_bicycle_lanes_have_the_colour_of_the_style(name, surface):
     net = network([lane("e", 0, 0, CYCLE, width=1.6), lane("e", 1, 2.4)])
     assert strips_of(net, name)["e"][0].look.surface == surface
+
+
+@pytest.mark.parametrize("left", [False, True])
+@pytest.mark.parametrize(
+    ("up", "down", "share"),
+    [
+        # Who may go from the outer to the inner lane, back, and how much of each line is painted.
+        (None, None, (0.5,)),
+        (frozenset(), frozenset(), (1.0,)),
+        (frozenset({"bus"}), None, (1.0, 0.5)),
+        (None, frozenset({"emergency"}), (0.5, 1.0)),
+        (frozenset({"passenger"}), None, (0.5,)),
+    ],
+)
+def test_lines_are_solid_for_who_may_not_change_lanes(up, down, share, left):
+    side = -1.0 if left else 1.0
+    outer, inner = lane("e", 0, 0), lane("e", 1, 3.2 * side)
+    net = network([replace(outer, up=up), replace(inner, down=down)], left=left)
+    strips = strips_of(net)["e"]
+    sides = SideColours.of(STYLES["european"], left_hand=left)
+    paint = edge_paint(net.edges["e"], strips, RoadSettings(), sides=sides)
+    quads = np.concatenate([one.quads for one in paint])
+    across = quads[..., 1].mean(axis=1) * side
+    lines = quads[np.abs(across - 1.6) < 0.4]
+    middles = lines[..., 1].mean(axis=1) * side
+    painted = np.ptp(lines[..., 0], axis=1)
+    found = [
+        painted[np.abs(middles - at) < 0.01].sum() / 100.0 for at in np.unique(middles.round(3))
+    ]
+    assert found == pytest.approx(share, abs=0.02)

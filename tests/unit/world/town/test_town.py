@@ -16,7 +16,7 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Polygon, Scenario, TrafficLog
 from sumo3dviz_pt.sumo import read_network
-from sumo3dviz_pt.world.build import World
+from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.objects.houses import plan_of, rectangles
 from sumo3dviz_pt.world.objects.kinds import INVENTED, KINDS
 from sumo3dviz_pt.world.objects.objects import build_scenery
@@ -264,3 +264,23 @@ def test_houses_on_a_slope_stand_on_their_lowest_corner(made):
     mesh = merge_meshes([part.part.mesh for part in scenery.static])
     low = mesh.vertices[:, 2] < mesh.vertices[:, 2].min() + 0.5
     assert (mesh.vertices[low, 2] <= 0.1 * mesh.vertices[low, 0] + 0.35).all()
+
+
+@pytest.mark.slow
+def test_footpaths_alone_have_no_town_and_no_paint(made, tmp_path):
+    whole = made("--grid --grid.number 2 --grid.length 60 --walkingareas")
+    paths = {
+        key: replace(
+            edge,
+            lanes=tuple(replace(k, allowed=frozenset({"pedestrian"})) for k in edge.lanes),
+        )
+        for key, edge in whole.edges.items()
+    }
+    network = replace(whole, edges=paths)
+    scenario = Scenario(network, TrafficLog((), (), 0.0, 0.0, 0.0))
+    job = Job.model_validate({"scenario": {"network": "n"}, "street": {"town": "auto"}})
+    world = World.of(scenario, job)
+    assert world.town is not None and not any(world.town.counts().values())
+    built = build_place(world, CameraPath.all_round(np.array([[30.0, -10.0, 9.0]])))
+    families = {part.family for part in built.static}
+    assert "roads" in families and not families & {"markings", "signals", "signs"}
