@@ -12,6 +12,7 @@ import threading
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Any, Protocol
 
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
@@ -20,7 +21,11 @@ from sumo3dviz_pt.pipeline.live import Ground, Live, Window
 log = logging.getLogger(__name__)
 
 LEAD = 4.0
-"""A window reaches at least so far beyond what pages show, at their speed [s of playing]."""
+"""A window reaches at least so far beyond what pages show, and twice as far as is shown while it
+is made, as a window of 5 s takes as much work as one of 30 s [s of playing]."""
+
+_FARTHEST = 30.0
+"""But not farther [s]: what pages show has to lie in it."""
 
 _IDLE = 0.1
 """Time until it is looked again whether a window is wanted [s]."""
@@ -28,8 +33,8 @@ _IDLE = 0.1
 _PATIENCE = 10.0
 """Time that a simulation has for its current step when the viewer ends [s]."""
 
-_SHARE = 0.5
-"""Share of the time that windows may take, so that pictures have the rest."""
+_SHARE = 0.25
+"""Share of the time that windows of somebody's loop may take, so that pictures have the rest."""
 
 
 class Feed(Protocol):
@@ -122,7 +127,7 @@ class WindowThread:
     def __init__(self, feed: Feed, live: Live, *, wake: Callable[[], None]) -> None:
         self._feed, self._live, self._wake = feed, live, wake
         self._ready: News | None = None
-        self._shown, self._speed = live.ground.begin, 1.0
+        self._shown, self._speed, self._cost = live.ground.begin, 1.0, 0.0
         self._changed = threading.Condition()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name="windows", daemon=True)
@@ -155,17 +160,19 @@ class WindowThread:
         """Make one window after the other."""
         end = self._live.ground.end
         while not self._closing:
-            lead = LEAD * max(self._speed, 1.0)
-            began = clock.perf_counter()
-            news = self._made(self._shown + 2.0 * lead) if self._shown + lead > end else None
+            speed, began = max(self._speed, 1.0), clock.perf_counter()
+            spare = max(LEAD, 2.0 * self._cost) * speed
+            reach = min(max(2.0 * LEAD, 2.0 * spare), _FARTHEST)
+            news = self._made(self._shown + reach) if self._shown + spare > end else None
             if news is None:
                 self._pause(_IDLE)
                 continue
-            end = news.window.ground.end
+            end, self._cost = news.window.ground.end, clock.perf_counter() - began
             with self._changed:
                 self._ready = news
             self._wake()
-            self._pause((clock.perf_counter() - began) * (1.0 / _SHARE - 1.0))
+            if news.window.ground.behind < inf:  # the next one is wanted at once
+                self._pause(self._cost * (1.0 / _SHARE - 1.0))
             with self._changed:
                 self._changed.wait_for(lambda: self._ready is None or self._closing)
             if news.stopped:
