@@ -71,8 +71,11 @@ def span_said(ground: Ground) -> dict[str, Any]:
     Args:
         ground: Its window.
     """
-    there = [each for each in ground.trajectories if each.pieces]
-    there = [each for each in there if each.pieces[-1].end >= ground.end]
+    there = [
+        each
+        for each in ground.trajectories
+        if each.pieces and each.pieces[0].begin <= ground.end <= each.pieces[-1].end
+    ]
     there.sort(key=lambda each: -each.pieces[0].begin)
     return {
         "begin": ground.begin,

@@ -11,8 +11,8 @@ import time
 import aiohttp
 import pytest
 from needed import package
-from program import Program
 from small_simulations import KINDS
+from viewer.program import Program
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.recording.run import RecordOrder, record

@@ -10,9 +10,11 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.network import Location
+from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.reading import Ground
 from sumo3dviz_pt.viewer.keyframes import ViewerEye
 from sumo3dviz_pt.viewer.messages import KeyFrameOrder, Play, Speed, StandAt
+from sumo3dviz_pt.viewer.running import span_said
 from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, advanced, obeyed, said_of
 
 HERE = ViewerState(ViewerEye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
@@ -105,3 +107,20 @@ def test_a_page_that_plays_keeps_up_with_a_loop_of_somebody():
     state = advanced(replace(HERE, time=455.0, playing=True), 0.1, window)
     assert state.time == pytest.approx(474.0, abs=0.04)
     assert advanced(replace(state, playing=False), 5.0, window).time == state.time
+
+
+def test_pages_are_told_who_has_entered_last_and_is_there():
+    def user(name, *lives):
+        pieces = tuple(SimpleNamespace(begin=begin, end=end) for begin, end in lives)
+        return Trajectory(name, "vehicle", "", pieces)
+
+    users = (
+        user("old", (1, 60)),
+        user("gone", (2, 9)),
+        user("new", (8, 30)),
+        user("late", (40, 60)),
+    )
+    ground = Ground(None, None, (*users, user("never")), 0.0, 30.0, growing=True)
+    assert span_said(ground) == {
+        "begin": 0.0, "end": 30.0, "running": True, "users": ["new", "old"]
+    }  # fmt: skip
