@@ -14,7 +14,7 @@ somebody asks what pixels show.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -304,8 +304,8 @@ def build_roam(
         fleet = with_seat(fleet, camera, world=world)
     spares = _spares(world, fleet, times) if growing else None
     if spares is not None:  # their bodies are shown by others later
-        known = {**spares.materials, **fleet.materials}
-        prototypes = {**spares.prototypes, **fleet.prototypes}
+        known = {**spares.fleet.materials, **fleet.materials}
+        prototypes = {**spares.fleet.prototypes, **fleet.prototypes}
         fleet = replace(fleet, prototypes=prototypes, materials=known)
     # Places around which there is detail.
     own = [each for each in job.cameras.values() if each in cameras]
@@ -356,9 +356,10 @@ def with_traffic(
     slots = shot.data.slots
     drawn = [fleet.drawn(k) for k in range(len(fleet.keys))]
     near = {name for each in drawn for name in (*each.near, *each.deforming)}
+    full = sum(slots.near.values()) >= crowd.MOST_SLOTS
     moments = np.arange(float(frames[0]), float(frames[-1]) + _STEP, _STEP)
     most = _most_far(fleet, drawn, moments)
-    if not (near <= slots.detailed.keys() and most <= Counter(slots.far)):
+    if not (most <= Counter(slots.far) and (full or near <= slots.detailed.keys())):
         return None
     return shot.driven_by(fleet, world.scenario.signals, world=world)
 
@@ -370,46 +371,72 @@ def _is_there(fleet: Fleet, camera: CameraSettings) -> bool:
     return name in fleet.places or any(key in fleet.places for key in keys)
 
 
-_LEAST_SPARE, _MOST_TYPES, _EACH = 100, 24, 6
+_LEAST_SPARE, _MOST_TYPES, _FEW = 100, 24, 6
 """Road users for whom there is room beside those who are there, types that they may be of beside
 those that were seen, and how many of each of these."""
 
+_DRAWS = 400
+"""Of a type, so many are thought up to find which bodies they may show, and how often."""
 
 _SIDE_BY_SIDE = 3
 """Of those who may come, so many of one body are drawn in detail at once."""
 
 
-def _spares(world: World, fleet: Fleet, times: tuple[float, float]) -> Fleet:
-    """Return a fleet of those who may come: as many again as there are at once, of their types.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spares:
+    """Those who may come.
+
+    Attributes:
+        fleet: Many of each type.
+        shares: How many road users each of them stands for, (n,).
+    """
+
+    fleet: Fleet
+    shares: Floats
+
+    def counts(self, level: str) -> Counter[str]:
+        """Return for how many bodies at a level there is to be room, by name.
+
+        That is what is expected and twice its standard deviation, as chance chooses bodies.
+        """
+        expected: dict[str, float] = {}
+        for k, share in enumerate(self.shares.tolist()):
+            for name in getattr(self.fleet.drawn(k), level):
+                expected[name] = expected.get(name, 0.0) + share
+        return Counter({n: int(np.ceil(e + 2.0 * np.sqrt(e))) for n, e in expected.items()})
+
+
+def _spares(world: World, fleet: Fleet, times: tuple[float, float]) -> _Spares:
+    """Return those who may come: as many again as there are at once, of their types.
 
     Args:
         world: Says which types there are.
         fleet: Everyone who was seen.
         times: First and last that can be shown [s].
     """
-    kinds = world.scenario.vehicle_types
     alive, _ = fleet.positions(np.arange(times[0], times[1] + _STEP, _STEP))
     count = max(int(alive.sum(axis=0).max(initial=0)), _LEAST_SPARE)
-    seen = [(each.kind, each.type_id) for each in fleet.trajectories]
-    known = Counter(seen).most_common()
+    seen = Counter((each.kind, each.type_id) for each in fleet.trajectories)
+    total = max(sum(seen.values()), 1)
+    rooms = {pair: max(count * n / total, float(_FEW)) for pair, n in seen.items()}
     others = [
-        ("vehicle" if kind.vclass not in _AFOOT else "person", name)
-        for name, kind in sorted(kinds.items())
+        ("person" if kind.vclass in _AFOOT else "vehicle", name)
+        for name, kind in sorted(world.scenario.vehicle_types.items())
         if kind.vclass != "container"
     ]
-    shares = {pair: max(round(count * n / max(len(seen), 1)), _EACH) for pair, n in known}
-    shares |= dict.fromkeys([pair for pair in others if pair not in shares][:_MOST_TYPES], _EACH)
+    fresh = [pair for pair in others if pair not in rooms][:_MOST_TYPES]
+    rooms |= dict.fromkeys(fresh, float(count if not seen else _FEW))
     coming = [
         Trajectory(f"spare {number}", kind, type_id, ())
-        for (kind, type_id), n in shares.items()
-        for number in range(n)
+        for kind, type_id in rooms
+        for number in range(_DRAWS)
     ]
-    return everyone(world, coming)
+    return _Spares(everyone(world, coming), np.repeat(list(rooms.values()), _DRAWS) / _DRAWS)
 
 
-def _at_most(few: int, names: Iterable[str]) -> Counter[str]:
-    """Return how often each name is there, but not more than a few times."""
-    return Counter({name: min(count, few) for name, count in Counter(names).items()})
+def _at_most(few: int, counts: Mapping[str, int]) -> Counter[str]:
+    """Return the same counts, but none above a few."""
+    return Counter({name: min(count, few) for name, count in counts.items()})
 
 
 def _most_far(fleet: Fleet, drawn: Sequence[Drawn], times: Floats) -> Counter[str]:
@@ -451,7 +478,7 @@ def _room(
     eyes: Floats,
     times: Floats,
     budget: int,
-    spares: Fleet | None = None,
+    spares: _Spares | None = None,
 ) -> CrowdPlan:
     """Room for those near any of the places in detail, and for everyone as a stand-in.
 
@@ -473,10 +500,11 @@ def _room(
     for cockpit in fleet.cockpits.values():
         near |= Counter(cockpit.names)
     deforming = Counter(plan.slots.deforming)
-    coming = [] if spares is None else [spares.drawn(k) for k in range(len(spares.keys))]
-    most += Counter(name for spare in coming for name in spare.far)
-    few = _SIDE_BY_SIDE if sum(near.values()) < crowd.MOST_SLOTS // 2 else 1
-    near |= _at_most(few, (name for spare in coming for name in spare.near))
-    deforming |= _at_most(few, (name for spare in coming for name in spare.deforming))
+    if spares is not None:
+        most += spares.counts("far")
+        near |= _at_most(_SIDE_BY_SIDE, spares.counts("near"))
+        if sum(near.values()) > crowd.MOST_SLOTS:
+            near = _at_most(1, near)
+        deforming |= _at_most(1, spares.counts("deforming"))
     slots = Slots(*(dict(sorted(each.items())) for each in (near, most, deforming)))
     return replace(plan, slots=slots)
