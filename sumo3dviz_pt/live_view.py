@@ -35,7 +35,7 @@ class LiveView:
             None is a plain scene, seen from above.
         choices: `keep`, the folder of a recording of all steps, as `Recorder` makes it, which
             `overwrite` lets replace one that is there; `delay`, how far pictures are behind the
-            last step, 0..40 s: with 12 they are those of films, with 2, the default, places
+            last step, 0..16 s: with 12 they are those of films, with 2, the default, places
             differ by some centimetres where somebody changes lanes or stops; `port`, `size` and
             `variant` as in `Scene.view`.
 

@@ -12,8 +12,9 @@ from pydantic import Field
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.values import WIDEST, Finite, Seconds, Size, Whole
 
-MOST_DELAY = 40.0
-"""How far pictures may be behind a running simulation [s]: less than its window holds."""
+MOST_DELAY = 16.0
+"""How far pictures may be behind a running simulation [s]: the time that is made ready ahead of
+pages, and the margin that smoothing needs behind them, have to lie in the window, too."""
 
 
 @dataclass(frozen=True, slots=True)

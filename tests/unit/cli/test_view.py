@@ -23,8 +23,8 @@ def city(tmp_path):
         ("scene.yaml", ["--delay", "0"], "--delay: only goes with a .sumocfg"),
         ("scene.yaml", ["--seed", "1"], "--seed: only goes with a .sumocfg"),
         ("city.sumocfg", ["--to", "9"], "--to: a running simulation ends where its .sumocfg says"),
-        ("city.sumocfg", ["--delay", "41"], "--delay: must lie in 0..40 s, not 41"),
-        ("city.sumocfg", ["--delay", "nan"], "--delay: must lie in 0..40 s, not nan"),
+        ("city.sumocfg", ["--delay", "17"], "--delay: must lie in 0..16 s, not 17"),
+        ("city.sumocfg", ["--delay", "nan"], "--delay: must lie in 0..16 s, not nan"),
     ],
 )
 def test_options_that_do_not_go_together_are_named(tmp_path, capsys, name, words, said):
