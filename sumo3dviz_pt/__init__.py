@@ -16,12 +16,14 @@ from sumo3dviz_pt.errors import (
     RenderError,
     Sumo3dvizError,
 )
+from sumo3dviz_pt.live_view import LiveView
 from sumo3dviz_pt.recording.recorder import Recorder
 
 __all__ = [
     "ConfigError",
     "InputError",
     "InstallationError",
+    "LiveView",
     "Recorder",
     "RenderError",
     "Scene",

@@ -44,7 +44,7 @@ def add(commands: Any) -> None:
     sub.set_defaults(run=run)
 
 
-def add_fps(sub: argparse.ArgumentParser) -> None:
+def add_fps(sub: argparse._ActionsContainer) -> None:
     """Let times per second be chosen."""
     sub.add_argument("--fps", type=float, default=10.0, help="times per second of a stretch [10]")
 

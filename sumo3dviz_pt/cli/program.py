@@ -15,7 +15,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli import check, export, farm, installed, measure, render, scene_files, study
+from sumo3dviz_pt.cli import (
+    check,
+    export,
+    farm,
+    installed,
+    measure,
+    render,
+    scene_files,
+    study,
+    view,
+)
 from sumo3dviz_pt.cli.options import PROGRAM, Parser, add_verbosity, complain
 from sumo3dviz_pt.errors import (
     ConfigError,
@@ -243,7 +253,7 @@ _COMMANDS = (
     measure.add_report,
     measure.add_compare,
     check.add_motion,
-    scene_files.add_view,
+    view.add_view,
     export.add,
     installed.add_assets,
     installed.add_doctor,

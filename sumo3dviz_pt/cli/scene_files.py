@@ -1,34 +1,26 @@
-"""`init`, `import-sumo3dviz`, `schema`, `record`, `view`: the commands that begin a scene.
+"""`init`, `import-sumo3dviz`, `schema`, `record`: the commands that begin a scene.
 
 `init`, `import-sumo3dviz` and `schema` write, translate and describe scene files. `record` runs
-SUMO with the outputs that a film needs. `view` serves a scene to walk through in the browser.
+SUMO with the outputs that a film needs.
 """
 
 from __future__ import annotations
 
 import argparse
-import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.cli.export import add_fps, run_static
 from sumo3dviz_pt.cli.options import (
     PROGRAM,
-    add_overrides,
-    add_overwrite,
-    add_size,
-    add_variant,
-    add_window,
-    overrides_of,
     progress,
     sumo_time,
 )
-from sumo3dviz_pt.errors import ConfigError, InstallationError
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.progress import Doing
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.job.settings import Job, ScenarioSettings
+    from sumo3dviz_pt.job.settings import ScenarioSettings
 
 
 SIMULATING = 30.0
@@ -275,58 +267,3 @@ def _around(text: str) -> tuple[float, float, float]:
             f"--around takes X,Y,R in metres, such as 250,-80,150, not {text!r}"
         ) from None
     return east, north, radius
-
-
-log = logging.getLogger(__name__)
-
-
-def add_view(commands: Any) -> None:
-    """Say what it takes."""
-    sub = commands.add_parser("view", help="walk through a scene in the browser")
-    sub.add_argument("scene", type=Path)
-    sub.add_argument("--port", type=int, default=0, help="to listen on [a free one]")
-    add_size(sub, (480, 270))
-    add_window(sub)
-    sub.add_argument(
-        "--static", type=Path, metavar="FOLDER", help="write a page that needs no server, and end"
-    )
-    add_fps(sub)
-    add_overwrite(sub)
-    sub.add_argument("--token", help="the secret in the address [a new one each time]")
-    add_variant(sub, ("llvm", "cuda"))
-    add_overrides(sub)
-    sub.set_defaults(run=run_view)
-
-
-def run_view(options: argparse.Namespace) -> int:
-    """Show a scene until Ctrl-C, or write a page of it."""
-    if options.static is not None:
-        return run_static(options)
-    from sumo3dviz_pt.pipeline.production import ready_renderer
-    from sumo3dviz_pt.pipeline.scene_file import load_job
-    from sumo3dviz_pt.viewer.render_thread import RenderThread
-    from sumo3dviz_pt.viewer.server import serve
-
-    chosen = overrides_of(options)
-    if ready_renderer(options.variant).note:
-        raise InstallationError("the viewer needs libLLVM or a graphics card")
-
-    def reload(choices: Mapping[str, str]) -> Job:
-        return load_job(options.scene, {**chosen, **choices})
-
-    log.warning("opening %s: it is read, built and compiled in about a minute", options.scene)
-    render_thread = RenderThread(
-        reload({}),
-        scene_file=options.scene,
-        size=options.size,
-        window=(options.start, options.end),
-        variant=options.variant,
-        reload=reload,
-    )
-    serve(
-        render_thread,
-        port=options.port,
-        token=options.token,
-        announce=lambda address: print(address, flush=True),
-    )
-    return 0

@@ -32,7 +32,7 @@ from sumo3dviz_pt.model.scene import (
 )
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.pipeline.live import Ground
+    from sumo3dviz_pt.pipeline.reading import Ground
     from sumo3dviz_pt.shot.build import Shot
 
 REACH = 400.0
@@ -164,7 +164,7 @@ def exported(job: Job, times: Floats) -> ExportedScene:
         ConfigError: If the log has nothing then.
         InputError: If a file is wrong.
     """
-    from sumo3dviz_pt.pipeline.live import Ground
+    from sumo3dviz_pt.pipeline.reading import Ground
     from sumo3dviz_pt.pipeline.worlds import roam_around
 
     ground = Ground.of(job, begin=float(times[0]), end=float(times[-1]))

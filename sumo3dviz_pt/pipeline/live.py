@@ -21,14 +21,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.progress import Doing, announce
-from sumo3dviz_pt.model.scene import FrameState, View
-from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
-from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.model.scene import FrameState, SceneData, View
 from sumo3dviz_pt.pipeline.films.orders import Pace
 from sumo3dviz_pt.pipeline.films.pilot import piloted
 from sumo3dviz_pt.pipeline.metering import exposure_of, manual_exposure, metered
@@ -39,11 +36,11 @@ from sumo3dviz_pt.pipeline.production import (
     get_ready,
     opened,
     prepare,
-    read,
 )
+from sumo3dviz_pt.pipeline.reading import Ground as Ground
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
 from sumo3dviz_pt.pipeline.still import Still
-from sumo3dviz_pt.pipeline.worlds import roam_around
+from sumo3dviz_pt.pipeline.worlds import roam_around, world_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.passes.quick import Quick
@@ -226,47 +223,18 @@ a lorry 35 m away was seen to change where detail ended at 31 m.)"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ground:
-    """A simulation as it was read.
+class Window:
+    """A window of a running simulation, ready to be shown.
 
     Attributes:
-        files: Where it lies.
-        scenario: Network, objects, types and the log.
-        trajectories: Its smoothed motion.
-        begin: First time that can be shown [s].
-        end: Last one [s].
+        ground: The simulation in it.
+        shot: The scene with its traffic; None where that lacks room for somebody.
+        built: What of the scene does not change, as it was built then.
     """
 
-    files: ScenarioFiles
-    scenario: Scenario
-    trajectories: tuple[Trajectory, ...]
-    begin: float
-    end: float
-
-    @classmethod
-    def of(cls, job: Job, *, begin: float | None = None, end: float | None = None) -> Ground:
-        """Read a job's simulation, or a window of it.
-
-        Args:
-            job: The scene file.
-            begin: First time to show [s]; None is the log's.
-            end: Last time to show [s]; None is the log's.
-
-        Raises:
-            InputError: If a file is wrong.
-            ConfigError: If the log has nothing in the window.
-        """
-        files, scenario, trajectories = read(job, begin=begin, end=end)
-        log = scenario.traffic
-        first = log.begin if begin is None else max(begin, log.begin)
-        last = log.end if end is None else min(end, log.end)
-        if not first <= last:
-            raise ConfigError(
-                f"the log goes from {log.begin:.12g} s to {log.end:.12g} s:"
-                " nothing lies in the window",
-                key="from",
-            )
-        return cls(files, scenario, trajectories, first, last)
+    ground: Ground
+    shot: Shot | None
+    built: SceneData | None
 
 
 class Live:
@@ -288,9 +256,7 @@ class Live:
         self.ground, self._size, self._variant = ground, size, variant
         self.location = ground.scenario.network.location
         self.job = job
-        step = 1.0 / float(job.output.fps)
-        count = int((ground.end - ground.begin) / step) + 1
-        self._frames = ground.begin + step * np.arange(count, dtype=np.float64)
+        self._frames = ground.frames(float(job.output.fps))
         self._eyes: Floats | None = None
         self._riding: tuple[CameraSettings, ...] = ()
         self._session: Session | None = None
@@ -387,6 +353,25 @@ class Live:
         shot = (self._under_sky_of(job) if unmoved else None) or self._built(job, eyes, seats)
         self.job, self._eyes, self._riding, self.shot = job, eyes, seats, shot
         self._open()
+
+    def carried_on(self, ground: Ground) -> Window:
+        """Make another window of the same simulation ready to be shown; from any thread."""
+        from sumo3dviz_pt.shot.picking import with_traffic
+
+        shot, world = self.shot, world_of(ground.scenario, self.job, ground.files)
+        frames = ground.frames(float(self.job.output.fps))
+        carried = with_traffic(shot, world, ground.trajectories, frames=frames)
+        return Window(ground, carried, shot.data)
+
+    def carry_on(self, window: Window) -> bool:
+        """Show a window from now on; return whether the scene must be built again before."""
+        ground = self.ground = window.ground
+        self._frames = ground.frames(float(self.job.output.fps))
+        if window.built is not self.shot.data:  # it was built again meanwhile
+            window = self.carried_on(ground)
+        if window.shot is not None:
+            self.shot = window.shot
+        return window.shot is None
 
     def _under_sky_of(self, job: Job) -> Shot | None:
         """Return the same shot under a job's sky, if only that differs and lamps need no change."""

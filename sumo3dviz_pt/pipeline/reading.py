@@ -174,6 +174,63 @@ def read(
     return files, scenario, motion_of(job, scenario).smooth()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """A simulation as it was read.
+
+    Attributes:
+        files: Where it lies.
+        scenario: Network, objects, types and the log.
+        trajectories: Its smoothed motion.
+        begin: First time that can be shown [s].
+        end: Last one [s].
+        origin: A time from which frames are counted [s]; None is the first one.
+        growing: Whether the simulation still runs, so that more is to come.
+        behind: How far behind the last time a page that plays may be [s].
+    """
+
+    files: ScenarioFiles
+    scenario: Scenario
+    trajectories: tuple[Trajectory, ...]
+    begin: float
+    end: float
+    origin: float | None = None
+    growing: bool = False
+    behind: float = math.inf
+
+    def frames(self, fps: float) -> Floats:
+        """Return the times of a film's frames that can be shown, increasing, (n,) [s]."""
+        origin, step = self.begin if self.origin is None else self.origin, 1.0 / fps
+        first = math.ceil((self.begin - origin) / step - 1e-9)
+        count = math.floor((self.end - origin) / step + 1e-9) - first + 1
+        return origin + step * np.arange(first, first + max(count, 1), dtype=np.float64)
+
+    @classmethod
+    def of(cls, job: Job, *, begin: float | None = None, end: float | None = None) -> Ground:
+        """Read a job's simulation, or a window of it.
+
+        Args:
+            job: The scene file.
+            begin: First time to show [s]; None is the log's.
+            end: Last time to show [s]; None is the log's.
+
+        Raises:
+            InputError: If a file is wrong.
+            ConfigError: If the log has nothing in the window.
+        """
+        files, scenario, trajectories = read(job, begin=begin, end=end)
+        log = scenario.traffic
+        first = log.begin if begin is None else max(begin, log.begin)
+        last = log.end if end is None else min(end, log.end)
+        if not first <= last:
+            raise ConfigError(
+                f"the log goes from {log.begin:.12g} s to {log.end:.12g} s:"
+                " nothing lies in the window",
+                key="from",
+            )
+        return cls(files, scenario, trajectories, first, last)
+
+
 def spare_inputs(job: Job, *outputs: Path) -> None:
     """Refuse outputs that would replace what the scene is made from.
 

@@ -28,7 +28,7 @@ from sumo3dviz_pt.world.memory import Memory
 if TYPE_CHECKING:
     from sumo3dviz_pt.job.settings import CameraSettings
     from sumo3dviz_pt.model.geometry import Floats
-    from sumo3dviz_pt.pipeline.live import Ground
+    from sumo3dviz_pt.pipeline.reading import Ground
     from sumo3dviz_pt.shot.build import Shot
     from sumo3dviz_pt.world.build import World
 
@@ -239,8 +239,8 @@ def roam_around(
     return build_roam(
         world_of(ground.scenario, job, ground.files),
         ground.trajectories,
-        times=(ground.begin, ground.end),
-        frames=frames,
+        times=frames,
         eyes=eyes,
         riding=riding,
+        growing=ground.growing,
     )

@@ -160,7 +160,9 @@ _TAKEN_BACK = {
 has the option, because older versions of SUMO do not know all of them."""
 
 
-def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: str) -> list[str]:
+def arguments(
+    settings: SumoSettings, order: RecordOrder, part: Path, prefix: str, *, listener: str = ""
+) -> list[str]:
     """Return SUMO's command line, without the program.
 
     Args:
@@ -168,10 +170,11 @@ def arguments(settings: SumoSettings, order: RecordOrder, part: Path, prefix: st
         order: What is to be kept.
         part: Folder for what is written; it exists.
         prefix: What SUMO puts before the names of the files that it writes.
+        listener: `host:port` to which both logs are sent, in one stream; empty for files.
     """
-    extra, log = part / EVENTS, str((part / LOG).absolute())
+    extra, log = part / EVENTS, listener or str((part / LOG).absolute())
     place = _place(order) if _is_placed(settings, order) else ""
-    write_atomically(extra, events(str((part / SIGNALS).absolute()), place))
+    write_atomically(extra, events(listener or str((part / SIGNALS).absolute()), place))
     additional = [*settings.additional, extra]
     words = ["-c", str(settings.path.absolute()), "--output-prefix", prefix]
     words += ["--additional-files", ",".join(str(each.absolute()) for each in additional)]

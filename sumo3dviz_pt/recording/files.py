@@ -1,4 +1,7 @@
-"""What `record` is asked to keep, the files of a recording, and those that lead to the others."""
+"""What `record` is asked to keep, the files of a recording, and those that lead to the others.
+
+A recording grows by steps.
+"""
 
 from __future__ import annotations
 
@@ -115,3 +118,24 @@ def _seen_from(path: Path, folder: Path) -> str:
     except ValueError:
         # Another drive of Windows.
         return path.absolute().as_posix()
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedStep:
+    """What the logs say of one step.
+
+    Attributes:
+        time: As it is written [s].
+        rows: Lines of the vehicle log.
+        lights: Lines of the signal log.
+    """
+
+    time: str
+    rows: tuple[str, ...]
+    lights: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The step as an element of a vehicle log."""
+        rows = "".join(self.rows)
+        return f"    <timestep time={quoteattr(self.time)}>\n{rows}    </timestep>\n"

@@ -9,7 +9,7 @@ References:
 from __future__ import annotations
 
 import gzip
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +18,15 @@ from xml.sax.saxutils import quoteattr
 
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.files.atomic import write_atomically
-from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
+from sumo3dviz_pt.recording.files import (
+    EVENTS,
+    LOG,
+    SIGNALS,
+    LoggedStep,
+    SumoSettings,
+    configuration,
+    events,
+)
 
 _CONFIGURATION = "recording.sumocfg"
 _NAMELESS = -(2**30)
@@ -57,7 +65,7 @@ class Recorder:
             path.unlink(missing_ok=True)
         self.folder.mkdir(parents=True, exist_ok=True)
         self._connection = connection
-        self._settings = _settings_of(connection)
+        self._settings = settings_of(connection)
         self._has = _Has.of(connection, self._settings)
         self._log: IO[str] | None = _opened(self._part(LOG), "fcd-export")
         self._lights: IO[str] | None = None
@@ -80,8 +88,11 @@ class Recorder:
         # What was recorded before something failed is worth keeping, too.
         self.close()
 
-    def step(self) -> None:
+    def step(self) -> LoggedStep:
         """Keep who is where now; call it after every `simulationStep()`.
+
+        Returns:
+            What was kept, as lines of the logs.
 
         Raises:
             ConfigError: If the recording was closed.
@@ -94,9 +105,15 @@ class Recorder:
         people, heights = connection.person, self._has.heights
         rows = self._vehicles(connection.simulation.getDeltaT())
         rows += [_person(people, id_, heights=heights) for id_ in people.getIDList()]
-        self._log.write(f'<timestep time="{time:.3f}">\n{"".join(rows)}</timestep>\n')
-        self._note_signals(time)
+        lights = tuple(self._changed_signals(time))
+        step = LoggedStep(f"{time:.3f}", tuple(rows), lights)
+        self._log.write(step.text)
+        if lights and self._lights is None:
+            self._lights = _opened(self._part(SIGNALS), "tlsStates")
+        if self._lights is not None:
+            self._lights.writelines(lights)
         self._steps += 1
+        return step
 
     def _vehicles(self, step: float) -> list[str]:
         """Return the rows of all vehicles.
@@ -116,18 +133,16 @@ class Recorder:
             rows.append(_vehicle(domain, id_, more, heights=self._has.heights))
         return rows
 
-    def _note_signals(self, time: float) -> None:
-        """Keep the signals that have changed."""
+    def _changed_signals(self, time: float) -> Iterator[str]:
+        """Yield the lines of the signals that have changed."""
         lights = self._connection.trafficlight
         for id_ in lights.getIDList():
             state = lights.getRedYellowGreenState(id_)
             if self._states.get(id_) == state:
                 continue
             self._states[id_] = state
-            if self._lights is None:
-                self._lights = _opened(self._part(SIGNALS), "tlsStates")
             phase, program = lights.getPhase(id_), lights.getProgram(id_)
-            self._lights.write(
+            yield (
                 f'<tlsState time="{time:.3f}" id={quoteattr(id_)} programID={quoteattr(program)}'
                 f' phase="{phase}" state="{state}"/>\n'
             )
@@ -199,7 +214,7 @@ class _Has:
         return cls(has_heights(settings.network), resolution > 0.0)
 
 
-def _settings_of(connection: Any) -> SumoSettings:
+def settings_of(connection: Any) -> SumoSettings:
     """Return the inputs of a running simulation."""
     option = connection.simulation.getOption
     base = option("configuration-file")

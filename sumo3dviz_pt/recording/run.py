@@ -201,7 +201,7 @@ def _recorded(settings: SumoSettings, order: RecordOrder, program: str) -> list[
         try:
             _run([program, *arguments(settings, order, part, prefix)], settings, order)
         finally:
-            _remove(settings, prefix)
+            remove_outputs(settings, prefix)
         log = part / f"{prefix}{LOG}"
         if order.follow is not None:
             keep_near(log, order.follow, radius=order.radius)
@@ -263,10 +263,19 @@ def _run(command: Sequence[str], settings: SumoSettings, order: RecordOrder) -> 
         errors.seek(0)
         text = errors.read().decode("utf-8", errors="replace")
     if process.returncode != 0:
-        faults = [line.strip() for line in text.splitlines() if "rror" in line]
-        why = " ".join(faults[:2]) or f"it ended with code {process.returncode}"
-        raise InputError(f"SUMO stopped: {why}", file=settings.path)
+        raise InputError(f"SUMO stopped: {fault(text, process.returncode)}", file=settings.path)
     pass_on(text)
+
+
+def fault(output: str, code: int) -> str:
+    """Return why SUMO stopped, in its own words where it has some.
+
+    Args:
+        output: What it printed as errors.
+        code: Its exit code.
+    """
+    faults = [line.strip() for line in output.splitlines() if "rror" in line]
+    return " ".join(faults[:2]) or f"it ended with code {code}"
 
 
 def _steps(stream: IO[bytes]) -> Iterator[float]:
@@ -279,7 +288,7 @@ def _steps(stream: IO[bytes]) -> Iterator[float]:
         rest = rest[steps[-1].end() :] if steps else rest[-64:]
 
 
-def _remove(settings: SumoSettings, prefix: str) -> None:
+def remove_outputs(settings: SumoSettings, prefix: str) -> None:
     """Remove what the simulation wrote for its owner under another name."""
     inputs = (settings.path, *settings.additional, *settings.routes)
     for folder in {path.absolute().parent for path in inputs} | {Path.cwd()}:

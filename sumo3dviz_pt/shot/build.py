@@ -84,6 +84,7 @@ class Shot:
         tracks: The same of the rails that trains stand on, or None.
         road_owners: Tell which edge or junction faces of its roads belong to.
         flying: What falls and flies before its camera, or None.
+        settled: Puts a fleet onto the roads that are drawn.
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
         full_models: Models that are drawn in full detail where they are near enough.
@@ -109,6 +110,7 @@ class Shot:
     tracks: Callable[[Floats], Floats] | None = None
     road_owners: RoadOwners | None = None
     flying: Flying | None = None
+    settled: Callable[[Fleet], Fleet] | None = None
 
     def present_at(self, time: float) -> Present:
         """Return everyone who exists at a time [s], people on raised footways."""
@@ -243,6 +245,39 @@ class Shot:
             return None
         return replace(self, data=replace(self.data, sky=sky))
 
+    def driven_by(
+        self, fleet: Fleet, phases: Mapping[str, SignalPhases], *, world: World
+    ) -> Shot | None:
+        """Return the same shot with others on its roads and other signals; nothing else is built.
+
+        Args:
+            fleet: Everyone on the road, at the log's heights.
+            phases: The signal log.
+            world: What exists, as it did when the shot was built.
+
+        Returns:
+            None where a barrier moves that was built as one that never does.
+        """
+        assert self.settled is not None
+        network, yellow = world.scenario.network, world.job.signals
+        railway = self.railway.following(phases, network)
+        if railway is None:
+            return None
+        cockpits = {key: own for key, own in self.fleet.cockpits.items() if key in fleet.places}
+        fleet = replace(
+            self.settled(fleet),
+            cockpits=cockpits,
+            prototypes={**fleet.prototypes, **self.fleet.prototypes},
+        )
+        return replace(
+            self,
+            fleet=fleet,
+            phases=phases,
+            signals=self.signals.following(phases, yellow),
+            railway=railway,
+            flying=None if self.flying is None else replace(self.flying, fleet=fleet),
+        )
+
     def _on_footways(self, present: Present) -> Present:
         """Lift walkers onto raised footways."""
         walkers = np.flatnonzero(self.fleet.on_foot[present.users])
@@ -363,6 +398,7 @@ class ShotBuilder:
             tracks=place.tracks,
             road_owners=place.road_owners,
             flying=Flying.of(data, fleet, job=job),
+            settled=partial(on_what_is_drawn, place=place, world=self.world),
         )
 
 

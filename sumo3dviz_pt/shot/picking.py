@@ -14,16 +14,17 @@ somebody asks what pixels show.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from sumo3dviz_pt.cast.axles import rigid_frames, unit_frames
+from sumo3dviz_pt.cast.drawing import Drawn
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.cast.poses import Present, links_of
-from sumo3dviz_pt.job.settings import CameraSettings, Job
+from sumo3dviz_pt.job.settings import CameraSettings
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.layers import Thing, thing_named
@@ -258,6 +259,8 @@ _STEP = 1.0
 _MOST_NEAR = 48
 """Road users in detail at once: recording a scene of 240 takes three times as long as of 60."""
 
+_AFOOT = frozenset({"pedestrian", "wheelchair"})
+
 _ABOVE = 25.0
 """Height of the first view where the scene file has no camera [m]."""
 
@@ -266,22 +269,23 @@ def build_roam(
     world: World,
     trajectories: Sequence[Trajectory],
     *,
-    times: tuple[float, float],
-    frames: Floats | None = None,
+    times: tuple[float, float] | Floats,
     eyes: Floats | None = None,
     riding: Sequence[CameraSettings] = (),
+    growing: bool = False,
 ) -> Shot:
     """Build everything around some places, and room for everyone.
 
     Args:
         world: What exists; the cabins that its scene file's cameras sit in can be opened.
         trajectories: The smoothed motion of everyone on the road.
-        times: First and last that can be shown [s].
-        frames: Times that are shown one after the other, increasing, (n,) [s]: motion is
-            worked out for many of them at once. Others take longer.
+        times: First and last that can be shown [s], or all that are shown one after the other,
+            increasing, (n,): motion is worked out for many of them at once. Others take longer.
         eyes: Places around which there is detail, (n, 3) [m]; default: where the scene's
             cameras are.
         riding: Further cameras that sit in a vehicle.
+        growing: Whether others will come, for whom there is to be room, too. Then cameras that
+            ride with who is not there are left out.
 
     Returns:
         A shot whose own camera stands where the scene's first one is at the first time.
@@ -291,16 +295,29 @@ def build_roam(
     """
     # Everyone on the road; the cabins that cameras sit in can be opened.
     scenario, job, left_hand = world.scenario, world.job, world.left_hand
+    frames, times = times if isinstance(times, np.ndarray) else None, (times[0], times[-1])
     fleet = replace(everyone(world, trajectories), times=frames)
-    for camera in (*job.cameras.values(), *riding):
+    cameras = [*job.cameras.values(), *riding]
+    if growing:
+        cameras = [each for each in cameras if not each.rides_with or _is_there(fleet, each)]
+    for camera in cameras:
         fleet = with_seat(fleet, camera, world=world)
+    spares = _spares(world, fleet, times) if growing else None
+    if spares is not None:  # their bodies are shown by others later
+        known = {**spares.fleet.materials, **fleet.materials}
+        prototypes = {**spares.fleet.prototypes, **fleet.prototypes}
+        fleet = replace(fleet, prototypes=prototypes, materials=known)
     # Places around which there is detail.
-    views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
+    own = [each for each in job.cameras.values() if each in cameras]
+    views = list(_views(own, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
     places = np.stack([view.position for view in views]) if eyes is None else eyes
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
     # Build the shot.
     builder = ShotBuilder(world, job.output.size[1] / job.output.size[0])
-    home, room = StandingCamera(views[0]), partial(_room, eyes=places, times=moments)
+    home, room = (
+        StandingCamera(views[0]),
+        partial(_room, eyes=places, times=moments, spares=spares),
+    )
     camera_path = CameraPath.all_round(places)
     shot = builder.shot(fleet, camera_path, camera=lambda **_: home, plan=room)
     return replace(shot, places=places)
@@ -321,11 +338,126 @@ def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: b
     return build_camera(camera, fleet=shot.fleet, left_hand=left_hand).view_at(time)
 
 
+def with_traffic(
+    shot: Shot, world: World, trajectories: Sequence[Trajectory], *, frames: Floats
+) -> Shot | None:
+    """Return the same shot with others on its roads.
+
+    Args:
+        shot: Of `build_roam`.
+        world: What exists, with the signal log that goes with the traffic.
+        trajectories: The smoothed motion of everyone on the road.
+        frames: Times that are shown, increasing, (n,) [s].
+
+    Returns:
+        None where the shot lacks room for somebody.
+    """
+    fleet = replace(everyone(world, trajectories), times=frames)
+    slots = shot.data.slots
+    drawn = [fleet.drawn(k) for k in range(len(fleet.keys))]
+    near = {name for each in drawn for name in (*each.near, *each.deforming)}
+    full = sum(slots.near.values()) >= crowd.MOST_SLOTS
+    moments = np.arange(float(frames[0]), float(frames[-1]) + _STEP, _STEP)
+    most = _most_far(fleet, drawn, moments)
+    if not (most <= Counter(slots.far) and (full or near <= slots.detailed.keys())):
+        return None
+    return shot.driven_by(fleet, world.scenario.signals, world=world)
+
+
+def _is_there(fleet: Fleet, camera: CameraSettings) -> bool:
+    """Return whether whom a camera rides with is on the road."""
+    name = camera.rides_with
+    keys = (f"{kind}:{name}" for kind in ("vehicle", "person", "container"))
+    return name in fleet.places or any(key in fleet.places for key in keys)
+
+
+_LEAST_SPARE, _MOST_TYPES, _FEW = 100, 24, 6
+"""Road users for whom there is room beside those who are there, types that they may be of beside
+those that were seen, and how many of each of these."""
+
+_DRAWS = 400
+"""Of a type, so many are thought up to find which bodies they may show, and how often."""
+
+_SIDE_BY_SIDE = 3
+"""Of those who may come, so many of one body are drawn in detail at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spares:
+    """Those who may come.
+
+    Attributes:
+        fleet: Many of each type.
+        shares: How many road users each of them stands for, (n,).
+    """
+
+    fleet: Fleet
+    shares: Floats
+
+    def counts(self, level: str) -> Counter[str]:
+        """Return for how many bodies at a level there is to be room, by name.
+
+        That is what is expected and twice its standard deviation, as chance chooses bodies.
+        """
+        expected: dict[str, float] = {}
+        for k, share in enumerate(self.shares.tolist()):
+            for name in getattr(self.fleet.drawn(k), level):
+                expected[name] = expected.get(name, 0.0) + share
+        return Counter({n: int(np.ceil(e + 2.0 * np.sqrt(e))) for n, e in expected.items()})
+
+
+def _spares(world: World, fleet: Fleet, times: tuple[float, float]) -> _Spares:
+    """Return those who may come: as many again as there are at once, of their types.
+
+    Args:
+        world: Says which types there are.
+        fleet: Everyone who was seen.
+        times: First and last that can be shown [s].
+    """
+    alive, _ = fleet.positions(np.arange(times[0], times[1] + _STEP, _STEP))
+    count = max(int(alive.sum(axis=0).max(initial=0)), _LEAST_SPARE)
+    seen = Counter((each.kind, each.type_id) for each in fleet.trajectories)
+    total = max(sum(seen.values()), 1)
+    rooms = {pair: max(count * n / total, float(_FEW)) for pair, n in seen.items()}
+    others = [
+        ("person" if kind.vclass in _AFOOT else "vehicle", name)
+        for name, kind in sorted(world.scenario.vehicle_types.items())
+        if kind.vclass != "container"
+    ]
+    fresh = [pair for pair in others if pair not in rooms][:_MOST_TYPES]
+    rooms |= dict.fromkeys(fresh, float(count if not seen else _FEW))
+    coming = [
+        Trajectory(f"spare {number}", kind, type_id, ())
+        for kind, type_id in rooms
+        for number in range(_DRAWS)
+    ]
+    return _Spares(everyone(world, coming), np.repeat(list(rooms.values()), _DRAWS) / _DRAWS)
+
+
+def _at_most(few: int, counts: Mapping[str, int]) -> Counter[str]:
+    """Return the same counts, but none above a few."""
+    return Counter({name: min(count, few) for name, count in counts.items()})
+
+
+def _most_far(fleet: Fleet, drawn: Sequence[Drawn], times: Floats) -> Counter[str]:
+    """Return how many stand-ins of each body there are at once if all are drawn so, by name."""
+    most = Counter[str]()
+    for part in crowd.chunks(len(times)):
+        alive, _ = fleet.positions(times[part])
+        for column in alive.T:
+            most |= Counter(name for k in np.flatnonzero(column).tolist() for name in drawn[k].far)
+    return most
+
+
 def _views(
-    job: Job, fleet: Fleet, times: tuple[float, float], *, left_hand: bool
+    cameras: Sequence[CameraSettings],
+    fleet: Fleet,
+    times: tuple[float, float],
+    *,
+    left_hand: bool,
 ) -> Iterator[View]:
     """Yield the views that stand for the ways of the scene's cameras."""
-    for settings in job.cameras.values():
+    for settings in cameras:
         camera = build_camera(settings, fleet=fleet, left_hand=left_hand)
         yield from (camera.view_at(time) for time in camera.moments(times))
 
@@ -339,7 +471,15 @@ def _overview(scenario: Scenario) -> View:
     return View(placed, Lens.of_degrees(60.0))
 
 
-def _room(*, fleet: Fleet, camera: Camera, eyes: Floats, times: Floats, budget: int) -> CrowdPlan:
+def _room(
+    *,
+    fleet: Fleet,
+    camera: Camera,
+    eyes: Floats,
+    times: Floats,
+    budget: int,
+    spares: _Spares | None = None,
+) -> CrowdPlan:
     """Room for those near any of the places in detail, and for everyone as a stand-in.
 
     None are drawn in full detail, which takes instances and triangles and would be seen in
@@ -348,19 +488,23 @@ def _room(*, fleet: Fleet, camera: Camera, eyes: Floats, times: Floats, budget: 
     """
     del camera
     bodies = [replace(fleet.drawn(k), full=()) for k in range(len(fleet.keys))]
-    frames, most = [], Counter[str]()
+    frames, most = [], _most_far(fleet, bodies, times)
     for part in crowd.chunks(len(times)):
         alive, positions = fleet.positions(times[part])
         for eye in eyes:
             camera_path = CameraPath.all_round(np.tile(eye, (alive.shape[1], 1)))
             frames.append(CrowdFrames(camera_path, alive, positions))
-        for column in alive.T:
-            there = Counter(name for k in np.flatnonzero(column) for name in bodies[k].far)
-            most |= there
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     plan = plan_crowd(bodies, frames, triangles=triangles, budget=budget, limit=_MOST_NEAR)
-    near = dict(plan.slots.near)
+    near = Counter(plan.slots.near)
     for cockpit in fleet.cockpits.values():
         near |= Counter(cockpit.names)
-    slots = Slots(dict(sorted(near.items())), dict(sorted(most.items())), plan.slots.deforming)
+    deforming = Counter(plan.slots.deforming)
+    if spares is not None:
+        most += spares.counts("far")
+        near |= _at_most(_SIDE_BY_SIDE, spares.counts("near"))
+        if sum(near.values()) > crowd.MOST_SLOTS:
+            near = _at_most(1, near)
+        deforming |= _at_most(1, spares.counts("deforming"))
+    slots = Slots(*(dict(sorted(each.items())) for each in (near, most, deforming)))
     return replace(plan, slots=slots)

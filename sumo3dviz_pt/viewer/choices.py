@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 
 from sumo3dviz_pt.job.errors import settle
-from sumo3dviz_pt.job.values import WIDEST, Seconds, Size, Whole
+from sumo3dviz_pt.job.values import WIDEST, Finite, Seconds, Size, Whole
+
+MOST_DELAY = 16.0
+"""How far pictures may be behind a running simulation [s]: the time that is made ready ahead of
+pages, and the margin that smoothing needs behind them, have to lie in the window, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +32,31 @@ class ViewerOutlook:
     start: Seconds | None
     end: Seconds | None
     variant: str
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class LiveChoices:
+    """What a viewer shows of somebody's running simulation, and how it listens.
+
+    Attributes:
+        keep: Folder of a recording; None keeps none.
+        overwrite: Whether a recording that is there is replaced.
+        delay: How far pictures are behind the last step [s].
+        port: To listen on; 0 takes a free one.
+        size: Of its pictures [px].
+        variant: `llvm` or `cuda`.
+    """
+
+    keep: Path | None = None
+    overwrite: bool = False
+    delay: Annotated[Finite, Field(ge=0, le=MOST_DELAY)] = 2.0
+    port: Annotated[Whole, Field(ge=0, le=65535)] = 0
+    size: Size = (480, 270)
+    variant: str = "llvm"
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""

@@ -100,7 +100,7 @@ def divided(sums: Layers, count: int) -> Layers:
     return merged((sums,), lambda layer: layer / count)
 
 
-_STANDS = frozenset({"scene", "busy", "keyframes"})
+_STANDS = frozenset({"scene", "busy", "keyframes", "span"})
 """Kinds of notes of which only the newest matters."""
 
 MOST_NOTES = 1000
@@ -178,7 +178,7 @@ class Pictured:
         time: SUMO's [s].
         view: The camera.
         dynamic: Whether road users are in it.
-        shot: The built scene that it was taken of.
+        shot: What of the built scene does not change; windows of a simulation that runs share it.
     """
 
     time: float
@@ -415,7 +415,7 @@ class Projector:
         if moved := self._moved(client, view):
             client.parts, client.mean = [], None
         self._bring(state, view, moved=moved)
-        client.pictured = Pictured(state.time, view, state.dynamic, live.shot)
+        client.pictured = Pictured(state.time, view, state.dynamic, live.shot.data)
         if moved or state.moves:
             sample = live.glimpse(state.time, view, number=0)
             client.mean = Mean.of(sample)
@@ -441,7 +441,7 @@ class Projector:
     def _moved(self, client: Client, view: View) -> bool:
         """Return whether a client sees something else than its last picture shows."""
         last, state = client.pictured, client.state
-        if last is None or last.shot is not self._live.shot:
+        if last is None or last.shot is not self._live.shot.data:
             return True
         same = (last.time, last.dynamic) == (state.time, state.dynamic)
         before = last.view.world_from_camera.matrix
@@ -452,7 +452,7 @@ class Projector:
         """Bring the road users to a client's time, in levels of detail for its place."""
         cut_open = view.rides_in if view.cutaway else None
         wanted = _Shown(
-            state.time, state.dynamic, state.playing, cut_open, self._live.shot, view.position
+            state.time, state.dynamic, state.playing, cut_open, self._live.shot.data, view.position
         )
         if self._shown is not None and self._shown.fits(wanted):
             away = float(np.linalg.norm(self._shown.place - view.position))

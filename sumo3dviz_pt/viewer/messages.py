@@ -75,6 +75,13 @@ class Play(_Toggle):
     do: Literal["play"]
 
 
+class Speed(Settings):
+    """Let time run faster or slower than clocks do."""
+
+    do: Literal["speed"]
+    factor: Finite = Field(ge=0.01, le=100.0)
+
+
 class StepFrames(Settings):
     """Go on or back by frames."""
 
@@ -180,6 +187,7 @@ Order = (
     | StandAt
     | SetTime
     | Play
+    | Speed
     | StepFrames
     | Dynamic
     | Denoise

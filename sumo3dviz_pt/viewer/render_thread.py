@@ -11,6 +11,7 @@ import logging
 import threading
 import time as clock
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import singledispatchmethod
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,8 @@ from sumo3dviz_pt.viewer import messages
 from sumo3dviz_pt.viewer.client import HALVES, Client, Projector, part_of
 from sumo3dviz_pt.viewer.keyframes import ViewerEye, camera_yaml, path_yaml, save_camera
 from sumo3dviz_pt.viewer.messages import Message
-from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed
+from sumo3dviz_pt.viewer.running import Running, WindowThread, first_ground, span_said
+from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed, within
 
 log = logging.getLogger(__name__)
 
@@ -56,7 +58,7 @@ class RenderThread:
         *,
         scene_file: Path | None = None,
         size: Size = (480, 270),
-        window: tuple[float | None, float | None] = (None, None),
+        window: tuple[float | None, float | None] | Running = (None, None),
         variant: str = "llvm",
         reload: Callable[[Mapping[str, str]], Job] | None = None,
     ) -> None:
@@ -66,7 +68,8 @@ class RenderThread:
             job: The scene.
             scene_file: Where key frames are saved; None shows them as text.
             size: Of pictures while nothing moves [px].
-            window: First and last time to show [s]; None is the log's.
+            window: First and last time to show [s], where None is the log's; or a simulation
+                that still runs, to be shown instead of the log.
             variant: `llvm` or `cuda`.
             reload: Makes the job again with other settings by dotted key, such as another
                 template; default reads the scene file.
@@ -81,7 +84,13 @@ class RenderThread:
         self._reload = reload
         if reload is None and scene_file is not None:
             self._reload = lambda choices: load_job(scene_file, choices)
-        self._ground = Ground.of(job, begin=window[0], end=window[1])
+        self._running = window if isinstance(window, Running) else None
+        self._windows: WindowThread | None = None
+        self._ground = (
+            window.ground
+            if isinstance(window, Running)
+            else Ground.of(job, begin=window[0], end=window[1])
+        )
         self._template: str | None = None
         self._clients: list[Client] = []
         self._stills: dict[int, bytes] = {}
@@ -99,7 +108,7 @@ class RenderThread:
     @property
     def about(self) -> dict[str, Any]:
         """What a page is told of the scene."""
-        job, ground = self.live.job, self._ground
+        job, ground = self.live.job, self.live.ground
         return {
             "title": self._file.parent.name if self._file else "sumo3dviz_pt",
             "cameras": list(job.cameras),
@@ -117,6 +126,10 @@ class RenderThread:
             "views": list(catalog.template_names("camera")),
             "exposure": job.output.exposure,
             "saves": self._file is not None,
+            "stride": max(round(ground.scenario.traffic.step * float(job.output.fps)), 1)
+            if ground.growing
+            else 1,
+            "running": ground.growing,
         }
 
     @property
@@ -157,7 +170,9 @@ class RenderThread:
             deliver: Takes what the page is told; called from the render thread, too.
         """
         live = self.live
-        state = ViewerState(ViewerEye.of(live.home), self._ground.begin)
+        ground = live.ground
+        behind = ground.growing and ground.behind < np.inf
+        state = ViewerState(ViewerEye.of(live.home), ground.end if behind else ground.begin)
         client = Client(state, deliver, wake=self._wake, leave=self._forget)
         client.tell("scene", **self.about)
         with self._changed:
@@ -184,14 +199,15 @@ class RenderThread:
     def _run(self) -> None:
         """Open the scene, serve clients in turn, close it."""
         try:
-            size = part_of(self._size, HALVES)
-            self._live = Live(self._job, self._ground, size=size, variant=self._variant)
+            self._live = self._opened_live()
             self._opened_projector = Projector(self._live, self._size)
         except BaseException as error:  # noqa: BLE001 - raised again in `start`
             self._failure = error
             return
         finally:
             self._opened.set()
+        if self._running is not None:
+            self._windows = WindowThread(self._running.feed, self._live, wake=self._wake)
         while (client := self._next()) is not None:
             try:
                 self._serve(client)
@@ -201,16 +217,56 @@ class RenderThread:
                 # One page's trouble must not end the others' visits.
                 log.exception("the viewer failed")
                 client.warn(f"the viewer failed: {error}")
+        if self._windows is not None:
+            self._windows.close()
         self._live.close()
+
+    def _opened_live(self) -> Live:
+        """Open the scene, with the first window of a running simulation."""
+        ground, first = self._ground, None
+        if self._running is not None:
+            first = first_ground(self._running, lambda: self._closing)
+            ground = first if first is not None and not ground.trajectories else ground
+        size = part_of(self._size, HALVES)
+        live = Live(self._job, ground, size=size, variant=self._variant)
+        if first is not None and live.carry_on(live.carried_on(first)):
+            live.rebuild()
+        return live
 
     def _next(self) -> Client | None:
         """Wait for the next client with something to do; None at the end."""
-        with self._changed:
-            while not self._closing:
+        while not self._closing:
+            self._renew()
+            with self._changed:
                 if (chosen := self._choice()) is not None:
                     return chosen
                 self._changed.wait(timeout=0.2)
         return None
+
+    def _renew(self) -> None:
+        """Put the next window of a running simulation in place, if it is ready."""
+        if self._windows is None:
+            return
+        states = [client.state for client in self._clients]
+        if states:
+            shown = max(state.time + state.ahead for state in states)
+            speed = max((state.speed for state in states if state.playing), default=1.0)
+            self._windows.follow(shown, speed=speed)
+        news = self._windows.taken()
+        if news is None:
+            return
+        if self.live.carry_on(news.window):
+            try:
+                self._rebuild("making room for more road users")
+            except Sumo3dvizError as error:
+                self._tell_all("note", level="error", text=str(error))
+        ground = self.live.ground
+        for client in self._clients:
+            client.state = replace(client.state, time=within(client.state.time, self.live))
+        self._tell_all("span", **span_said(ground))
+        if news.stopped:
+            text = f"{news.stopped}; what is there can still be seen"
+            self._tell_all("note", level="info", text=text)
 
     def _choice(self) -> Client | None:
         """Choose the next client: moving ones first; standing ones keep their turn for a while.

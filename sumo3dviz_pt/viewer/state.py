@@ -38,6 +38,7 @@ class ViewerState:
         time: SUMO's [s].
         ahead: By how much time that runs is ahead of the film's frame that is shown [s].
         playing: Whether time runs.
+        speed: SUMO's seconds for each second that it runs.
         flying: Whether the camera follows the key frames.
         dynamic: Whether road users are shown.
         denoise: Whether standing pictures are cleaned.
@@ -52,6 +53,7 @@ class ViewerState:
     time: float
     ahead: float = 0.0
     playing: bool = False
+    speed: float = 1.0
     flying: bool = False
     dynamic: bool = True
     denoise: bool = False
@@ -92,8 +94,14 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
         live: The scene.
     """
     if state.playing:
-        last = state.frames[-1].time if state.flying else live.ground.end
-        runs = min(state.time + state.ahead + seconds, last)
+        ground = live.ground
+        last = state.frames[-1].time if state.flying else ground.end
+        runs = state.time + state.ahead + state.speed * seconds
+        if ground.growing:
+            # At the end of what is known of a simulation that runs, one waits for more.
+            runs = max(min(runs, ground.end), ground.end - ground.behind)
+            last = last if state.flying else np.inf
+        runs = min(runs, last)
         on = runs < last
         time = max(live.frame_before(runs), state.time) if on else last
         state = replace(state, time=time, ahead=runs - time, playing=on)
@@ -104,8 +112,8 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
     if state.ride is not None:
         before = ViewerEye(np.zeros(3), *state.ride.gaze)
         return _looking(state, before, moved(before, state.keys & _LOOK, seconds))
-    ground = live.ground_at(state.eye.position)
-    return replace(state, eye=moved(state.eye, state.keys, seconds, ground=ground))
+    height = live.ground_at(state.eye.position)
+    return replace(state, eye=moved(state.eye, state.keys, seconds, ground=height))
 
 
 def _looking(state: ViewerState, before: ViewerEye, after: ViewerEye) -> ViewerState:
@@ -198,8 +206,14 @@ def _(order: messages.SetTime, state: ViewerState, live: Live) -> ViewerState:
 @obeyed.register
 def _(order: messages.Play, state: ViewerState, live: Live) -> ViewerState:
     """Let time run; at the end of the log, from its beginning."""
-    ended = order.on and state.time >= live.ground.end
+    ended = order.on and state.time >= live.ground.end and not live.ground.growing
     return replace(state, playing=order.on, time=live.ground.begin if ended else state.time)
+
+
+@obeyed.register
+def _(order: messages.Speed, state: ViewerState, live: Live) -> ViewerState:
+    """Let time run faster or slower."""
+    return replace(state, speed=order.factor)
 
 
 @obeyed.register

@@ -13,7 +13,7 @@ import { watchPicture } from "./picture.js";
 const LEISURE = 1000; // ms between pictures while nobody can see the page
 const CALM = 700; // ms for which older pictures do not move the slider back
 const SHARED = new Set(["sky", "weather", "template"]);
-const STICKY = new Set(["dynamic", "denoise", "exposure", ...SHARED]);
+const STICKY = new Set(["dynamic", "denoise", "exposure", "speed", ...SHARED]);
 
 // For tests and measurements, which read it; the page itself only writes here.
 const seen = { frame: null, pictures: 0, latency: [], keyframes: [] };
@@ -88,7 +88,8 @@ function help() {
 }
 
 const play = () => say({ do: "play", on: !seen.frame?.playing });
-const step = (frames) => say({ do: "step", frames });
+// Of a simulation that runs, one step is one of its own.
+const step = (count) => say({ do: "step", frames: count * (about?.stride ?? 1) });
 const commands = {
   Space: play,
   Comma: () => step(-1),
@@ -171,11 +172,21 @@ function showScene(news) {
   $("picture").setAttribute("aria-label", `Picture of ${about.title}`);
   const [width, height] = about.size;
   $("frame").style.setProperty("--ratio", width / height);
-  Object.assign($("time"), { min: about.begin, max: about.end, step: 1 / about.fps });
-  Object.assign($("clock"), { min: about.begin, max: about.end });
+  $("time").step = 1 / about.fps;
+  showSpan(about);
   showChoices(first);
   offerNames(about.cameras);
   if (returned) restore();
+}
+
+/** What can be shown now; of a simulation that runs, also who has entered last. */
+function showSpan({ begin, end, running, users }) {
+  Object.assign($("time"), { min: begin, max: end });
+  Object.assign($("clock"), { min: begin, max: end });
+  if (!running && !users) return;
+  $("running").hidden = false;
+  $("running").textContent = running ? `runs, ${number(end, 0)} s` : "has ended";
+  $("users").replaceChildren(...(users ?? []).map((name) => new Option(name)));
 }
 
 function showChoices(first) {
@@ -220,6 +231,7 @@ function goTo({ time, position, heading, pitch, roll = 0, fov = 50 }) {
 function hear(news) {
   const kinds = {
     scene: () => showScene(news),
+    span: () => showSpan(news),
     note: () => showNote(news.level, news.text),
     busy: () => showBusy(news.text),
     yaml: () => (news.why ? showText(news.text, `Not saved: ${news.why}.`) : copyText(news.text)),
@@ -262,6 +274,9 @@ $("camera").addEventListener("change", () => {
 $("traffic").addEventListener("click", () => press($("traffic"), "dynamic"));
 $("denoise").addEventListener("click", () => press($("denoise"), "denoise"));
 $("play").addEventListener("click", play);
+$("speed").addEventListener("change", () => {
+  say({ do: "speed", factor: Number($("speed").value) });
+});
 $("back").addEventListener("click", () => step(-1));
 $("on").addEventListener("click", () => step(1));
 $("still").addEventListener("click", takeStill);

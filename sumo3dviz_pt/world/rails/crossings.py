@@ -250,6 +250,27 @@ class Railway:
         """How many arms of each prototype move."""
         return dict(sorted(Counter(_arm_name(barrier) for barrier in self.moving).items()))
 
+    def following(self, phases: Mapping[str, SignalPhases], network: Network) -> Railway | None:
+        """Return the same crossings as another log says; None if another barrier moves in it.
+
+        Args:
+            phases: The signal log by tls id.
+            network: The road network.
+        """
+        if not self.barriers:
+            return self
+        gates = barriers_of(network, network.connections, phases)
+        courses = {(gate.edge, gate.tls): gate.course for gate in gates}
+
+        def of(some: tuple[Barrier, ...]) -> tuple[Barrier, ...]:
+            pairs = ((each, courses.get((each.edge, each.tls), each.course)) for each in some)
+            return tuple(replace(each, course=course) for each, course in pairs)
+
+        still = {each.edge for each in self.barriers} - {each.edge for each in self.moving}
+        if any(each.moves and each.edge in still for each in of(self.barriers)):
+            return None
+        return replace(self, barriers=of(self.barriers), moving=of(self.moving))
+
     def radiance_at(self, time: float) -> dict[str, Floats]:
         """Return the radiance of the flashing lights at a time [s], (lights, 3), by set id."""
         if not self.lamps:

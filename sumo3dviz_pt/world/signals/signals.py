@@ -291,6 +291,24 @@ class Signals:
                 counters += counter_rows(number, RADIANCE[lit[-1]] if lit else (0.0, 0.0, 0.0))
         return {LAMP_SET: frozen(self.power * np.array(rows + counters))}
 
+    def following(self, phases: Mapping[str, SignalPhases], settings: SignalSettings) -> Signals:
+        """Return the same lights, lit as another log says; what that does not know stays.
+
+        Args:
+            phases: The signal log by tls id.
+            settings: What to do about missing yellow.
+        """
+        courses: dict[tuple[str, int, bool], AspectCourse] = {}
+        heads = []
+        for head in self.heads:
+            fill = settings.yellow == "auto" and head.lamps == 3 and not head.walks
+            key = (head.tls, head.links[0], fill)
+            if key not in courses and head.tls in phases:
+                course = course_of(phases[head.tls], head.links[0])
+                courses[key] = with_yellow(course, settings.yellow_time) if fill else course
+            heads.append(replace(head, course=courses.get(key, head.course)))
+        return replace(self, heads=tuple(heads))
+
     def heads_of(self, tls: str, link: int) -> tuple[int, ...]:
         """Return indices of the heads that show a link's state."""
         return tuple(

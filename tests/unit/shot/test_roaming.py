@@ -1,6 +1,7 @@
 """A shot for cameras that go anywhere has detail around places and room for everyone."""
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from sumo3dviz_pt.job.surroundings import WeatherSettings
 from sumo3dviz_pt.library.vehicles.interior.controls import NEEDLE
 from sumo3dviz_pt.pipeline.live import Ground
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.shot.picking import build_roam, camera_view
+from sumo3dviz_pt.shot.picking import build_roam, camera_view, with_traffic
 from sumo3dviz_pt.world.build import World
 
 RIDE = LagrangianCamera(mode="lagrangian", vehicle="v1", view="driver")
@@ -126,3 +127,33 @@ def test_rides_in_rain_have_no_wipers_at_rest_beside_those_that_move(opened):
         )
         parts[name] = len(made.data.prototypes[made.fleet.cockpits["vehicle:v1"].body.name].parts)
     assert parts["dry"] == parts["no pane"] == parts["rain"] + 6
+
+
+def test_a_window_of_traffic_is_shown_by_a_shot_that_was_built_for_another(opened):
+    job, ground, times, shot = opened
+    world, frames = World.of(ground.scenario, job), np.arange(*times, 0.5)
+    carried = with_traffic(shot, world, ground.trajectories, frames=frames)
+    assert carried is not None and carried.data is shot.data
+    view = shot.camera.view_at(times[0])
+    for time in times:
+        own, other = (each.frame_of(time, view) for each in (shot, carried))
+        assert own.users == other.users and len(own.users) > 1
+        places = ([m.world_from_body.matrix for m in (*f.movers, *f.far)] for f in (own, other))
+        np.testing.assert_array_equal(*places)
+        np.testing.assert_equal(own.lamps, other.lamps)
+
+
+@pytest.mark.slow
+def test_a_shot_says_when_it_lacks_room_and_a_growing_one_has_some(opened):
+    job, ground, times, shot = opened
+    world, frames = World.of(ground.scenario, job), np.arange(*times, 0.5)
+    more = [replace(each, id=f"{each.id}.{k}") for each in ground.trajectories for k in range(5)]
+    assert with_traffic(shot, world, more, frames=frames) is None
+    roomy = build_roam(world, ground.trajectories, times=times, growing=True)
+    assert with_traffic(roomy, world, more, frames=frames) is not None
+    # Who is not there cannot be ridden with, which is no fault of a scene that only begins.
+    gone = ground.trajectories[:1]
+    riding = [RIDE.model_copy(update={"vehicle": "nobody"})]
+    assert build_roam(world, gone, times=times, riding=riding, growing=True).fleet.keys
+    with pytest.raises(ConfigError, match="nobody"):
+        build_roam(world, gone, times=times, riding=riding)

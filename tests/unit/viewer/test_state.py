@@ -10,9 +10,12 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.network import Location
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.reading import Ground
 from sumo3dviz_pt.viewer.keyframes import ViewerEye
-from sumo3dviz_pt.viewer.messages import KeyFrameOrder, StandAt
-from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, obeyed, said_of
+from sumo3dviz_pt.viewer.messages import KeyFrameOrder, Play, Speed, StandAt
+from sumo3dviz_pt.viewer.running import span_said
+from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, advanced, obeyed, said_of
 
 HERE = ViewerState(ViewerEye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
 
@@ -66,3 +69,58 @@ def test_there_is_nothing_to_take_away_or_to_fly_through():
         ordered(HERE, act="remove", index=0)
     with pytest.raises(ConfigError, match="at least two"):
         ordered(ordered(HERE, act="add"), act="play")
+
+
+def window_of(begin, end, **choices):
+    """As much of a scene as the passing of time needs."""
+    ground = Ground(None, None, (), begin, end, origin=0.0, **choices)
+    frames = ground.frames(25.0)
+
+    def frame_before(time):
+        return float(frames[max(int(np.searchsorted(frames, time, side="right")) - 1, 0)])
+
+    return SimpleNamespace(ground=ground, frame_before=frame_before, job=None)
+
+
+@pytest.mark.parametrize("growing", [False, True])
+def test_time_waits_at_the_end_only_of_what_still_grows(growing):
+    window = window_of(400.0, 456.0, growing=growing)
+    state = replace(HERE, time=455.9, playing=True)
+    state = advanced(state, 0.25, window)
+    assert state.playing is growing and state.time == pytest.approx(456.0)
+    later = window_of(404.0, 460.0, growing=growing)
+    after = advanced(state, 0.2, later)
+    assert after.time == pytest.approx(456.2 if growing else 456.0, abs=0.04)
+
+
+def test_time_runs_at_the_speed_that_was_asked_for():
+    window = window_of(400.0, 500.0)
+    state = obeyed(Speed(do="speed", factor=4.0), replace(HERE, time=450.0), window)
+    state = obeyed(Play(do="play", on=True), state, window)
+    for _ in range(10):
+        state = advanced(state, 0.1, window)
+    assert state.time == pytest.approx(454.0, abs=0.05)
+
+
+def test_a_page_that_plays_keeps_up_with_a_loop_of_somebody():
+    window = window_of(400.0, 480.0, growing=True, behind=6.0)
+    state = advanced(replace(HERE, time=455.0, playing=True), 0.1, window)
+    assert state.time == pytest.approx(474.0, abs=0.04)
+    assert advanced(replace(state, playing=False), 5.0, window).time == state.time
+
+
+def test_pages_are_told_who_has_entered_last_and_is_there():
+    def user(name, *lives):
+        pieces = tuple(SimpleNamespace(begin=begin, end=end) for begin, end in lives)
+        return Trajectory(name, "vehicle", "", pieces)
+
+    users = (
+        user("old", (1, 60)),
+        user("gone", (2, 9)),
+        user("new", (8, 30)),
+        user("late", (40, 60)),
+    )
+    ground = Ground(None, None, (*users, user("never")), 0.0, 30.0, growing=True)
+    assert span_said(ground) == {
+        "begin": 0.0, "end": 30.0, "running": True, "users": ["new", "old"]
+    }  # fmt: skip

@@ -176,3 +176,16 @@ def test_rail_signals_are_two_lamps_on_a_mast_at_the_tracks_right():
     assert aspect_at(signals, "S", 0, 1.0) == {"red"}
     assert aspect_at(signals, "S", 0, 11.0) == {"green"}
     assert {"signals/barrier_red", "signals/barrier_white"} <= {p.id for p in signals.static}
+
+
+def test_barriers_follow_another_log_unless_one_moves_that_was_built_not_to():
+    net, later = crossing(), phases((0.0, "G"), (40.0, "y"), (43.0, "r"))
+    followed = railway().following(later, net)
+    assert followed is not None and followed.slots == railway().slots
+    for time in (0.0, 25.0, 41.0, 44.0, 60.0):
+        own, those = (
+            [mover.world_from_body.matrix for mover in each.movers_at(time)]
+            for each in (followed, railway(later))
+        )
+        np.testing.assert_array_equal(own, those)
+    assert railway(phases((0.0, "G"))).following(later, net) is None

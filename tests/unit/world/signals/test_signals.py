@@ -409,3 +409,18 @@ def test_a_head_right_before_a_camera_stays_and_that_is_said(ahead, told):
     assert bool(why) == told
     x, y = np.add(head.position[:2], (7000.0, 0.0))
     assert all(f"the first at ({x:.0f}, {y:.0f})" in said for said in why), "where its file has it"
+
+
+@pytest.mark.parametrize("settings", [{}, {"yellow": "log"}, {"design": "two_heads"}])
+def test_lights_follow_another_log_as_if_they_were_built_for_it(settings):
+    first, other = phases("rG", "Gr", "rG"), phases("Gr", "rG", "yG", step=7.0)
+    wish = SignalSettings(**settings)
+    built = build_signals(crossing_network(), other, wish)
+    followed = build_signals(crossing_network(), first, wish).following(other, wish)
+    for time in np.arange(0.0, 30.0, 0.5):
+        own, those = (each.radiance_at(time)["signals"] for each in (followed, built))
+        np.testing.assert_array_equal(own, those)
+    silent = followed.following({}, wish)
+    np.testing.assert_array_equal(
+        silent.radiance_at(3.0)["signals"], followed.radiance_at(3.0)["signals"]
+    )

@@ -1,0 +1,107 @@
+"""A simulation that runs while a page looks at it: the program as a whole, and somebody's loop."""
+
+from __future__ import annotations
+
+import asyncio
+import gzip
+import json
+import re
+import time
+
+import aiohttp
+import pytest
+from needed import package
+from small_simulations import KINDS
+from viewer.program import Program
+
+import sumo3dviz_pt as sv
+from sumo3dviz_pt.recording.run import RecordOrder, record
+
+sumo = package("sumo", "needs the extra sumo")
+
+pytestmark = pytest.mark.slow
+
+SIZE = "64x36"
+ROW = re.compile(r"\s*<(?:timestep|vehicle|person|tlsState) .*")
+
+
+@pytest.fixture(scope="module")
+def city(tmp_path_factory):
+    """Streets with buses, people and signals; its configuration."""
+    return KINDS["buses"](tmp_path_factory.mktemp("buses"))
+
+
+async def seen_until(address, shown, *, seconds, orders=()):
+    """Play until pictures show a time; all pictures' words, and the notes about the simulation."""
+    frames, spans, waiting = [], [], list(orders)
+    deadline = time.monotonic() + seconds
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{address}ws") as line:
+        await line.send_json({"do": "play", "on": True})
+        while not frames or frames[-1]["time"] < shown:
+            message = await line.receive(timeout=deadline - time.monotonic())
+            if message.type is aiohttp.WSMsgType.BINARY:
+                await line.send_json({"ack": frames[-1]["seq"]})
+                continue
+            said = json.loads(message.data)
+            if said["kind"] == "frame":
+                frames.append(said)
+            if said["kind"] == "span":
+                spans.append(said)
+                for order in waiting:
+                    await line.send_json(order(said))
+                waiting = []
+            assert (said["kind"], said.get("level")) != ("note", "error"), said["text"]
+    return frames, spans
+
+
+def rows(log):
+    """Lines of a log that say something."""
+    return [
+        line.strip()
+        for line in gzip.decompress(log.read_bytes()).decode().splitlines()
+        if ROW.match(line)
+    ]
+
+
+def test_a_page_watches_a_simulation_that_runs_and_what_it_saw_is_kept(city, tmp_path):
+    keep = tmp_path / "kept"
+    with Program(city, "--size", SIZE, "--keep", str(keep), "--seed", "5") as program:
+        ride = [lambda said: {"do": "ride", "vehicle": said["users"][0]}]
+        work = seen_until(program.address, 14.0, seconds=200.0, orders=ride)
+        frames, spans = asyncio.run(work)
+        assert program.stop() == 0
+    times = [frame["time"] for frame in frames]
+    assert times[0] < 5.0 and max(times) <= spans[-1]["end"] + 1e-6
+    assert len(set(times)) > 20 and spans[-1]["running"]
+    assert any(frame["riding"] for frame in frames)
+    whole = tmp_path / "whole"
+    record(city, RecordOrder(whole, seed=5))
+    for name in ("fcd.xml.gz", "signals.xml.gz"):
+        own = rows(keep / name)
+        assert own == rows(whole / name)[: len(own)] and len(own) > 14
+    still = sv.load(keep / "scene.yaml").still(
+        time=10.0, camera="overview", quality="draft", size=(64, 36)
+    )
+    assert still.radiance.max() > 0.0
+
+
+def test_a_loop_is_shown_while_it_runs_and_never_waits(city, tmp_path):
+    libsumo = package("libsumo", "needs the extra sumo")
+    libsumo.start(["sumo", "-c", str(city), "--no-warnings", "true"])
+    try:
+        with sv.LiveView(libsumo, keep=tmp_path / "kept", size=(64, 36)) as live:
+            slowest = 0.0
+            for _ in range(120):
+                libsumo.simulationStep()
+                began = time.monotonic()
+                live.step()
+                slowest = max(slowest, time.monotonic() - began)
+            live.finish()
+            frames, spans = asyncio.run(seen_until(live.address, 55.0, seconds=200.0))
+        assert slowest < 2.0 and frames[-1]["time"] >= 55.0
+        assert all(not span["running"] for span in spans[-1:])
+        with pytest.raises(sv.ConfigError, match="closed"):
+            live.step()
+    finally:
+        libsumo.close()
+    assert (tmp_path / "kept" / "recording.sumocfg").is_file()
