@@ -42,7 +42,7 @@ def test_init_with_own_files_and_without_cars(tmp_path, capsys):
     arguments = ["--signals", tmp_path / "tls.xml", "--network", tmp_path / "net.net.xml"]
     target = tmp_path / "s.yaml"
     assert main([str(a) for a in ["init", tmp_path, *arguments, "-o", target]]) == 0
-    assert set(load_job(target).cameras) == {"overview", "corner", "flight"}
+    assert set(load_job(target).cameras) == {"overview", "corner", "walk", "flight"}
 
 
 def test_init_of_nobody(tmp_path, capsys):
