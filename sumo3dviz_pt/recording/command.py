@@ -182,10 +182,11 @@ def arguments(
     words += ["--fcd-output.signals", "true", "--precision", _DIGITS]
     # The configuration may thin its own log.
     words += ["--device.fcd.period", "0", "--no-step-log", "false", "--step-log.period", "10"]
-    for name, value in _TAKEN_BACK.items():
-        words += [f"--{name}", value] if name in settings.given else []
     words += [f"--{PEOPLE}", log] if PEOPLE in settings.given else []
-    return words + _whom(settings, order) + _where(settings, order, part) + _when(settings, order)
+    words += [*_whom(settings, order), *_where(settings, order, part), *_when(settings, order)]
+    # SUMO refuses an option that is given twice.
+    back = [name for name in _TAKEN_BACK if name in settings.given and f"--{name}" not in words]
+    return words + [word for name in back for word in (f"--{name}", _TAKEN_BACK[name])]
 
 
 def _whom(settings: SumoSettings, order: RecordOrder) -> list[str]:

@@ -21,7 +21,7 @@ from sumo3dviz_pt.sumo.fcd import read_trajectories
 NOT_RUN = {
     "demo": "the README's first command runs in CI",
     "doctor": "`--install` asks the system's package manager",
-    "view": "serves a page until it is stopped",
+    "view": "serves a page until it is stopped, or takes SUMO; tests/unit/exports, tests/viewer",
     "converge": "takes minutes; tests/film/test_converge.py",
     "record": "needs SUMO; tests/unit/recording",
     "import-sumo3dviz": "needs sumo3Dviz's files; tests/contract/test_manual_blocks.py",

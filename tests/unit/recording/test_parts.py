@@ -7,7 +7,14 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.motion import MARGIN
-from sumo3dviz_pt.recording.command import _when, edge_names, has_heights, read_settings
+from sumo3dviz_pt.recording.command import (
+    _TAKEN_BACK,
+    _when,
+    arguments,
+    edge_names,
+    has_heights,
+    read_settings,
+)
 from sumo3dviz_pt.recording.files import RecordOrder
 from sumo3dviz_pt.recording.run import join_steps, keep_near, pass_on
 from sumo3dviz_pt.sumo.fcd import read_trajectories
@@ -121,6 +128,19 @@ def test_sumo_is_told_late_times_to_the_millisecond(tmp_path):
     times = dict(zip(said[::2], map(float, said[1::2]), strict=True))
     assert times["--device.fcd.begin"] == order.start - MARGIN
     assert times["--end"] == order.end + MARGIN
+
+
+def test_sumo_is_told_every_option_once(tmp_path):
+    """SUMO refuses an option twice: a window, where the configuration had `device.fcd.begin`."""
+    options = "".join(f'<{name} value="1"/>' for name in _TAKEN_BACK)
+    path = tmp_path / "a.sumocfg"
+    path.write_text(f'<configuration><net-file value="n"/>{options}</configuration>')
+    settings = read_settings(path)
+    for follow in (None, "a"):
+        order = RecordOrder(tmp_path, start=50.0, end=60.0, follow=follow, seed=3)
+        words = arguments(settings, order, tmp_path, "p_")
+        names = [word for word in words if word.startswith("--")]
+        assert len(names) == len(set(names)), names
 
 
 def test_days_are_times_too(tmp_path):
