@@ -31,6 +31,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.pipeline.still import Still
 from sumo3dviz_pt.proposals.sumo3dviz import translate
 from sumo3dviz_pt.studies.run import StudyOrder
+from sumo3dviz_pt.viewer.choices import LiveChoices
 
 HOWTO = sorted((DOCS / "howto").glob("*.md"))
 OUR_NAMES = {
@@ -218,6 +219,8 @@ def check_call(node: ast.Call, func: ast.Attribute) -> None:
         taken |= set(Job.model_fields) | set(ScenarioSettings.model_fields)
     if func.attr in ("render", "frames"):
         taken |= set(Request.__slots__) | set(FilmOrder.__slots__) | set(StudyOrder.__slots__)
+    if func.attr == "LiveView":
+        taken |= set(LiveChoices.__slots__)
     given = {keyword.arg for keyword in node.keywords if keyword.arg is not None}
     assert given <= taken, ast.unparse(node)
 
