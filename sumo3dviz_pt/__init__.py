@@ -16,7 +16,7 @@ from sumo3dviz_pt.errors import (
     RenderError,
     Sumo3dvizError,
 )
-from sumo3dviz_pt.live_view import LiveView
+from sumo3dviz_pt.live_view import LiveView, Observer
 from sumo3dviz_pt.recording.recorder import Recorder
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "InputError",
     "InstallationError",
     "LiveView",
+    "Observer",
     "Recorder",
     "RenderError",
     "Scene",

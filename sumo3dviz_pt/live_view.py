@@ -14,6 +14,9 @@ from sumo3dviz_pt.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.job.settings import Job
+    from sumo3dviz_pt.pipeline.live import Live, Pixels
+    from sumo3dviz_pt.pipeline.reading import Ground
+    from sumo3dviz_pt.recording.live_log import LiveLog
 
 
 class LiveView:
@@ -131,6 +134,111 @@ class LiveView:
 
     def __repr__(self) -> str:
         return f"<LiveView at {self.address}>"
+
+
+class Observer:
+    """Pictures of somebody's simulation as it stands, such as observations of an agent.
+
+    It asks and changes nothing. The first picture builds the scene, which takes a while::
+
+        observer = sv.Observer(libsumo, scene="scene.yaml", camera="corner", size=(160, 90))
+        libsumo.simulationStep()
+        pixels = observer.render_array()
+
+    Everybody is where the last step has them. A simulation that begins anew is followed.
+
+    Args:
+        connection: The module `libsumo` or `traci`, or a connection of `traci`.
+        scene: A scene file, or a `Scene`, whose cameras and looks are used; its simulation is not.
+            None is a plain scene, seen from above.
+        camera: A name from its cameras; default the first one, or from above.
+        size: Width, height [px].
+        samples: Of a pixel.
+        variant: `llvm` or `cuda`.
+
+    Raises:
+        ConfigError: If there is no such camera, or a choice is wrong.
+        InputError: If a file of the simulation is wrong.
+    """
+
+    def __init__(
+        self,
+        connection: Any,
+        *,
+        scene: str | Path | Scene | None = None,
+        camera: str | None = None,
+        size: tuple[int, int] = (160, 90),
+        samples: int = 4,
+        variant: str = "llvm",
+    ) -> None:
+        from sumo3dviz_pt.job.errors import asked, made
+        from sumo3dviz_pt.job.values import Whole
+        from sumo3dviz_pt.pipeline.scene_file import camera_settings
+        from sumo3dviz_pt.recording.feeds import loop_ground
+        from sumo3dviz_pt.recording.recorder import StepReader, settings_of
+        from sumo3dviz_pt.viewer.choices import LiveChoices
+
+        wish = made(LiveChoices, {"size": size, "variant": variant, "delay": 0.0})
+        self._samples = max(asked(Whole, samples, key="samples"), 1)
+        job = _job_of(scene)
+        output = job.output.model_copy(update={"size": wish.size})
+        self._job, self._wish = job.model_copy(update={"output": output}), wish
+        named = camera is not None or bool(job.cameras)
+        self._camera = camera_settings(self._job, camera)[1] if named else None
+        self._ground = loop_ground(connection, self._job)
+        self._reader = StepReader(connection, settings_of(connection))
+        self._log = self._new_log()
+        self._live: Live | None = None
+
+    def render_array(self) -> Pixels:
+        """Return a picture of the last step, 8-bit sRGB, (h, w, 3).
+
+        Raises:
+            ConfigError: If the camera rides with somebody who is not there.
+        """
+        time = self._reader.time
+        if self._log.newest is not None and time < self._log.newest:
+            self._log = self._new_log()
+        if time != self._log.newest:
+            self._log.take([self._reader.read()])
+        ground = self._log.ground()
+        assert ground is not None, "a step was taken"
+        live = self._opened(ground)
+        view = live.home if self._camera is None else live.view_of(self._camera, time)
+        return live.picture(time, view, samples=self._samples)
+
+    def close(self) -> None:
+        """Give the renderer's memory back."""
+        if self._live is not None:
+            self._live.close()
+        self._live = None
+
+    def __enter__(self) -> Observer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _new_log(self) -> LiveLog:
+        """Return a window in which nothing is yet."""
+        from sumo3dviz_pt.recording.live_log import LiveLog
+
+        return LiveLog(self._job, self._ground, delay=0.0)
+
+    def _opened(self, ground: Ground) -> Live:
+        """Return the open scene with a window's traffic in it."""
+        from sumo3dviz_pt.pipeline.live import Live
+        from sumo3dviz_pt.pipeline.production import ready_renderer
+
+        live = self._live
+        if live is None:
+            ready_renderer(self._wish.variant)
+            wish = self._wish
+            live = Live(self._job, ground, size=wish.size, variant=wish.variant)
+        elif live.carry_on(live.carried_on(ground)):
+            live.rebuild()
+        self._live = live
+        return live
 
 
 def _job_of(scene: str | Path | Scene | None) -> Job:

@@ -23,7 +23,7 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import CameraSettings, Job
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.model.scene import FrameState, SceneData, View
 from sumo3dviz_pt.pipeline.films.orders import Pace
@@ -455,6 +455,19 @@ class Live:
         index, count = part
         seed = pass_seed(frame_seed(self.job.seed, time), number * count**2 + index)
         return self._renderer.glimpse(view, seed=seed, part=parts_of(count)[index])
+
+    def picture(self, time: float, view: View, *, samples: int) -> Pixels:
+        """Return a small picture without noise, 8-bit sRGB, (h, w, 3).
+
+        Args:
+            time: SUMO's [s].
+            view: The camera.
+            samples: Of a pixel.
+        """
+        self.show(self.frame_at(time, view))
+        seen = [self.glimpse(time, view, number=number) for number in range(samples)]
+        mean = merged(seen, lambda *each: np.mean(each, axis=0, dtype=np.float32))
+        return self.develop(mean, view, smooth=True)
 
     def develop(
         self, seen: Layers, view: View, *, extra: float = 0.0, smooth: bool = False

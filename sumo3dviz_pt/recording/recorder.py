@@ -64,16 +64,10 @@ class Recorder:
         for path in (*there, self.folder / SIGNALS, self.folder / EVENTS):
             path.unlink(missing_ok=True)
         self.folder.mkdir(parents=True, exist_ok=True)
-        self._connection = connection
         self._settings = settings_of(connection)
-        self._has = _Has.of(connection, self._settings)
+        self._reader = StepReader(connection, self._settings)
         self._log: IO[str] | None = _opened(self._part(LOG), "fcd-export")
         self._lights: IO[str] | None = None
-        self._states: dict[str, str] = {}
-        self._sideways: dict[str, float] = {}
-        if self._has.sublanes:
-            domain = connection.vehicle
-            self._sideways = {id_: domain.getLateralSpeed(id_) for id_ in domain.getIDList()}
         self._steps = 0
 
     def __enter__(self) -> Recorder:
@@ -99,53 +93,14 @@ class Recorder:
         """
         if self._log is None:
             raise ConfigError("the recording is closed; make a new Recorder")
-        connection = self._connection
-        # A connection's clock already shows the step to come.
-        time = connection.simulation.getTime() - connection.simulation.getDeltaT()
-        people, heights = connection.person, self._has.heights
-        rows = self._vehicles(connection.simulation.getDeltaT())
-        rows += [_person(people, id_, heights=heights) for id_ in people.getIDList()]
-        lights = tuple(self._changed_signals(time))
-        step = LoggedStep(f"{time:.3f}", tuple(rows), lights)
+        step = self._reader.read()
         self._log.write(step.text)
-        if lights and self._lights is None:
+        if step.lights and self._lights is None:
             self._lights = _opened(self._part(SIGNALS), "tlsStates")
         if self._lights is not None:
-            self._lights.writelines(lights)
+            self._lights.writelines(step.lights)
         self._steps += 1
         return step
-
-    def _vehicles(self, step: float) -> list[str]:
-        """Return the rows of all vehicles.
-
-        Args:
-            step: Length of a step [s].
-        """
-        domain, rows = self._connection.vehicle, []
-        ids = domain.getIDList()
-        before, self._sideways = self._sideways, {}
-        for id_ in ids:
-            more = {}
-            if self._has.sublanes:
-                speed = self._sideways[id_] = domain.getLateralSpeed(id_)
-                change = (speed - before.get(id_, 0.0)) / step
-                more = {"accelerationLat": f"{change:.3f}"}
-            rows.append(_vehicle(domain, id_, more, heights=self._has.heights))
-        return rows
-
-    def _changed_signals(self, time: float) -> Iterator[str]:
-        """Yield the lines of the signals that have changed."""
-        lights = self._connection.trafficlight
-        for id_ in lights.getIDList():
-            state = lights.getRedYellowGreenState(id_)
-            if self._states.get(id_) == state:
-                continue
-            self._states[id_] = state
-            phase, program = lights.getPhase(id_), lights.getProgram(id_)
-            yield (
-                f'<tlsState time="{time:.3f}" id={quoteattr(id_)} programID={quoteattr(program)}'
-                f' phase="{phase}" state="{state}"/>\n'
-            )
 
     def close(self) -> Path:
         """Finish the recording.
@@ -190,6 +145,70 @@ class Recorder:
     def _part(self, name: str) -> Path:
         """Return where a file is written until it is whole."""
         return self.folder / f"{name}.part"
+
+
+class StepReader:
+    """Asks a simulation who is where, after every step; it changes nothing.
+
+    Args:
+        connection: The module `libsumo` or `traci`, or a connection of `traci`.
+        settings: The simulation's inputs.
+    """
+
+    def __init__(self, connection: Any, settings: SumoSettings) -> None:
+        self._connection = connection
+        self._has = _Has.of(connection, settings)
+        self._states: dict[str, str] = {}
+        self._sideways: dict[str, float] = {}
+        if self._has.sublanes:
+            domain = connection.vehicle
+            self._sideways = {id_: domain.getLateralSpeed(id_) for id_ in domain.getIDList()}
+
+    @property
+    def time(self) -> float:
+        """Time of the last step [s]."""
+        # A connection's clock already shows the step to come.
+        clock = self._connection.simulation
+        return float(clock.getTime() - clock.getDeltaT())
+
+    def read(self) -> LoggedStep:
+        """Return who is where now, and signals that have changed, as lines of the logs."""
+        people, heights, time = self._connection.person, self._has.heights, self.time
+        rows = self._vehicles(self._connection.simulation.getDeltaT())
+        rows += [_person(people, id_, heights=heights) for id_ in people.getIDList()]
+        return LoggedStep(f"{time:.3f}", tuple(rows), tuple(self._changed_signals(time)))
+
+    def _vehicles(self, step: float) -> list[str]:
+        """Return the rows of all vehicles.
+
+        Args:
+            step: Length of a step [s].
+        """
+        domain, rows = self._connection.vehicle, []
+        ids = domain.getIDList()
+        before, self._sideways = self._sideways, {}
+        for id_ in ids:
+            more = {}
+            if self._has.sublanes:
+                speed = self._sideways[id_] = domain.getLateralSpeed(id_)
+                change = (speed - before.get(id_, 0.0)) / step
+                more = {"accelerationLat": f"{change:.3f}"}
+            rows.append(_vehicle(domain, id_, more, heights=self._has.heights))
+        return rows
+
+    def _changed_signals(self, time: float) -> Iterator[str]:
+        """Yield the lines of the signals that have changed."""
+        lights = self._connection.trafficlight
+        for id_ in lights.getIDList():
+            state = lights.getRedYellowGreenState(id_)
+            if self._states.get(id_) == state:
+                continue
+            self._states[id_] = state
+            phase, program = lights.getPhase(id_), lights.getProgram(id_)
+            yield (
+                f'<tlsState time="{time:.3f}" id={quoteattr(id_)} programID={quoteattr(program)}'
+                f' phase="{phase}" state="{state}"/>\n'
+            )
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,3 +105,26 @@ def test_a_loop_is_shown_while_it_runs_and_never_waits(city, tmp_path):
     finally:
         libsumo.close()
     assert (tmp_path / "kept" / "recording.sumocfg").is_file()
+
+
+def test_an_observer_sees_the_last_step_and_follows_a_new_episode(city):
+    libsumo = package("libsumo", "needs the extra sumo")
+    options = ["-c", str(city), "--no-warnings", "true"]
+    libsumo.start(["sumo", *options])
+    try:
+        with sv.Observer(libsumo, size=(64, 36), samples=2) as observer:
+            first = []
+            for _ in range(8):
+                libsumo.simulationStep()
+                first.append(observer.render_array())
+            assert first[0].shape == (36, 64, 3) and first[0].dtype == "uint8"
+            assert (first[0] != first[-1]).any(), "somebody moves"
+            assert (observer.render_array() == first[-1]).all(), "a step has one picture"
+            libsumo.load(options)
+            for known in first:
+                libsumo.simulationStep()
+                assert (observer.render_array() == known).all(), "one seed gives one day"
+        with pytest.raises(sv.ConfigError, match="nowhere"):
+            sv.Observer(libsumo, camera="nowhere")
+    finally:
+        libsumo.close()
