@@ -275,7 +275,7 @@ def scene_text(
     *,
     output: Path,
     misfit: bool = False,
-    heights: Path | None = None,
+    land: LandFiles = LandFiles(),  # noqa: B008 - frozen
 ) -> str:
     """Return the scene file.
 
@@ -285,7 +285,7 @@ def scene_text(
         proposal: The choices.
         output: Where the scene file will lie; paths in it are relative to that.
         misfit: Whether a log that seems wrong is taken.
-        heights: The land's, if they are used.
+        land: What tells what the land is like.
     """
     traffic, look = scenario.traffic, proposal.template
     lines = [
@@ -303,9 +303,7 @@ def scene_text(
         f" {', '.join(catalog.template_names('quality'))}",
         "# sky: {preset: sky_blue}       # or:",
         f'# sky: {{sun: {{date: 2026-06-21, time: "17:30", place: {_here(scenario)}}}}}',
-        "# ground: {texture: ground_grass}"
-        if heights is None
-        else f"ground: {{heights: {_quoted_path(heights, output.parent)}}}",
+        _ground_line(land, output.parent),
         *_town_lines(scenario),
         *type_lines(scenario.guesses),
         *_place_lines(proposal.spot),
@@ -318,6 +316,13 @@ def scene_text(
         f"output: {{size: {list(default('output.size'))}, fps: {default('output.fps')}}}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _ground_line(land: LandFiles, folder: Path) -> str:
+    """Say what the land is like."""
+    files = {"heights": land.heights, "picture": land.picture}
+    said = [f"{key}: {_quoted_path(file, folder)}" for key, file in files.items() if file]
+    return f"ground: {{{', '.join(said)}}}" if said else "# ground: {texture: ground_grass}"
 
 
 def _town_lines(scenario: Scenario) -> list[str]:
@@ -501,6 +506,7 @@ def propose(
     """
     from sumo3dviz_pt.motion.breaches import lawfulness_of
     from sumo3dviz_pt.sumo import find_scenario, read_scenario, with_use
+    from sumo3dviz_pt.sumo.land.pictures import view_with_picture
 
     announce(Doing.READ)
     if template is not None:
@@ -515,7 +521,8 @@ def propose(
     )
     # Scene files read types from additional files, too.
     typed = replace(files, vehicle_types=files.vehicle_types + files.additional)
-    choices = LogChoices(own.allow_misfit, land=LandFiles(heights))
+    land = LandFiles(heights, view_with_picture(scenario))
+    choices = LogChoices(own.allow_misfit, land=land)
     content = with_use(read_scenario(typed, choices=choices))
     announce(Doing.SCOUT)
     proposal = _proposal(content, template)
@@ -523,9 +530,7 @@ def propose(
     notes = [f"missing, and done without: {path}" for path in files.missing]
     drawn = lawfulness_of(content).text
     notes += [*guess_notes(content.guesses), *([drawn] if drawn else []), *_notes(proposal)]
-    text = scene_text(
-        files, content, proposal, output=output, misfit=own.allow_misfit, heights=heights
-    )
+    text = scene_text(files, content, proposal, output=output, misfit=own.allow_misfit, land=land)
     return text, notes
 
 

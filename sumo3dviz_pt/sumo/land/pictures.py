@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,9 @@ from sumo3dviz_pt.files.atomic import make_room, read_folder, write_folder
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import GroundPicture, Location, Network
 from sumo3dviz_pt.model.traffic import LandFiles
+from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS
 from sumo3dviz_pt.sumo.land.rasters import placing_of, way_to, world_file
-from sumo3dviz_pt.sumo.stream import may_be_xml, read_elements
+from sumo3dviz_pt.sumo.stream import may_be_xml, read_elements, root_of
 
 _SIDE = 8192  # pixels of a picture's side, at most
 _AROUND = 1500.0  # land that is kept around a network [m]
@@ -52,6 +54,33 @@ def picture_of(land: LandFiles, network: Network) -> GroundPicture | None:
         return GroundPicture(_kept(file, (x0, y0, x1, y1), None, location), (x0, y0, x1, y1))
     box = _box_around(network)
     return GroundPicture(_kept(file, box, box, location), box)
+
+
+def view_with_picture(place: Path) -> Path | None:
+    """Return view settings of SUMO that lay a picture on the land; None where none do.
+
+    Args:
+        place: A .sumocfg, which may name them, or a folder in which they, or it, may lie.
+    """
+    if place.is_dir():
+        found = [file for file in sorted(place.glob("*.xml")) if root_of(file) == "viewsettings"]
+        found += [own for each in sorted(place.glob("*.sumocfg")) for own in _views_of(each)]
+    else:
+        found = _views_of(place)
+    for file in found:
+        with suppress(InputError):
+            if _decal(file)[0].is_file():
+                return file
+    return None
+
+
+def _views_of(configuration: Path) -> list[Path]:
+    """Return the view settings that a configuration of SUMO names."""
+    if root_of(configuration) not in CONFIGURATION_ROOTS:
+        return []
+    elements = read_elements(configuration, root=(), what="a configuration of SUMO")
+    named = [each.text("value", "") for each in elements if each.tag == "gui-settings-file"]
+    return [configuration.parent / name for name in named if name]
 
 
 def _decal(file: Path) -> tuple[Path, tuple[tuple[float, float], tuple[float, float]]]:

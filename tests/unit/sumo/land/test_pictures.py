@@ -117,3 +117,21 @@ def test_none_and_damaged(tmp_path: Path) -> None:
         picture_of(LandFiles(None, file, ((0.0, 0.0), (1.0, 1.0))), network())
     with pytest.raises(InputError, match="does not exist"):
         picture_of(LandFiles(None, tmp_path / "b.png", ((0.0, 0.0), (1.0, 1.0))), network())
+
+
+@pytest.mark.parametrize("inside", [False, True], ids=["named", "in a folder"])
+def test_view_settings_with_a_picture_are_found(tmp_path, inside):
+    from sumo3dviz_pt.sumo.land.pictures import view_with_picture
+
+    configuration, view = tmp_path / "a.sumocfg", tmp_path / "view.xml"
+    option = '<gui_only><gui-settings-file value="view.xml"/></gui_only>'
+    configuration.write_text(f"<configuration>{'' if inside else option}</configuration>")
+    place = tmp_path if inside else configuration
+    assert view_with_picture(place) is None, "there are none"
+    view.write_text('<viewsettings><decal file="aerial.png" rotation="3"/></viewsettings>')
+    Image.new("RGB", (4, 4)).save(tmp_path / "aerial.png")
+    assert view_with_picture(place) is None, "turned ones cannot be laid"
+    view.write_text('<viewsettings><decal file="aerial.png"/></viewsettings>')
+    assert view_with_picture(place) == view
+    (tmp_path / "aerial.png").unlink()
+    assert view_with_picture(place) is None, "their picture is missing"
