@@ -251,6 +251,8 @@ class Network:
         location: Its place on the Earth.
         left_hand: True where traffic keeps left.
         heights: Of the land, where they are known.
+        raised_by: How far roads with heights above the land were raised onto it, and so are road
+            users whose log has heights; None where they were not.
         picture: Of the land from above, if there is one.
         lanes: By id, of every edge.
     """
@@ -261,6 +263,7 @@ class Network:
     location: Location
     left_hand: bool = False
     heights: Heights | None = None
+    raised_by: Heights | None = None
     picture: GroundPicture | None = None
     lanes: Mapping[str, Lane] = field(init=False)
 

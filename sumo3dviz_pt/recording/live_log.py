@@ -37,7 +37,7 @@ from sumo3dviz_pt.sumo.guesses import TypesOfUsers
 from sumo3dviz_pt.sumo.plausibility.log import changed_types
 from sumo3dviz_pt.sumo.reader import LogReader
 from sumo3dviz_pt.sumo.rows import COLUMNS, RowsOfUsers, build_traces
-from sumo3dviz_pt.sumo.scenario import with_heights
+from sumo3dviz_pt.sumo.scenario import on_land_of
 from sumo3dviz_pt.sumo.types import read_vehicle_types
 from sumo3dviz_pt.sumo.values import parse_time
 
@@ -178,7 +178,7 @@ class LiveLog:
         rows = {key: array("d", buffer) for key, buffer in self._rows.items()}
         traces, types = self._types.typed(build_traces(rows))
         log = TrafficLog(
-            traces=with_heights(traces, base.network),
+            traces=on_land_of(traces, base.network),
             lane_names=tuple(self._lanes),
             begin=self._steps[0],
             end=self.newest,

@@ -43,7 +43,7 @@ from sumo3dviz_pt.sumo.belonging import (
 from sumo3dviz_pt.sumo.coupling import coupled
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.guesses import TypesOfUsers
-from sumo3dviz_pt.sumo.land.heights import on_land
+from sumo3dviz_pt.sumo.land.heights import lifted, on_land
 from sumo3dviz_pt.sumo.land.pictures import picture_of
 from sumo3dviz_pt.sumo.network import network_of
 from sumo3dviz_pt.sumo.plausibility.log import findings
@@ -52,6 +52,19 @@ from sumo3dviz_pt.sumo.types import TYPE_OF_KIND, read_vehicle_types
 
 _SPACING = 2.0
 """Distance between the points that stand for a lane [m]."""
+
+
+def on_land_of(traces: tuple[Trace, ...], network: Network) -> tuple[Trace, ...]:
+    """Put traces as they were read onto roads that may have been raised onto the land.
+
+    Args:
+        traces: Their heights, if they have any, are those of the network's file.
+        network: The roads.
+    """
+    if network.raised_by is None or not any(trace.positions[:, 2].any() for trace in traces):
+        return with_heights(traces, network)
+    land = network.raised_by
+    return tuple(replace(trace, positions=lifted(trace.positions, land)) for trace in traces)
 
 
 def with_heights(traces: tuple[Trace, ...], network: Network) -> tuple[Trace, ...]:
@@ -147,7 +160,7 @@ def read_scenario(
         location=network.location,
     )
     if network.heights is not None:
-        log = replace(log, traces=with_heights(log.traces, network))
+        log = replace(log, traces=on_land_of(log.traces, network))
     if not paved:  # a network that was made of the log fits it
         with _doubts(allow=not doubted):
             _check_log(log, network, files)

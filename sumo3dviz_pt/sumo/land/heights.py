@@ -1,8 +1,10 @@
 """Reads the land's heights, and puts roads on them that have none.
 
 Height models are GeoTIFF, ESRI's ASCII grids, or tiles of SRTM (.hgt). They become a grid in the
-network's coordinates. Roads without z follow them, smoothed until one can drive there; roads with
-z keep it, and the land meets them in slopes.
+network's coordinates. Roads without z follow them, smoothed until one can drive there. Where z are
+heights above the land, as netconvert makes them of the layers of bridges, roads follow it as well
+and keep them. Roads with other z keep these, and the land meets them in slopes; a model that counts
+from another zero than they do is shifted.
 
 References:
     GeoTIFF's vertical units: OGC 19-008r4, EPSG's codes. No data: GDAL's tag 42113.
@@ -37,6 +39,8 @@ _POINTS = 6.0  # distance of points along roads that follow the land [m]
 _SMOOTH = 12.0  # spread of the mean of heights that roads follow, at first [m]
 _SMOOTHEST = 80.0
 _STEEP = 0.12  # grade that roads keep below, but for one place in a hundred
+_LEVEL = 0.3  # share of roads at z = 0 from which on z are heights above the land
+_OTHER_ZERO = 20.0  # median height of the land above roads from which on it counts otherwise [m]
 _LEAST = 0.5  # share of a network that must lie on known heights
 
 _FEET = {9002: 0.3048, 9003: 1200 / 3937}
@@ -83,8 +87,10 @@ def _on_land(network: Network, file: Path, changed: int) -> Network:
             f" {x:.0f}, {y:.0f}); name the height model of this place",
             file=file,
         )
-    if lanes[:, 2].any():
-        return replace(network, heights=heights)
+    above = float(np.median(heights.at(lanes[covered]) - lanes[covered, 2]))
+    level = float((np.abs(lanes[:, 2]) < 0.01).mean())
+    if level < _LEVEL or (level < 1.0 and abs(above) < 1.0):
+        return replace(network, heights=_counted_alike(heights, above, file))
     base = float(np.floor(np.nanmin(heights.at(lanes[covered]))))
     heights = replace(heights, values=heights.values - base)
     smooth, spread, grade = _drivable(heights, network)
@@ -94,7 +100,26 @@ def _on_land(network: Network, file: Path, changed: int) -> Network:
         *(file, spread, base, 100 * grade),
         extra={"once": f"heights of {file}"},
     )
-    return replace(_raised(network, smooth), heights=heights)
+    raised = replace(_raised(network, smooth), heights=heights)
+    return raised if level == 1.0 else replace(raised, raised_by=smooth)
+
+
+def _counted_alike(heights: Heights, above: float, file: Path) -> Heights:
+    """Return heights that are counted from the same zero as those of roads.
+
+    Args:
+        heights: The land's.
+        above: Their median above the roads [m].
+        file: Of the model, for the note.
+    """
+    if abs(above) < _OTHER_ZERO:
+        return heights
+    logger.warning(
+        "%s: its heights are counted from another zero than the network's z: %.1f m are taken off",
+        *(file, above),
+        extra={"once": f"zero of {file}"},
+    )
+    return replace(heights, values=heights.values - above)
 
 
 def _drivable(heights: Heights, network: Network) -> tuple[Heights, float, float]:
@@ -111,7 +136,7 @@ def _drivable(heights: Heights, network: Network) -> tuple[Heights, float, float
 
 def _grades(shape: Floats, heights: Heights) -> Floats:
     """Return the slopes along a line on the land, without sign."""
-    points = _followed(shape, heights)
+    points = _followed(shape * [1.0, 1.0, 0.0], heights)
     lengths = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
     rises = np.abs(np.diff(points[:, 2]))
     return np.asarray(rises[lengths > 0.5] / lengths[lengths > 0.5])
@@ -136,7 +161,7 @@ def _followed(shape: Floats, heights: Heights) -> Floats:
     points = points[np.argsort(along, kind="stable")]
     apart = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1) > 0.05
     points = points[np.concatenate([[True], apart])]
-    return _lifted(points, heights)
+    return lifted(points, heights)
 
 
 def _place_along(shape: Floats, points: Floats) -> Floats:
@@ -147,22 +172,27 @@ def _place_along(shape: Floats, points: Floats) -> Floats:
     return np.concatenate([own, np.linspace(0.0, own[-1], rest)])
 
 
-def _lifted(points: Floats, heights: Heights) -> Floats:
-    """Return points at the land's height; those where it is not known at that of the nearest."""
+def lifted(points: Floats, heights: Heights) -> Floats:
+    """Return points above the land; where it is not known, above the nearest that is.
+
+    Args:
+        points: Their z are heights above it, (n, 3) [m].
+        heights: The land's.
+    """
     z = heights.at(points)
     known = np.isfinite(z)
     if not known.all():
         at = np.arange(len(z))
         z = np.interp(at, at[known], z[known]) if known.any() else np.zeros(len(z))
-    return frozen(np.column_stack([points[:, :2], z]))
+    return frozen(np.column_stack([points[:, :2], points[:, 2] + z]))
 
 
 def _raised(network: Network, heights: Heights) -> Network:
     """Return a network whose roads follow the land."""
 
     def lane(own: Lane, *, line: bool) -> Lane:
-        shape = _followed(own.shape, heights) if line else _lifted(own.shape, heights)
-        outline = None if own.outline is None else _lifted(own.outline, heights)
+        shape = _followed(own.shape, heights) if line else lifted(own.shape, heights)
+        outline = None if own.outline is None else lifted(own.outline, heights)
         return replace(own, shape=shape, outline=outline)
 
     def edge(own: Edge) -> Edge:
@@ -170,8 +200,8 @@ def _raised(network: Network, heights: Heights) -> Network:
         return replace(own, lanes=tuple(lane(each, line=line) for each in own.lanes))
 
     def junction(own: Junction) -> Junction:
-        outline = _lifted(own.outline, heights) if len(own.outline) else own.outline
-        return replace(own, outline=outline, position=_lifted(own.position[None], heights)[0])
+        outline = lifted(own.outline, heights) if len(own.outline) else own.outline
+        return replace(own, outline=outline, position=lifted(own.position[None], heights)[0])
 
     return replace(
         network,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,11 @@ from PIL import Image, TiffImagePlugin
 from real_land import OFFSET, UTM, hill, network
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.network import Heights
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Heights, Network
+from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.sumo.land.heights import on_land
+from sumo3dviz_pt.sumo.scenario import on_land_of
 
 
 def geotiff(file: Path, *, shift: tuple[float, float], system: dict[int, int], step: float) -> Path:
@@ -101,7 +105,7 @@ def test_roads_with_heights_keep_them(tmp_path: Path) -> None:
     assert raised.lanes is not own.lanes
     for name, lane in raised.lanes.items():
         np.testing.assert_array_equal(lane.shape, own.lanes[name].shape)
-    assert raised.heights is not None and raised.heights.at([[300.0, 250.0]])[0] > 500.0
+    assert raised.heights is not None and abs(raised.heights.at([[300.0, 250.0]])[0] - 7.0) < 15.0
 
 
 def test_a_cliff_becomes_a_grade_that_one_can_drive(tmp_path: Path) -> None:
@@ -160,3 +164,58 @@ def test_heights_are_bilinear_and_end() -> None:
     np.testing.assert_allclose(grid.at([[10, 20], [12, 25], [11, 22.5]]), [0.0, 12.0, 6.0])
     assert np.isnan(grid.at([[9.9, 20.0], [11.0, 25.1]])).all()
     np.testing.assert_allclose(grid.share([[11.0, 22.5], [0.0, 0.0]], fade=2.0), [0.5, 0.0])
+
+
+def stacked() -> Network:
+    """Return the two streets, one of which crosses 6 m above the other."""
+    flat = network()
+    lane = flat.edges["north"].lanes[0]
+    y = np.array([0.0, 100.0, 160.0, 240.0, 300.0, 500.0])
+    shape = np.column_stack([np.full(6, 300.0), y, [0.0, 0.0, 6.0, 6.0, 0.0, 0.0]])
+    north = replace(flat.edges["north"], lanes=(replace(lane, shape=shape),))
+    return replace(flat, edges={**flat.edges, "north": north}, junctions={})
+
+
+def trace(places: Floats) -> Trace:
+    """Return somebody who was at places."""
+    count = len(places)
+    zeros, unknown = np.zeros(count), np.full(count, -1)
+    times = np.arange(float(count))
+    return Trace("a", "vehicle", "", times, places, zeros, zeros, zeros, unknown, unknown)
+
+
+def test_bridges_by_layers_stand_above_the_land(tmp_path: Path) -> None:
+    """netconvert makes z of layers: on a model of 500 m, all roads lay 500 m below the land."""
+    file = LOCAL["GeoTIFF"](tmp_path)
+    raised = on_land(stacked(), file)
+    base = np.floor(hill(*np.array([[0.0, 200.0], [300.0, 0.0]]).T).min())
+    for lane in raised.lanes.values():
+        x, y, z = lane.shape.T
+        bridge = np.interp(y, [100.0, 160.0, 240.0, 300.0], [0.0, 6.0, 6.0, 0.0], left=0, right=0)
+        own = bridge if lane.id == "north_0" else 0.0
+        np.testing.assert_allclose(z, hill(x, y) - base + own, atol=0.05)
+    above = np.array([[300.0, 200.0, 6.0], [300.0, 50.0, 0.0]])
+    below = np.array([[300.0, 200.0, 0.0]])
+    traces = tuple(map(trace, (above, below)))
+    for own, made in zip((above, below), on_land_of(traces, raised), strict=True):
+        expected = hill(*own[:, :2].T) - base + own[:, 2]
+        np.testing.assert_allclose(made.positions[:, 2], expected, atol=0.05)
+
+
+def test_another_zero_is_said_and_taken_off(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Heights above the ellipsoid and above the sea differ by up to 100 m."""
+    flat = network()
+    lanes = {name: edge.lanes[0] for name, edge in flat.edges.items()}
+    edges = {}
+    for name, lane in lanes.items():
+        z = hill(*lane.shape[:, :2].T) - 48.0
+        shape = np.column_stack([lane.shape[:, :2], z])
+        edges[name] = replace(flat.edges[name], lanes=(replace(lane, shape=shape),))
+    own = replace(flat, edges=edges, junctions={})
+    made = on_land(own, LOCAL["GeoTIFF"](tmp_path))
+    assert made.lanes == own.lanes and "another zero" in caplog.text
+    assert made.heights is not None
+    for lane in own.lanes.values():
+        np.testing.assert_allclose(made.heights.at(lane.shape), lane.shape[:, 2], atol=0.1)
