@@ -130,7 +130,9 @@ def _list_type(parts: tuple[Any, ...]) -> str:
     """A tuple's type in words."""
     if parts[-1] is Ellipsis:
         return f"list of {_type(parts[0])}"
-    return f"list of {len(parts)} {_type(parts[0])}s"
+    return (
+        f"list of {len(parts)} {_type(parts[0]).replace('list of', 'lists of').removesuffix('s')}s"
+    )
 
 
 def _any_of(parts: tuple[Any, ...]) -> str:
@@ -276,7 +278,7 @@ def _argument(action: argparse.Action) -> str:
     name = ", ".join(action.option_strings) or str(value)
     default = action.default
     shown = "" if default in (None, False, argparse.SUPPRESS) or default == [] else f"`{default}`"
-    if action.required:
+    if action.required and action.nargs != "*":
         shown = "(required)"
     if isinstance(default, tuple) and default:
         shown = f"`{'x'.join(map(str, default))}`"
