@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -137,6 +137,9 @@ def export(job: Job, order: ExportOrder, *, title: str = "") -> ExportedScene:
             part.write_bytes(gltf(scene))
     else:
         _write_usd(scene, order)
+        if scene.walks:
+            glides = "who walks keeps one pose in USD, and glides; .glb has all of them"
+            scene = replace(scene, notes=(*scene.notes, glides))
     return scene
 
 

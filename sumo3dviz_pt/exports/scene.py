@@ -143,6 +143,13 @@ class ExportedScene:
     notes: tuple[str, ...] = ()
 
     @property
+    def walks(self) -> bool:
+        """Whether somebody takes more than one pose."""
+        return any(
+            thing.track is not None and thing.track.weights is not None for thing in self.things
+        )
+
+    @property
     def triangles(self) -> int:
         """Of everything, as often as it is shown."""
 
@@ -170,7 +177,7 @@ def exported(job: Job, times: Floats) -> ExportedScene:
     ground = Ground.of(job, begin=float(times[0]), end=float(times[-1]))
     announce(Doing.BUILD)
     shot = roam_around(job, ground, frames=times)
-    cameras = tuple(_cameras(job, ground, shot, times))
+    cameras, notes = _cameras(job, ground, shot, times)
     assert shot.places is not None
     origin = np.round(shot.places.mean(axis=0) / ORIGIN_GRID) * ORIGIN_GRID
     origin[2] = 0.0
@@ -184,27 +191,33 @@ def exported(job: Job, times: Floats) -> ExportedScene:
     sun = shot.data.sky.sun_direction
     if sun is not None and (shot.dark or sun[2] <= 0.0):
         sun = None
-    notes = [f"left out {item.what}: {item.why}" for item in shot.data.left_out if item.surprising]
-    notes += moving.notes
+    left = [item for item in shot.data.left_out if item.surprising]
+    notes += [*(f"left out {item.what}: {item.why}" for item in left), *moving.notes]
     return ExportedScene(
         origin, times, things, cameras, sun, job.output.size, shot.dark, tuple(notes)
     )
 
 
-def _cameras(job: Job, ground: Ground, shot: Shot, times: Floats) -> Iterator[ExportedCamera]:
-    """Yield those cameras that see through a plain lens, while whom they ride with is there."""
+def _cameras(
+    job: Job, ground: Ground, shot: Shot, times: Floats
+) -> tuple[list[ExportedCamera], list[str]]:
+    """Return the cameras that other tools have, too, and why others are left out."""
     from sumo3dviz_pt.shot.picking import camera_view
 
-    left_hand = ground.scenario.network.left_hand
+    left_hand, cameras, notes = ground.scenario.network.left_hand, [], []
     for name, settings in job.cameras.items():
         try:
             views = [camera_view(shot, settings, float(t), left_hand=left_hand) for t in times]
-        except ConfigError:  # whom it rides with is not there all the time
+        except ConfigError:
+            notes.append(f"left out camera {name}: whom it rides with is not there all the time")
             continue
-        if views[0].lens.is_pinhole:
-            matrices = np.stack([view.world_from_camera.matrix for view in views])
-            slope = views[0].lens.edges(job.output.size[1] / job.output.size[0])[0]
-            yield ExportedCamera(name, matrices, slope, views[0].rides_in or "")
+        if not views[0].lens.is_pinhole:
+            notes.append(f"left out camera {name}: its lens is no plain perspective")
+            continue
+        slope = views[0].lens.edges(job.output.size[1] / job.output.size[0])[0]
+        matrices = np.stack([view.world_from_camera.matrix for view in views])
+        cameras.append(ExportedCamera(name, matrices, slope, views[0].rides_in or ""))
+    return cameras, notes
 
 
 # What stands --------------------------------------------------------------------------------
