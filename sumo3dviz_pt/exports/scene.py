@@ -177,7 +177,7 @@ def exported(job: Job, times: Floats) -> ExportedScene:
     ground = Ground.of(job, begin=float(times[0]), end=float(times[-1]))
     announce(Doing.BUILD)
     shot = roam_around(job, ground, frames=times)
-    cameras, notes = _cameras(job, ground, shot, times)
+    found, notes = _cameras(job, ground, shot, times)
     assert shot.places is not None
     origin = np.round(shot.places.mean(axis=0) / ORIGIN_GRID) * ORIGIN_GRID
     origin[2] = 0.0
@@ -194,7 +194,7 @@ def exported(job: Job, times: Floats) -> ExportedScene:
     left = [item for item in shot.data.left_out if item.surprising]
     notes += [*(f"left out {item.what}: {item.why}" for item in left), *moving.notes]
     return ExportedScene(
-        origin, times, things, cameras, sun, job.output.size, shot.dark, tuple(notes)
+        origin, times, things, tuple(found), sun, job.output.size, shot.dark, tuple(notes)
     )
 
 
