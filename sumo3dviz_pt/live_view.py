@@ -90,7 +90,7 @@ class LiveView:
             self._failure = error
 
     def step(self) -> None:
-        """Show and keep who is where now; call it after every `simulationStep()`.
+        """Show and keep where everybody is now; call it after every `simulationStep()`.
 
         Raises:
             ConfigError: If it was closed, or finished.
@@ -194,7 +194,7 @@ class Observer:
         """Return a picture of the last step, 8-bit sRGB, (h, w, 3).
 
         Raises:
-            ConfigError: If the camera rides with somebody who is not there.
+            ConfigError: If the road user that the camera rides with is not there.
         """
         time = self._reader.time
         if self._log.newest is not None and time < self._log.newest:

@@ -17,13 +17,16 @@ import json
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sumo3dviz_pt.exports.looks import Geometry, Look, picture_of
 from sumo3dviz_pt.exports.scene import Exported, ExportedCamera, ExportedScene, Track
 from sumo3dviz_pt.model.geometry import Floats
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 _TYPES = {np.dtype("<f4"): 5126, np.dtype("<u4"): 5125, np.dtype("<u2"): 5123, np.dtype("i1"): 5120}
 _SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
@@ -231,7 +234,6 @@ class _Writer:
     def _place(self, number: int, entry: dict[str, Any], track: Track) -> None:
         """Say where a node is, and how it moves."""
         places, turns, sizes = quaternions(track.matrices)
-        # Fewer bits do nothing that is seen: float32 is a millimetre within the reach.
         entry |= {
             "translation": places[0].tolist(),
             "rotation": turns[0].tolist(),
@@ -270,21 +272,15 @@ class _Writer:
         seen = self.add(
             "cameras", {"type": "perspective", "name": camera.name, "perspective": lens}
         )
-        matrices = camera.matrices.copy()
-        matrices[:, :3, 3] -= self.scene.origin
-        turned = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-        matrices[:, :3, :3] = matrices[:, :3, :3] @ turned
+        matrices = camera.placed(self.scene.origin)
         extras = {"camera": camera.name, "rides": camera.rides}
         entry: dict[str, Any] = {"name": f"camera {camera.name}", "camera": seen, "extras": extras}
         number = self.add("nodes", entry)
         self._place(number, entry, Track(matrices, np.ones(1, dtype=np.bool_)))
         return number
 
-    def sun(self, direction: Floats) -> int:
+    def sun(self, turn: Rotation) -> int:
         """Add the sun; lights shine along -z."""
-        from scipy.spatial.transform import Rotation
-
-        turn, _ = Rotation.align_vectors(direction[None], np.array([[0.0, 0.0, 1.0]]))
         self.extensions.add("KHR_lights_punctual")
         entry = {
             "name": "sun",
@@ -298,8 +294,9 @@ class _Writer:
         scene = self.scene
         inner = [self.node(thing) for thing in scene.things]
         inner += [self.camera(camera) for camera in scene.cameras]
-        if scene.sun is not None:
-            inner.append(self.sun(scene.sun))
+        turn = scene.sun_turn
+        if turn is not None:
+            inner.append(self.sun(turn))
         root = self.add(
             "nodes",
             {

@@ -112,6 +112,7 @@ def picture_of(path: Path) -> Picture:
     """
     from PIL import Image as Pictures
 
+    from sumo3dviz_pt.image.tonemap import srgb_encoded
     from sumo3dviz_pt.library.pictures import read_linear
 
     if path.suffix.lower() in {".exr", ".hdr"}:
@@ -126,8 +127,7 @@ def picture_of(path: Path) -> Picture:
             linear = table[np.asarray(shrunk)]
     white = max(float(np.percentile(linear.max(axis=2), _BRIGHT)), 1e-3)
     values = np.clip(linear / white, 0.0, 1.0)
-    encoded = np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
-    return Picture(np.round(255.0 * encoded).astype(np.uint8), white)
+    return Picture(np.round(255.0 * srgb_encoded(values)).astype(np.uint8), white)
 
 
 def pieces_of(part: Part, bsdf: Bsdf, poses: Sequence[Floats] = ()) -> list[Piece]:

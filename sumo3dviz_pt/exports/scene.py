@@ -32,6 +32,8 @@ from sumo3dviz_pt.model.scene import (
 )
 
 if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
     from sumo3dviz_pt.pipeline.reading import Ground
     from sumo3dviz_pt.shot.build import Shot
 
@@ -46,6 +48,7 @@ _WHITEST = 0.85
 _GLOW = 6.0  # brightest channel of a lamp that shines, against a sunlit white wall
 _PANE_GLOW = 1.5  # of what shines all the time, such as lit windows
 _CORNERS = 12  # of a vehicle's lamp
+_FROM_CAMERA = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 _LENS = Look(colour=(0.03, 0.03, 0.03), roughness=0.12)
 
 
@@ -117,6 +120,13 @@ class ExportedCamera:
     slope: float
     rides: str = ""
 
+    def placed(self, origin: Floats) -> Floats:
+        """Return where it is as other tools say it: cameras look along -z with +y up, (t, 4, 4)."""
+        matrices = self.matrices.copy()
+        matrices[:, :3, 3] -= origin
+        matrices[:, :3, :3] = matrices[:, :3, :3] @ _FROM_CAMERA
+        return matrices
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportedScene:
@@ -141,6 +151,16 @@ class ExportedScene:
     size: tuple[int, int]
     dark: bool = False
     notes: tuple[str, ...] = ()
+
+    @property
+    def sun_turn(self) -> Rotation | None:
+        """How a light is turned that shines along -z, so that it shines as the sun does."""
+        from scipy.spatial.transform import Rotation
+
+        if self.sun is None:
+            return None
+        turn, _ = Rotation.align_vectors(self.sun[None], np.array([[0.0, 0.0, 1.0]]))
+        return turn
 
     @property
     def walks(self) -> bool:
@@ -191,6 +211,8 @@ def exported(job: Job, times: Floats) -> ExportedScene:
     sun = shot.data.sky.sun_direction
     if sun is not None and (shot.dark or sun[2] <= 0.0):
         sun = None
+    if shot.data.weather is not None:
+        notes.append("left out the weather: nothing falls there, and all is dry and without snow")
     left = [item for item in shot.data.left_out if item.surprising]
     notes += [*(f"left out {item.what}: {item.why}" for item in left), *moving.notes]
     return ExportedScene(

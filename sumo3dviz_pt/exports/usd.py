@@ -82,7 +82,7 @@ class _Writer:
 
     def write(self) -> None:
         """Fill and save it."""
-        from pxr import Gf, Usd, UsdGeom, UsdLux
+        from pxr import Gf, Usd, UsdGeom
 
         scene = self.scene
         self._stage = stage = Usd.Stage.CreateNew(str(self.path))
@@ -105,13 +105,23 @@ class _Writer:
             self._thing(thing, "/World")
         for camera in scene.cameras:
             self._camera(camera)
-        if scene.sun is not None:
-            light = UsdLux.DistantLight.Define(stage, "/World/sun")
-            light.CreateIntensityAttr(_SUNLIGHT)
-            light.CreateAngleAttr(0.53)
-            light.CreateNormalizeAttr(True)
-            light.AddTransformOp().Set(Gf.Matrix4d(*_facing(scene.sun).T.ravel().tolist()))
+        self._sun()
         stage.GetRootLayer().Save()
+
+    def _sun(self) -> None:
+        """Add the sun, if it shines."""
+        from pxr import Gf, UsdLux
+
+        turn = self.scene.sun_turn
+        if turn is None:
+            return
+        facing = np.eye(4)
+        facing[:3, :3] = turn.as_matrix()
+        light = UsdLux.DistantLight.Define(self._stage, "/World/sun")
+        light.CreateIntensityAttr(_SUNLIGHT)
+        light.CreateAngleAttr(0.53)
+        light.CreateNormalizeAttr(True)
+        light.AddTransformOp().Set(Gf.Matrix4d(*facing.T.ravel().tolist()))
 
     def _name(self, parent: str, name: str) -> str:
         """Return a path that no other prim has."""
@@ -281,10 +291,7 @@ class _Writer:
         prim.CreateHorizontalApertureAttr(across)
         prim.CreateVerticalApertureAttr(across * height / width)
         prim.CreateFocalLengthAttr(0.5 * across / camera.slope)
-        matrices = camera.matrices.copy()
-        matrices[:, :3, 3] -= self.scene.origin
-        turned = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-        matrices[:, :3, :3] = matrices[:, :3, :3] @ turned
+        matrices = camera.placed(self.scene.origin)
         self._place(prim, Track(matrices, np.ones(1, dtype=np.bool_)))
 
 
@@ -304,13 +311,3 @@ def _lay(mesh: Any, geometry: Geometry, look: Look) -> None:
         kind = names.Color3fArray
         colours = values.CreatePrimvar("displayColor", kind, UsdGeom.Tokens.vertex)
         colours.Set(Vt.Vec3fArray.FromNumpy(shown))
-
-
-def _facing(direction: Floats) -> Floats:
-    """Return the placement of a light that shines from a direction along its -z, (4, 4)."""
-    from scipy.spatial.transform import Rotation
-
-    turn, _ = Rotation.align_vectors(direction[None], np.array([[0.0, 0.0, 1.0]]))
-    matrix = np.eye(4)
-    matrix[:3, :3] = turn.as_matrix()
-    return matrix

@@ -262,8 +262,8 @@ def _sound(wanted: SoundSettings | None) -> str:
         return ""
     murmur = "none" if wanted.murmur is None else f"{wanted.murmur:g} dB(A)"
     return (
-        f"{wanted.play}, of who is within {wanted.radius:g} m, murmur {murmur}; a full-scale sine"
-        f" is {wanted.full_scale:g} dB"
+        f"{wanted.play}, of everybody within {wanted.radius:g} m, murmur {murmur};"
+        f" a full-scale sine is {wanted.full_scale:g} dB"
     )
 
 

@@ -1,4 +1,4 @@
-"""Makes the sound of a film: who is near its camera, what stands in between, what is all around.
+"""Makes the sound of a film: of road users near its camera, behind walls or not, rain and murmur.
 
 Sound is what the camera's place would hear, or a person in the vehicle where the camera looks out
 of one. It is made anew whenever a film is, from the same motion as its pictures; it hangs on the
@@ -226,12 +226,12 @@ class _Cast:
     """Everyone near a camera.
 
     Attributes:
-        around: Who is near.
+        around: Road users near the camera.
         drawn: Those that the film shows, by key: they drive on the road that is drawn, not at the
             log's height.
         times: SUMO's, of samples of motion, (n,) [s].
-        shown: Numbers of the samples of the first and of the last picture. Who is there then was
-            there before, and will be there after, as far as is heard.
+        shown: Numbers of the samples of the first and of the last picture. Road users of
+            these times are taken to be there before and after, as far as is heard.
         ridden: Key of whom the listener sits in, or None.
     """
 
@@ -250,7 +250,7 @@ class _Cast:
         shown: tuple[int, int],
         ridden: str | None,
     ) -> _Cast:
-        """Return who is near a shot's camera; arguments as the attributes."""
+        """Return the road users near a shot's camera; arguments as the attributes."""
         drawn = {each.key: each for each in production.shot.fleet.trajectories}
         return cls(around, drawn, times, shown, ridden)
 

@@ -1,7 +1,7 @@
 """Finds the buildings that stand between who sounds and who hears.
 
 They are those that a shot draws, by the plan of their walls, and those of polygons that it leaves
-out because its camera does not see them. Courts are filled: who is in one is behind walls.
+out because its camera does not see them. Courts are filled: a source in one is behind walls.
 """
 
 from __future__ import annotations

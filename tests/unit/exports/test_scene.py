@@ -73,7 +73,9 @@ def test_python_and_the_command_write_it(town, tmp_path, capsys):
     assert main(["export", str(town), "-o", str(tmp_path / "c.glb")]) == 2
     wide = "cameras.post.lens={projection: fisheye, fov: 180}"
     again = ["export", str(town), "--time", "4", "-o", str(tmp_path / "d.glb"), "--set", wide]
-    assert main(again) == 0 and "left out camera post" in capsys.readouterr().out
+    assert main([*again, "--set", "weather.preset=rain"]) == 0
+    said = capsys.readouterr().out
+    assert "left out camera post" in said and "left out the weather" in said
     assert main(["view", str(town), "--static", str(tmp_path / "page"), "--to", "5"]) == 0
     text = (tmp_path / "page" / "scene.js").read_text(encoding="utf-8")
     said = json.loads(text.removeprefix("window.SCENE = ").rstrip().rstrip(";"))

@@ -85,7 +85,8 @@ def test_it_says_what_sound_a_film_has():
     assert "sound" not in in_words(found)
     wanted = SoundSettings(play="binaural", murmur=None, full_scale=94)
     found["shots"][0]["sound"] = _sound(wanted)
-    assert "binaural, of who is within 150 m, murmur none; a full-scale sine is 94 dB" in in_words(
-        found
+    assert (
+        "binaural, of everybody within 150 m, murmur none; a full-scale sine is 94 dB"
+        in in_words(found)
     )
     assert _sound(SoundSettings()) == _sound(None) == ""
