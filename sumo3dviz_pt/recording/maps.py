@@ -147,7 +147,9 @@ def _shapes(file: Path, network: Path, target: Path) -> tuple[Path, ...]:
     """Write the buildings and greens of a map of OpenStreetMap."""
     types = _data("data/typemap/osmPolyconvert.typ.xml", file)
     command = [sumo_program("polyconvert"), "--osm-files", str(file), "--net-file", str(network)]
-    _run([*command, "--type-file", str(types), "--osm.keep-full-type", "-o", str(target)], file)
+    # All attributes: roofs and storeys are among them.
+    command += ["--type-file", str(types), "--osm.keep-full-type", "--all-attributes"]
+    _run([*command, "-o", str(target)], file)
     return (target,)
 
 

@@ -217,7 +217,7 @@ def _poi(element: Element, params: dict[str, str], network: Network | None) -> P
         yaw=None if angle is None else yaw_from_angle_deg(angle),
         colour=colour_of(element),
         source=str(element.file),
-        params=_others(element, _POI_FIELDS) | params,
+        params=params | _others(element, _POI_FIELDS),
     )
 
 
@@ -239,7 +239,7 @@ def _polygon(element: Element, params: dict[str, str], network: Network | None) 
         or element.text("type", "").startswith("jupedsim."),
         colour=colour_of(element),
         source=str(element.file),
-        params=_others(element, _POLYGON_FIELDS) | params,
+        params=params | _others(element, _POLYGON_FIELDS),
     )
 
 

@@ -62,6 +62,9 @@ from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
 from sumo3dviz_pt.library.buildings.sign_boards import Boards, blade_signs
 from sumo3dviz_pt.model.geometry import Floats, settled
 
+RoofKind = Literal["flat", "gable", "hip", "mansard"]
+"""Of roofs."""
+
 
 @dataclass(frozen=True, slots=True)
 class BuildingDesign(RecipeValue):
@@ -94,7 +97,7 @@ class BuildingDesign(RecipeValue):
     plinth: float = 0.3
     foot: Literal["door", "shops", "band", "gates"] = "door"
     unit: float = 14.0
-    roof: Literal["flat", "gable", "hip", "mansard"] = "flat"
+    roof: RoofKind = "flat"
     pitch: float = 0.7
     parapet: float = 0.6
     courses: float = 0.0
@@ -158,6 +161,28 @@ class Building:
 
 
 _RISE = 2.7  # of mansard slopes [m]
+_MOST = 0.55  # of a building's height, what its roof may take
+
+
+def below_roof(
+    plan: Floats, design: BuildingDesign, top: float, *, rise: float | None = None
+) -> tuple[BuildingDesign, float]:
+    """Return a design whose roof ends at a height, and the height of the walls below it [m].
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        design: How the building looks.
+        top: Of its roof [m].
+        rise: Of the roof [m]; None for what the design's pitch gives. A mansard has its own.
+    """
+    if design.roof == "flat":
+        return design, top
+    if design.roof == "mansard":
+        return (design, top - _RISE) if _MOST * top > _RISE else (replace(design, roof="flat"), top)
+    around = shapely.get_coordinates(Polygon(plan).minimum_rotated_rectangle.exterior)
+    half = float(np.linalg.norm(np.diff(around[:3], axis=0), axis=1).min()) / 2
+    rise = min(half * float(np.tan(design.pitch)) if rise is None else rise, _MOST * top)
+    return replace(design, pitch=float(np.arctan2(rise, half))), top - rise
 
 
 def roof_of(building: Building) -> Shell:

@@ -21,7 +21,14 @@ from shapely.geometry import Polygon
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
-from sumo3dviz_pt.library.buildings.building import BuildingDesign, Walls, raised, rectangle
+from sumo3dviz_pt.library.buildings.building import (
+    BuildingDesign,
+    RoofKind,
+    Walls,
+    below_roof,
+    raised,
+    rectangle,
+)
 from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, Use, coats
 from sumo3dviz_pt.library.buildings.shell import Shell
 from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
@@ -223,16 +230,40 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
     return apart if len(apart) > 2 else None
 
 
-def style_for(plan: Floats, height: float, *, share: float) -> BuildingStyle:
+def style_for(
+    plan: Floats, height: float, *, share: float, roof: RoofKind | None = None
+) -> BuildingStyle:
     """Choose a style that suits a footprint.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].
         height: Of the walls [m].
         share: In [0, 1); chooses among those that suit.
+        roof: Which its designs have; default any.
     """
     fits = SUITING[footprint_of(plan, height)]
-    return fits[int(share * len(fits))]
+    if roof is None:
+        return fits[int(share * len(fits))]
+    roofed = [style for style in fits if any(each.roof == roof for each in style.designs)] or fits
+    style = roofed[int(share * len(roofed))]
+    own = tuple(each for each in style.designs if each.roof == roof)
+    return replace(style, designs=own or tuple(replace(each, roof=roof) for each in style.designs))
+
+
+def ended_at(
+    style: BuildingStyle, plan: Floats, top: float, *, seed: int, rise: float | None = None
+) -> tuple[BuildingStyle, float]:
+    """Return a style of one design whose roof ends at a height, and the height of its walls [m].
+
+    Args:
+        style: Gives the design.
+        plan: Counter-clockwise corners, (n, 2) [m].
+        top: Of its roof [m].
+        seed: As for `extruded`; chooses the same design.
+        rise: Of the roof [m]; default as the design has it.
+    """
+    design, height = below_roof(plan, style.designs[seed % len(style.designs)], top, rise=rise)
+    return replace(style, designs=(design,)), height
 
 
 def footprint_of(plan: Floats, height: float) -> Footprint:

@@ -15,7 +15,7 @@ import shapely
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.buildings.building import Walls
+from sumo3dviz_pt.library.buildings.building import RoofKind, Walls
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
 from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, WINDOWS, cladding, palette
 from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
@@ -28,6 +28,7 @@ from sumo3dviz_pt.library.buildings.styles import (
     SHOPS,
     BuildingStyle,
     cleaned,
+    ended_at,
     extruded,
     style_for,
 )
@@ -112,7 +113,16 @@ STYLES: Mapping[str, Mapping[str, BuildingStyle]] = {
 """Models of the kinds that are buildings at points."""
 
 _STREET = 40.0  # how far from a lane a wall still looks at the street [m]
-_NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
+_TOPS = (("height", 1.0), ("building:height", 1.0))
+_WALLS = (("levels", 3.0), ("building:levels", 3.0))
+_RISES = (("roof:height", 1.0), ("roof:levels", 2.7))
+_ROOFS: Mapping[str, RoofKind] = {
+    **dict.fromkeys(("gabled", "gable", "saltbox", "skillion", "round"), "gable"),
+    **dict.fromkeys(("hipped", "hip", "half-hipped", "pyramidal"), "hip"),
+    **dict.fromkeys(("mansard", "gambrel"), "mansard"),
+    "flat": "flat",
+}
+"""Roofs by `roof:shape`, as OpenStreetMap has it; the nearest that we build."""
 _WEIGHTS = {WINDOWS: 0.0, SHOP_LIGHTS: 1.2}  # windows light nothing that lamps do not
 
 
@@ -136,6 +146,11 @@ class Chance:
     def writing(self) -> Writing:
         """What is written on its shops."""
         return Writing(self.language, seed_of(self.seed, self.name, "words"))
+
+    @property
+    def shell(self) -> int:
+        """Seed of what its walls and roof have."""
+        return int(self.share("shell") * 2**32)
 
     def share(self, word: str) -> float:
         """Return a number in [0, 1) for a use."""
@@ -202,12 +217,12 @@ def area_parts(
             continue
         level = staging.level(kind, float(around.distances(plan + centre).min()))
         height = settings.scale * height_of(item, float(shapely.Polygon(plan).area), around.seed)
-        style = style_for(plan, height, share=chance.share("style"))
+        style, height = _styled(item, plan, height, chance)
         shell = extruded(
             plan,
             height,
             level=level,
-            seed=int(chance.share("shell") * 2**32),
+            seed=chance.shell,
             style=style,
             walls=Walls(street_walls(plan + centre, around), writing=chance.writing),
         )
@@ -237,24 +252,55 @@ def street_walls(plan: Floats, around: Surroundings) -> tuple[int, ...]:
 
 
 def height_of(item: Polygon, area: float, seed: int) -> float:
-    """Return the height of a building's walls [m]: as its params say, else one that is usual.
+    """Return the height of a building [m]: as its params say, else one that is usual.
 
     Args:
         item: The building.
         area: Of its plan [m2].
         seed: Of heights that no param says.
     """
-    for key, unit in _NUMBERS:
-        try:
-            height = float(item.params.get(key, "").strip().removesuffix("m")) * unit
-        except ValueError:
-            continue
-        if 2.0 <= height <= 400.0:
-            return height
+    told = _told(item, (*_TOPS, *_WALLS), 2.0)
+    if told is not None:
+        return told
     low, high = (2.5, 3.2) if area < 40 else (4.5, 7.0) if area < 300 else (6.0, 13.0)
     if area > 700:
         low, high = 7.0, 18.0
     return low + (high - low) * share_of(seed, item.id, "height")
+
+
+def _told(item: Polygon, keys: Sequence[tuple[str, float]], least: float) -> float | None:
+    """Return the first length that a building's params say [m], of at least some; else None."""
+    for key, unit in keys:
+        try:
+            length = float(item.params.get(key, "").strip().removesuffix("m")) * unit
+        except ValueError:
+            continue
+        if least <= length <= 400.0:
+            return length
+    return None
+
+
+def _styled(
+    item: Polygon, plan: Floats, height: float, chance: Chance
+) -> tuple[BuildingStyle, float]:
+    """Choose the style of a building over a plan; and the height of its walls [m].
+
+    A height counts to the top of the roof, levels to its eaves, as in OpenStreetMap
+    (https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings).
+    """
+    top, walls = _told(item, _TOPS, 2.0), _told(item, _WALLS, 2.0)
+    roof, rise = _ROOFS.get(item.params.get("roof:shape", "")), _told(item, _RISES, 0.3)
+    # Which style suits is told by walls.
+    eaves = height if top is None or walls is None else min(height, height * walls / top)
+    style = style_for(plan, eaves, share=chance.share("style"), roof=roof)
+    if rise is None and top is not None and walls is not None and top > walls:
+        rise = height * (1.0 - walls / top)
+    if top is not None:
+        return ended_at(style, plan, height, seed=chance.shell, rise=rise)
+    # The walls are as high as told, or as is usual, and the roof stands on them.
+    if rise is not None:
+        style, _ = ended_at(style, plan, height + rise, seed=chance.shell, rise=rise)
+    return style, height
 
 
 def cladding_material(name: str, *, textured: bool) -> Bsdf:

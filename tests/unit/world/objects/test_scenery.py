@@ -354,6 +354,29 @@ def test_heights_come_from_params(params, height):
     assert height_of(polygon("building", np.zeros((3, 2)), **params), 100.0, 1) == height
 
 
+@pytest.mark.parametrize(
+    ("params", "eaves", "top"),
+    [
+        ({"height": "9", "roof:shape": "gabled", "roof:height": "3"}, 6.0, 9.0),
+        ({"height": "9", "roof:shape": "hipped", "building:levels": "2"}, 6.0, 9.0),
+        ({"height": "9", "roof:shape": "mansard"}, 6.3, 9.0),
+        ({"height": "9", "roof:shape": "flat", "roof:height": "3"}, 9.0, 9.0),
+        ({"building:levels": "2", "roof:shape": "pyramidal", "roof:levels": "1"}, 6.0, 8.7),
+        ({"height": "9", "roof:shape": "gabled", "roof:height": "30"}, 4.05, 9.0),
+    ],
+)
+def test_roofs_have_the_shape_and_height_that_openstreetmap_says(params, eaves, top):
+    plan = [(100, 20), (116, 20), (116, 30), (100, 30)]
+    scenery = build(polygons=[polygon("building", plan, **params)])
+    roof = [part.part.mesh.vertices for part in of(scenery, "buildings")]
+    ground = -0.05
+    eaves, top, heights = eaves + ground, top + ground, np.concatenate(roof)[:, 2]
+    corner = np.concatenate([v[np.hypot(*(v[:, :2] - [100, 20]).T) < 0.02] for v in roof])[:, 2]
+    assert np.abs(corner - eaves).min() < 0.03, "walls end at the eaves"
+    # Slabs, parapets, chimneys and machines stand above.
+    assert np.abs(heights - top).min() < 0.02 and heights.max() < top + 4.0
+
+
 @pytest.mark.parametrize("area", [20.0, 150.0, 500.0, 3000.0])
 def test_heights_are_plausible_without_params(area):
     item = polygon("building", np.zeros((3, 2)), height="-5")
