@@ -266,7 +266,7 @@ def _colour_of(word: Mapping[str, Any]) -> tuple[Colour, Path | None, Mapping[st
     if kind == "stained":
         _, picture, about = _colour_of(word["texture"])
         return _WHITE, picture, {**about, "mean": word["mean"]}
-    if kind in ("bitmap", "untiled"):
+    if kind in ("bitmap", "draped", "untiled"):
         return _WHITE, Path(str(word["filename"])), word
     return _WHITE, None, {}
 

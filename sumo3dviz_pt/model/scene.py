@@ -5,7 +5,8 @@ recentres. Materials are dicts in Mitsuba's words with some words of our own:
 
 * `{"type": "tint"}` as a colour is that of the part's faces, or of a mover;
 * `{"type": "coated"}` is a varnished paint (`coated` in `library/materials.py`);
-* `{"type": "bitmap", "filename": "<absolute path>"}` can be loaded twice.
+* `{"type": "bitmap", "filename": "<absolute path>"}` can be loaded twice;
+* `{"type": "draped"}` is such a picture of the land from above (`render/draped.py`).
 
 Lamps are on vehicles, or stand still. Their radiances are in scene units, linear sRGB primaries.
 """

@@ -329,8 +329,10 @@ def _town_lines(scenario: Scenario) -> list[str]:
     """Ask for a town where a scenario brings none."""
     if not lacks_town(scenario):
         return []
+    if scenario.network.picture is not None:
+        return ["# street: {town: auto}          # would put invented houses on the picture"]
     return [
-        "# The scenario has no houses: a town is invented, by what the roads tell of it.",
+        "# The scenario has hardly any houses: a town is invented, by what the roads tell of it.",
         "street: {town: auto}            # or none",
     ]
 

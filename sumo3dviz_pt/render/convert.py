@@ -18,6 +18,7 @@ from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
 from sumo3dviz_pt.render.cabins import DARK
 from sumo3dviz_pt.render.coated import coated_plugin
+from sumo3dviz_pt.render.draped import DRAPED, draped_texture
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.paint import paint_texture, stained_texture
 from sumo3dviz_pt.render.rooms import rooms_texture
@@ -65,8 +66,9 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
         return stained_texture(value, tint=tint, texture=plugin(value["texture"], tint=tint))
     if kind in _DEPTHS:
         return _DEPTHS[str(kind)](tint)
-    if kind == UNTILED:
-        return untiled_texture(value, worn=worn)
+    if kind in (DRAPED, UNTILED):
+        laid = kind == DRAPED
+        return draped_texture(value) if laid else untiled_texture(value, worn=worn)
     inner = {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
     return coated_plugin(inner) if kind == "coated" else inner
 

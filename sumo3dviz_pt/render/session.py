@@ -24,6 +24,7 @@ from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.render.backend import Backend, check_movers, traces_by_optix, watched
 from sumo3dviz_pt.render.coated import register_coated
 from sumo3dviz_pt.render.convert import sensor_entry
+from sumo3dviz_pt.render.draped import register_draped
 from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
 from sumo3dviz_pt.render.kernel.integrator import CENTRE, Kernel
 from sumo3dviz_pt.render.kernel.tables import Owners
@@ -242,6 +243,7 @@ class Session:
                 register_capped()
                 register_lamps()
                 register_untiled(settings.pixel)
+                register_draped()
             self.loaded = LoadedScene(scene, jit=backend.jit)
             self._weathered: WeatheredSky | None = None
             if scene.weather is not None:

@@ -21,6 +21,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, SceneData
 from sumo3dviz_pt.render.cabins import DARK
+from sumo3dviz_pt.render.draped import DRAPED
 from sumo3dviz_pt.render.kernel.lobes import VARNISH, Lobes
 
 _PRINCIPLED = {
@@ -203,7 +204,7 @@ class RowMaker:
             return {"kind": kind | _DEPTHS[word], "colour": DARK}
         if word == "untiled" and "roughness" not in base:
             return self._laid(base, kind | MaterialKind.UNTILED | _paving(base))
-        if word == "bitmap":
+        if word in ("bitmap", DRAPED):
             return {"kind": kind | MaterialKind.BITMAP, "texture": _numbered(self.bitmaps, base)}
         if word == "stained":
             tinted = MaterialKind.STAINED | (

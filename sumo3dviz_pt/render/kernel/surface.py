@@ -17,6 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.scene import Bsdf
 from sumo3dviz_pt.render.cabins import cabin_frame, cabin_seen, lens_seen
+from sumo3dviz_pt.render.draped import draped_texture, is_draped
 from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.grounds import Spot as Place
 from sumo3dviz_pt.render.kernel.lights import where
@@ -128,7 +129,10 @@ class Textures:
     def __init__(self, tables: Tables, pixel: float) -> None:
         self._tables = tables
         self._pixel = dr.opaque(mi.Float, pixel)
-        self._bitmaps = [load(dict(value)) for value in tables.textures.bitmaps]
+        self._bitmaps = [
+            (load(draped_texture(value) if is_draped(value) else dict(value)), is_draped(value))
+            for value in tables.textures.bitmaps
+        ]
         self._rows, self._texels = _laid_out(tables.textures.untiled)
         worn = tables.worn and any(value.get("wear") for value in tables.textures.untiled)
         amounts = [_amounts(value) for value in tables.textures.untiled]
@@ -154,9 +158,10 @@ class Textures:
                 self._without_repetition,
                 (colour, roughness),
             )
-        for number, texture in enumerate(self._bitmaps):
+        for number, (texture, draped) in enumerate(self._bitmaps):
             own = bitmap & (numbers[0] == number)
-            (colour,) = where(own, (spot.uv, own), _bitmap(texture), (colour,))
+            seen = (spot.uv, spot.t, own) if draped else (spot.uv, own)
+            (colour,) = where(own, seen, _bitmap(texture), (colour,))
         return colour, roughness
 
     def _without_repetition(self, *inputs: Any) -> tuple[Any, Any]:
@@ -200,9 +205,11 @@ class Textures:
 def _bitmap(texture: Any) -> Any:
     """Return a function that reads one bitmap."""
 
-    def read(uv: Any, active: Any) -> tuple[Any]:
-        si = dr.zeros(mi.SurfaceInteraction3f)
+    def read(uv: Any, *more: Any) -> tuple[Any]:
+        si, active = dr.zeros(mi.SurfaceInteraction3f), more[-1]
         si.uv = uv
+        if len(more) > 1:
+            si.t = more[0]
         return (mi.Color3f(texture.eval(si, active)),)
 
     return read

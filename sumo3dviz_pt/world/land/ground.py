@@ -114,12 +114,21 @@ def build_ground(
     for number, part in enumerate(woods(land, height_at=shape.height_at, room=free)):
         static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
-    own = {CONCRETE: SURFACE, **({} if picture is None else {str(picture.file): str(picture.file)})}
     for other in {part.part.material for part in static} - {name}:
-        materials[other] = (
-            surface_material(own[other], textured=textured) if other in own else MATERIALS[other]
-        )
+        materials[other] = _look(other, picture, textured=textured)
     return GroundParts(tuple(static), materials, shape.height_at, tuple(shape.lamps))
+
+
+def _look(name: str, picture: GroundPicture | None, *, textured: bool) -> Bsdf:
+    """Return a material by its name; a picture's detail fades near the camera."""
+    if name == CONCRETE:
+        return surface_material(SURFACE, textured=textured)
+    if picture is None or name != str(picture.file):
+        return MATERIALS[name]
+    x0, y0, x1, y1 = picture.box
+    look = surface_material(name, textured=True)
+    colour = {**look["reflectance"], "type": "draped", "metres": [x1 - x0, y1 - y0]}
+    return {**look, "reflectance": colour}
 
 
 def _within(mesh: Mesh, picture: GroundPicture) -> Bools:

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 from builders import write_scenario
+from PIL import Image
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.api import _gathered
@@ -43,6 +44,20 @@ def test_init_with_own_files_and_without_cars(tmp_path, capsys):
     target = tmp_path / "s.yaml"
     assert main([str(a) for a in ["init", tmp_path, *arguments, "-o", target]]) == 0
     assert set(load_job(target).cameras) == {"overview", "corner", "walk", "flight"}
+
+
+@pytest.mark.parametrize("pictured", [False, True])
+def test_init_invents_no_houses_on_a_picture_of_the_land(tmp_path, pictured):
+    write_scenario(tmp_path, vehicles=4)
+    Image.new("RGB", (40, 40), (80, 90, 70)).save(tmp_path / "aerial.png")
+    if pictured:
+        decal = '<decal file="aerial.png" centerX="0" centerY="0" width="900" height="900"/>'
+        (tmp_path / "view.xml").write_text(f"<viewsettings>{decal}</viewsettings>")
+    target = tmp_path / "s.yaml"
+    assert main(["init", str(tmp_path), "-o", str(target)]) == 0
+    job = load_job(target)
+    assert (job.ground.picture is not None) == pictured
+    assert (job.street.town == "none") == pictured
 
 
 def test_init_of_nobody(tmp_path, capsys):
