@@ -37,6 +37,9 @@ _NAMES = {
     " coordx xcoord xcoordinate worldx xworld locationx xlocation xfront frontx cx",
     "y": "y posy ypos positiony yposition ycenter ycentre centery centrey yutm utmy northing localy"
     " coordy ycoord ycoordinate worldy yworld locationy ylocation yfront fronty cy",
+    "lon": "lon lng long longitude gpslon gpslng gpslongitude poslon xlon lonwgs84 wgs84lon"
+    " laengengrad langengrad",
+    "lat": "lat latitude gpslat gpslatitude poslat ylat latwgs84 wgs84lat breitengrad",
     "z": "z posz zpos positionz zposition elevation altitude zcenter zcentre worldz locationz"
     " coordz zcoord",
     "rear_x": "rworldx rearx xrear",
@@ -52,6 +55,7 @@ _NAMES = {
     " objectclass category vehiclecategory kind label typ fahrzeugtyp fahrzeugklasse klasse"
     " categorie classe clase tipo",
 }
+_DEGREES = {"x": "lon", "y": "lat"}
 _ROLES = {name: role for role, names in _NAMES.items() for name in names.split()}
 
 _UNITS = {
@@ -102,6 +106,11 @@ class Form:
     rate: float = 25.0
     classes: Mapping[str, str] = field(default_factory=dict)
     guessed: bool = False
+
+    @property
+    def is_geo(self) -> bool:
+        """Whether x is a longitude and y a latitude."""
+        return self.columns["x"].unit == "deg"
 
 
 def _size(length: str = "length", width: str = "width", unit: str = "m") -> dict[str, Column]:
@@ -235,6 +244,7 @@ def form_of(names: Iterable[str], choices: TableChoices) -> Form | None:
         more = {role: column for role, column in known.optional.items() if _is_there(column, there)}
         form = replace(known, columns={**known.columns, **more})
     form = _chosen(form, there, choices)
+    form = replace(form, columns={**form.columns, **_in_degrees(form.columns)})
     timed = "time" in form.columns or "frame" in form.columns
     return form if timed and all(role in form.columns for role in _PLACED) else None
 
@@ -295,7 +305,20 @@ def _by_names(names: Iterable[str]) -> dict[str, Column]:
             found.setdefault(role, Column(name, unit))
     if "time" in found:
         found.pop("frame", None)
+    degrees = {role: found.pop(name, None) for role, name in _DEGREES.items()}
+    if not {"x", "y"} <= found.keys() and None not in degrees.values():
+        found.update({role: column for role, column in degrees.items() if column is not None})
     return found
+
+
+def _in_degrees(columns: Mapping[str, Column]) -> dict[str, Column]:
+    """Return the columns of longitudes and latitudes, with their unit."""
+    named = {role: columns[role] for role in _DEGREES.keys() & columns.keys()}
+    return {
+        role: replace(column, unit="deg")
+        for role, column in named.items()
+        if not column.unit and _ROLES.get(_words(column.name)[0]) == _DEGREES[role]
+    }
 
 
 def _words(name: str) -> tuple[str, str]:

@@ -40,7 +40,6 @@ _MARKS = ("$VEHICLE:", "$PEDESTRIAN:")  # stand before the columns of Vissim's r
 _WORDS = frozenset({"id", "class"})
 _NOTHING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 _RATE = re.compile(r"frame\s*rate\D{1,6}(\d+(?:\.\d+)?)", re.IGNORECASE)
-_DEGREES = frozenset({"lat", "latitude", "lon", "lng", "longitude"})
 _COMMA = re.compile(r"[+-]?\d+,\d+")
 
 
@@ -154,11 +153,8 @@ def why_no_table(file: Path, choices: TableChoices) -> str:
     if not named or any("\0" in name or "<" in name for name in named):
         return ""
     columns = ", ".join(map(cut, named[:_SHOWN])) + (", ..." if len(named) > _SHOWN else "")
-    if {name.lower() for name in named} & _DEGREES:
-        why = "places in degrees are not read; project them to metres"
-    else:
-        why = f"none tells {' or '.join(missing_in(named, choices)) or 'anything'}"
-        why += "; say which one does in scenario.trajectories.columns, or rename it"
+    why = f"none tells {' or '.join(missing_in(named, choices)) or 'anything'}"
+    why += "; say which one does in scenario.trajectories.columns, or rename it"
     return f"is a table with the columns {columns}: {why}"
 
 
