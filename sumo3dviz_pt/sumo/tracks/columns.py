@@ -25,7 +25,8 @@ from sumo3dviz_pt.model.traffic import TableColumn as Column
 _NAMES = {
     # What a column holds: what it is called in some languages, in small letters, without accents,
     # units, spaces and signs.
-    "time": "time t timestamp timestep simulationtime simtime simsec seconds sec globaltime"
+    "time": "time t utc utctime timeutc localtime timestamp timestep"
+    " simulationtime simtime simsec seconds sec globaltime"
     " unixtime epoch datetime clock timeofday gpstime elapsedtime ts zeit zeitstempel uhrzeit temps"
     " heure tiempo tempo tijd",
     "frame": "frame frameid frameno framenr framenum framenumber frameindex step stepid bild image",
