@@ -7,7 +7,8 @@ columns; in any other table the names tell what columns hold, and values in whic
 References:
     highD, inD, rounD, exiD: the pages on formats of levelxdata.com; x and y of highD are a corner
     of a box in a picture whose y points down. NGSIM: FHWA-HRT-06-137; feet, the middle of the
-    front. INTERACTION: Zhan et al., arXiv 1910.03088. Vissim: attributes of vehicle records.
+    front. INTERACTION: Zhan et al., arXiv 1910.03088. pNEUMA: Barmpounakis and Geroliminis, 2020,
+    doi:10.1016/j.trc.2019.11.023. Vissim: attributes of vehicle records.
 """
 
 from __future__ import annotations
@@ -96,6 +97,8 @@ class Form:
         rate: Frames in a second, for tables that count them [Hz].
         classes: What the table's words, or numbers, for classes mean, as vClasses.
         guessed: Whether the columns were told by their names.
+        repeated: How many of the last columns come again and again in a row, which is a road
+            user's then.
     """
 
     name: str
@@ -107,6 +110,7 @@ class Form:
     rate: float = 25.0
     classes: Mapping[str, str] = field(default_factory=dict)
     guessed: bool = False
+    repeated: int = 0
 
     @property
     def is_geo(self) -> bool:
@@ -178,6 +182,18 @@ FORMS = (
             "class": Column("agent_type"),
         },
         {"angle": Column("psi_rad", "rad", "east", "left"), **_size()},
+    ),
+    Form(
+        "pNEUMA",
+        {
+            "time": Column("time", "s"),
+            "id": Column("track_id"),
+            **_place("lon", "lat", "deg"),
+        },
+        {"speed": Column("speed", "km/h"), "class": Column("type")},
+        marks=("traveled_d", "avg_speed"),
+        classes={"Medium Vehicle": "delivery", "Heavy Vehicle": "truck"},
+        repeated=6,
     ),
     Form(
         "Vissim",

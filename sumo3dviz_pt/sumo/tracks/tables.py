@@ -191,6 +191,7 @@ class _Collected:
         self._codes: dict[str, list[Ints]] = {}
         self._known: dict[str, dict[str, int]] = {role: {} for role in _WORDS}
         self._clock: _Clock | None = None
+        self._step = 0 if table.form.repeated else 1
 
     def add(self, first: int, columns: Sequence[Sequence[Any]]) -> None:
         """Add the columns of some rows, the first of which stands in a line of the file."""
@@ -219,7 +220,7 @@ class _Collected:
             try:
                 seconds.append(clock.seconds(cell))
             except ValueError:
-                raise self._wrong("time", cell, first + row, "a time") from None
+                raise self._wrong("time", cell, first + self._step * row, "a time") from None
         self._numbers.setdefault("time", []).append(np.array(seconds))
 
     def _numbers_of(self, role: str, cells: Sequence[Any], first: int) -> Floats:
@@ -231,7 +232,9 @@ class _Collected:
                 return np.array([*map(float, cells)])
             except ValueError:
                 pass  # one by one, to name the line
-        return np.array([self._number(role, cell, first + n) for n, cell in enumerate(cells)])
+        return np.array(
+            [self._number(role, cell, first + self._step * n) for n, cell in enumerate(cells)]
+        )
 
     def _number(self, role: str, cell: str, line: int) -> float:
         text = cell.strip()
@@ -315,6 +318,8 @@ def _text_blocks(table: Table) -> Iterator[tuple[int, list[tuple[str, ...]]]]:
                         file=table.file,
                         line=line + short,
                     )
+                if table.form.repeated:
+                    rows = [each for row in rows for each in _unfolded(row, table)]
                 columns = list(zip(*(take(row) for row in rows if row), strict=True))
                 if columns:
                     yield line, _parts_taken(columns, wanted)
@@ -328,6 +333,14 @@ def _rows(lines: Iterable[str], separator: str) -> Iterator[list[str]]:
     if separator == " ":
         return (line.split() for line in lines)
     return (row if any(row) else [] for row in csv.reader(lines, delimiter=separator, strict=False))
+
+
+def _unfolded(row: list[str], table: Table) -> Iterator[list[str]]:
+    """Yield the rows of one road user whose last columns come again and again."""
+    again = table.form.repeated
+    head = len(table.names) - again
+    for at in range(head, len(row) - again + 1, again):
+        yield row[:head] + row[at : at + again]
 
 
 def _wanted(table: Table) -> list[tuple[int, str]]:

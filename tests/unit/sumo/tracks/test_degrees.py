@@ -97,3 +97,34 @@ def test_degrees_that_cannot_be_placed(tmp_path: Path) -> None:
     file.write_text("time,id,lat,lon\n0,a,52,13\n1,a,95,13\n", encoding="utf-8")
     with pytest.raises(InputError, match="none on the Earth"):
         converted(file, PLAIN)
+
+
+def test_rows_of_pneuma_hold_a_road_user_each(tmp_path: Path) -> None:
+    """Four cells of the road user, then six for each of its moments."""
+    x, y = (driven() - OFFSET).T
+    lon, lat = pyproj.Proj(UTM)(x, y, inverse=True)
+    names = "track_id; type; traveled_d; avg_speed; lat; lon; speed; lon_acc; lat_acc; time"
+    moments = "".join(
+        f" {a:.9f}; {o:.9f}; 32.4; 0.0; 0.0; {0.04 * k:.6f};"
+        for k, (a, o) in enumerate(zip(lat, lon, strict=True))
+    )
+    file = tmp_path / "20181024_d1_0830_0900.csv"
+    rows = [f"1; Car; 48.85; 9.77;{moments}", f"2; Heavy Vehicle; 9.0; 9.0;{moments[:500]}"]
+    file.write_text("\n".join([names, *rows, ""]), encoding="utf-8")
+    made = converted(file, PLAIN, network=network(tmp_path))
+    assert made is not None
+    first, second = sorted(read_trajectories(made.files[:1]).traces, key=lambda each: each.id)
+    assert (first.type_id.split()[0], second.type_id.split()[0]) == ("passenger", "truck")
+    assert len(first.times) == 40 and len(second.times) < 20
+    ways = np.column_stack([np.cos(first.yaws), np.sin(first.yaws)])
+    off = first.positions[:, :2] - 2.5 * ways - driven()
+    assert np.abs(off).max() < 0.3
+
+
+def test_a_damaged_moment_of_pneuma_is_named_with_its_line(tmp_path: Path) -> None:
+    names = "track_id; type; traveled_d; avg_speed; lat; lon; speed; lon_acc; lat_acc; time"
+    row = "1; Car; 48.85; 9.77; 52.1; 13.1; 4; 0; 0; 0.0; 52.1; east; 4; 0; 0; 0.04"
+    file = tmp_path / "p.csv"
+    file.write_text(f"{names}\n{row}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"p.csv:2: ' east' in the column 'lon' is not a number"):
+        converted(file, PLAIN, network=network(tmp_path))
