@@ -7,7 +7,8 @@ columns; in any other table the names tell what columns hold, and values in whic
 References:
     highD, inD, rounD, exiD: the pages on formats of levelxdata.com; x and y of highD are a corner
     of a box in a picture whose y points down. NGSIM: FHWA-HRT-06-137; feet, the middle of the
-    front. INTERACTION: Zhan et al., arXiv 1910.03088. Vissim: attributes of vehicle records.
+    front. INTERACTION: Zhan et al., arXiv 1910.03088. pNEUMA: Barmpounakis and Geroliminis, 2020,
+    doi:10.1016/j.trc.2019.11.023. Vissim: attributes of vehicle records.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from sumo3dviz_pt.model.traffic import TableColumn as Column
 _NAMES = {
     # What a column holds: what it is called in some languages, in small letters, without accents,
     # units, spaces and signs.
-    "time": "time t timestamp timestep simulationtime simtime simsec seconds sec globaltime"
+    "time": "time t utc utctime timeutc localtime timestamp timestep"
+    " simulationtime simtime simsec seconds sec globaltime"
     " unixtime epoch datetime clock timeofday gpstime elapsedtime ts zeit zeitstempel uhrzeit temps"
     " heure tiempo tempo tijd",
     "frame": "frame frameid frameno framenr framenum framenumber frameindex step stepid bild image",
@@ -37,6 +39,9 @@ _NAMES = {
     " coordx xcoord xcoordinate worldx xworld locationx xlocation xfront frontx cx",
     "y": "y posy ypos positiony yposition ycenter ycentre centery centrey yutm utmy northing localy"
     " coordy ycoord ycoordinate worldy yworld locationy ylocation yfront fronty cy",
+    "lon": "lon lng long longitude gpslon gpslng gpslongitude poslon xlon lonwgs84 wgs84lon"
+    " laengengrad langengrad",
+    "lat": "lat latitude gpslat gpslatitude poslat ylat latwgs84 wgs84lat breitengrad",
     "z": "z posz zpos positionz zposition elevation altitude zcenter zcentre worldz locationz"
     " coordz zcoord",
     "rear_x": "rworldx rearx xrear",
@@ -52,6 +57,7 @@ _NAMES = {
     " objectclass category vehiclecategory kind label typ fahrzeugtyp fahrzeugklasse klasse"
     " categorie classe clase tipo",
 }
+_DEGREES = {"x": "lon", "y": "lat"}
 _ROLES = {name: role for role, names in _NAMES.items() for name in names.split()}
 
 _UNITS = {
@@ -91,6 +97,8 @@ class Form:
         rate: Frames in a second, for tables that count them [Hz].
         classes: What the table's words, or numbers, for classes mean, as vClasses.
         guessed: Whether the columns were told by their names.
+        repeated: How many of the last columns come again and again in a row, which is a road
+            user's then.
     """
 
     name: str
@@ -102,6 +110,12 @@ class Form:
     rate: float = 25.0
     classes: Mapping[str, str] = field(default_factory=dict)
     guessed: bool = False
+    repeated: int = 0
+
+    @property
+    def is_geo(self) -> bool:
+        """Whether x is a longitude and y a latitude."""
+        return self.columns["x"].unit == "deg"
 
 
 def _size(length: str = "length", width: str = "width", unit: str = "m") -> dict[str, Column]:
@@ -170,6 +184,18 @@ FORMS = (
         {"angle": Column("psi_rad", "rad", "east", "left"), **_size()},
     ),
     Form(
+        "pNEUMA",
+        {
+            "time": Column("time", "s"),
+            "id": Column("track_id"),
+            **_place("lon", "lat", "deg"),
+        },
+        {"speed": Column("speed", "km/h"), "class": Column("type")},
+        marks=("traveled_d", "avg_speed"),
+        classes={"Medium Vehicle": "delivery", "Heavy Vehicle": "truck"},
+        repeated=6,
+    ),
+    Form(
         "Vissim",
         {
             "time": Column("SIMSEC", "s"),
@@ -235,6 +261,7 @@ def form_of(names: Iterable[str], choices: TableChoices) -> Form | None:
         more = {role: column for role, column in known.optional.items() if _is_there(column, there)}
         form = replace(known, columns={**known.columns, **more})
     form = _chosen(form, there, choices)
+    form = replace(form, columns={**form.columns, **_in_degrees(form.columns)})
     timed = "time" in form.columns or "frame" in form.columns
     return form if timed and all(role in form.columns for role in _PLACED) else None
 
@@ -295,7 +322,20 @@ def _by_names(names: Iterable[str]) -> dict[str, Column]:
             found.setdefault(role, Column(name, unit))
     if "time" in found:
         found.pop("frame", None)
+    degrees = {role: found.pop(name, None) for role, name in _DEGREES.items()}
+    if not {"x", "y"} <= found.keys() and None not in degrees.values():
+        found.update({role: column for role, column in degrees.items() if column is not None})
     return found
+
+
+def _in_degrees(columns: Mapping[str, Column]) -> dict[str, Column]:
+    """Return the columns of longitudes and latitudes, with their unit."""
+    named = {role: columns[role] for role in _DEGREES.keys() & columns.keys()}
+    return {
+        role: replace(column, unit="deg")
+        for role, column in named.items()
+        if not column.unit and _ROLES.get(_words(column.name)[0]) == _DEGREES[role]
+    }
 
 
 def _words(name: str) -> tuple[str, str]:

@@ -70,7 +70,7 @@ def in_sumos_form(
     made = [
         _of_lanes(log, network)
         if network is not None and _is_of_lanes(log)
-        else converted(log, choices, paved=network is None)
+        else converted(log, choices, network=network, paved=network is None)
         for log in logs
     ]
     tables = tuple(each for each in made if each is not None)
@@ -93,7 +93,9 @@ def in_sumos_form(
     )
 
 
-def converted(file: Path, choices: TableChoices, *, paved: bool = False) -> MadeOfTable | None:
+def converted(
+    file: Path, choices: TableChoices, *, network: Path | None = None, paved: bool = False
+) -> MadeOfTable | None:
     """Return SUMO's files for a table of trajectories; None for a log of SUMO, or anything else.
 
     What was told by names and values is noted once.
@@ -101,6 +103,7 @@ def converted(file: Path, choices: TableChoices, *, paved: bool = False) -> Made
     Args:
         file: Any file.
         choices: How tables are to be understood.
+        network: In whose coordinates longitudes and latitudes are given.
         paved: Whether a network is made of the ways that are driven.
 
     Raises:
@@ -115,9 +118,11 @@ def converted(file: Path, choices: TableChoices, *, paved: bool = False) -> Made
         if why:
             raise InputError(why, file=file)
         return None
-    folder = _folder((file, *_beside(file)), (choices, paved))
+    there = network if table and table.form.is_geo else None
+    folder = _folder((file, *_beside(file), *([there] if there else [])), (choices, paved))
     if read_folder(folder) is None:
-        samples, roads = (samples_in(table), []) if table else scenario_samples(file)
+        location = network_of(there).location if there else None
+        samples, roads = (samples_in(table, location), []) if table else scenario_samples(file)
         rate = table.form.rate if table else None
         _keep(folder, _made(samples, roads, file, rate=rate, paved=paved), file)
     about = json.loads((folder / _ABOUT).read_text(encoding="utf-8"))
@@ -194,7 +199,8 @@ def _made(
     if paved:
         from sumo3dviz_pt.sumo.tracks.paving import network_text
 
-        files[_NETWORK] = network_text(tracks, roads, file=file).encode()
+        projection = samples.location.projection
+        files[_NETWORK] = network_text(tracks, roads, file=file, projection=projection).encode()
     return files
 
 

@@ -46,20 +46,27 @@ class _Node:
     area: shapely.Polygon | None = None
 
 
-def network_text(tracks: Sequence[Track], known: Sequence[Road] = (), *, file: Path) -> str:
+def network_text(
+    tracks: Sequence[Track],
+    known: Sequence[Road] = (),
+    *,
+    file: Path,
+    projection: str = "!",
+) -> str:
     """Return a network of SUMO made of roads, or of the ways that tracks' vehicles drive.
 
     Args:
         tracks: Everyone.
         known: Roads that something tells; none are sought then.
         file: For messages.
+        projection: By which places on the Earth became metres.
 
     Raises:
         InputError: If nobody moves far enough to tell a road.
     """
     wheels = [track for track in tracks if track.kind == "vehicle"]
     if not wheels and not known:
-        return _text([_floor(tracks)], [], allow="pedestrian")
+        return _text([_floor(tracks)], [], projection, allow="pedestrian")
     chosen = wheels[:: max(1, len(wheels) // _MOST)]
     roads = list(known) or roads_of(_ways(chosen))
     if not roads:
@@ -77,7 +84,7 @@ def network_text(tracks: Sequence[Track], known: Sequence[Road] = (), *, file: P
         _Node(f"pavement_{n}", _inside(part), part)
         for n, part in enumerate(each for part in parts for each in _without_holes(part))
     ]
-    return _text(_led_on(roads, shapely.union_all([covered, *parts])), nodes)
+    return _text(_led_on(roads, shapely.union_all([covered, *parts])), nodes, projection)
 
 
 def _led_on(roads: Sequence[Road], paved: shapely.Geometry) -> list[Road]:
@@ -196,12 +203,13 @@ def _inside(area: shapely.Polygon) -> tuple[float, float]:
     return point.x, point.y
 
 
-def _text(roads: Sequence[Road], nodes: list[_Node], *, allow: str = "") -> str:
+def _text(roads: Sequence[Road], nodes: list[_Node], projection: str, *, allow: str = "") -> str:
     """Return the network; `nodes` gets the ends of roads that lead to no pavement.
 
     Args:
         roads: All of them.
         nodes: Junctions with pavement.
+        projection: PROJ string, or "!".
         allow: Who alone may be there; empty for everybody.
     """
     edges = []
@@ -216,7 +224,7 @@ def _text(roads: Sequence[Road], nodes: list[_Node], *, allow: str = "") -> str:
     lines = [
         f'<net version="1.20" limitTurnSpeed="5.50"{_LEFT * left}>',
         f'    <location netOffset="0.00,0.00" convBoundary="{box}" origBoundary="{box}"'
-        ' projParameter="!"/>',
+        f' projParameter="{projection}"/>',
         *edges,
         *(_node_line(node) for node in nodes),
         "</net>",

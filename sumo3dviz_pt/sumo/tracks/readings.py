@@ -16,7 +16,9 @@ import numpy as np
 
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import TableColumn
+from sumo3dviz_pt.sumo.places import is_projected, net_from_geo
 from sumo3dviz_pt.sumo.tracks.columns import Form
 from sumo3dviz_pt.sumo.tracks.tables import Cells, Table, Words, cells_of
 
@@ -25,6 +27,7 @@ SPEEDS = {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704, "ft/s": 0.3048}
 TURNS = {"deg": np.pi / 180, "rad": 1.0}
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
+_NOWHERE = Location()
 _SLOW, _FAST = 0.3, 90.0
 """Bounds of the usual speed of those who move [m/s]."""
 
@@ -61,6 +64,7 @@ class Samples:
         meanings: vClasses by words for classes.
         columns: Of the table, with all that was told by values.
         notes: What was told by names and values, as clauses.
+        location: By which longitudes and latitudes became metres.
     """
 
     who: Words
@@ -75,17 +79,26 @@ class Samples:
     meanings: Mapping[str, str] = field(default_factory=dict)
     columns: Mapping[str, TableColumn] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    location: Location = _NOWHERE
 
 
-def samples_in(table: Table) -> Samples:
+def samples_in(table: Table, location: Location | None = None) -> Samples:
     """Read a table of trajectories.
 
+    Args:
+        table: The table.
+        location: Of the network in whose coordinates places are given, if the table has
+            longitudes and latitudes; None for metres to the east and north of their middle.
+
     Raises:
-        InputError: If a cell is damaged, or nothing is there.
+        InputError: If a cell is damaged, nothing is there, or a place is none on the Earth.
+        MissingExtraError: If there are degrees and the package for projections is not installed.
     """
     cells, form = cells_of(table), table.form
     beside = _Beside.of(table)
-    rows = _Rows(table.file, cells, form)
+    if form.is_geo:
+        location = _checked(cells, location, table.file)
+    rows = _Rows(table.file, cells, form, location or _NOWHERE)
     times, headings, speeds = _times(rows, beside), _headings(rows), _speeds(rows, beside)
     sizes = _sizes(rows)
     told = (times, headings, speeds)
@@ -100,7 +113,8 @@ def samples_in(table: Table) -> Samples:
         cells.words["id"],
         times.values,
         _middle(rows.places, sizes, form),
-        headings.values,
+        # Compasses point to true north.
+        headings.values + rows.location.convergence,
         speeds.values,
         sizes,
         cells.words.get("class") or beside.classes(cells.words["id"]),
@@ -109,7 +123,23 @@ def samples_in(table: Table) -> Samples:
         form.classes,
         columns,
         tuple(notes),
+        rows.location,
     )
+
+
+def _checked(cells: Cells, location: Location | None, file: Path) -> Location:
+    """Return the location by which degrees become metres, their own if none is given."""
+    longitudes, latitudes = cells.numbers["x"], cells.numbers["y"]
+    if (np.abs(longitudes) > 180.0).any() or (np.abs(latitudes) > 89.0).any():
+        message = "a longitude or latitude is none on the Earth; say what the columns are"
+        raise InputError(f"{message} (scenario.trajectories.columns)", file=file)
+    if location is None:
+        middle = f"+lat_0={np.nanmedian(latitudes):.3f} +lon_0={np.nanmedian(longitudes):.3f}"
+        return Location(projection=f"+proj=tmerc {middle} +ellps=WGS84")
+    if not is_projected(location):
+        message = "it has longitudes and latitudes, but the network has no projection"
+        raise InputError(f"{message}; take one that netconvert made of a map", file=file)
+    return location
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,11 +167,12 @@ class _Rows:
         places: Its x, y and z, upright, (n, 3) [m].
         before, after: Indices of rows of the same road user, one after the other in time, (m,).
         ways: From one to the other, (m, 2) [m].
+        location: By which degrees become metres.
         raw: Times or frames as the table has them, (n,).
     """
 
-    def __init__(self, file: Path, cells: Cells, form: Form) -> None:
-        self.file, self.cells, self.form = file, cells, form
+    def __init__(self, file: Path, cells: Cells, form: Form, location: Location) -> None:
+        self.file, self.cells, self.form, self.location = file, cells, form, location
         self.raw = cells.numbers["time" if "time" in cells.numbers else "frame"]
         codes = cells.words["id"].codes
         order = np.lexsort((self.raw, codes))
@@ -158,6 +189,10 @@ class _Rows:
 
     def plan(self, x: str, y: str) -> Floats:
         """Return two columns as places, upright, (n, 2) [m]."""
+        if self.form.columns[x].unit == "deg":
+            degrees = np.column_stack([self.cells.numbers[x], self.cells.numbers[y]])
+            places = self.location.outside(net_from_geo(degrees, self.location))
+            return np.where(np.isfinite(places), places, np.nan)
         north = self.numbers(y, METRES)
         return np.column_stack([self.numbers(x, METRES), -north if self.form.downwards else north])
 

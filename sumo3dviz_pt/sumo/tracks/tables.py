@@ -40,7 +40,6 @@ _MARKS = ("$VEHICLE:", "$PEDESTRIAN:")  # stand before the columns of Vissim's r
 _WORDS = frozenset({"id", "class"})
 _NOTHING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 _RATE = re.compile(r"frame\s*rate\D{1,6}(\d+(?:\.\d+)?)", re.IGNORECASE)
-_DEGREES = frozenset({"lat", "latitude", "lon", "lng", "longitude"})
 _COMMA = re.compile(r"[+-]?\d+,\d+")
 
 
@@ -154,11 +153,8 @@ def why_no_table(file: Path, choices: TableChoices) -> str:
     if not named or any("\0" in name or "<" in name for name in named):
         return ""
     columns = ", ".join(map(cut, named[:_SHOWN])) + (", ..." if len(named) > _SHOWN else "")
-    if {name.lower() for name in named} & _DEGREES:
-        why = "places in degrees are not read; project them to metres"
-    else:
-        why = f"none tells {' or '.join(missing_in(named, choices)) or 'anything'}"
-        why += "; say which one does in scenario.trajectories.columns, or rename it"
+    why = f"none tells {' or '.join(missing_in(named, choices)) or 'anything'}"
+    why += "; say which one does in scenario.trajectories.columns, or rename it"
     return f"is a table with the columns {columns}: {why}"
 
 
@@ -195,6 +191,7 @@ class _Collected:
         self._codes: dict[str, list[Ints]] = {}
         self._known: dict[str, dict[str, int]] = {role: {} for role in _WORDS}
         self._clock: _Clock | None = None
+        self._step = 0 if table.form.repeated else 1
 
     def add(self, first: int, columns: Sequence[Sequence[Any]]) -> None:
         """Add the columns of some rows, the first of which stands in a line of the file."""
@@ -223,7 +220,7 @@ class _Collected:
             try:
                 seconds.append(clock.seconds(cell))
             except ValueError:
-                raise self._wrong("time", cell, first + row, "a time") from None
+                raise self._wrong("time", cell, first + self._step * row, "a time") from None
         self._numbers.setdefault("time", []).append(np.array(seconds))
 
     def _numbers_of(self, role: str, cells: Sequence[Any], first: int) -> Floats:
@@ -235,7 +232,9 @@ class _Collected:
                 return np.array([*map(float, cells)])
             except ValueError:
                 pass  # one by one, to name the line
-        return np.array([self._number(role, cell, first + n) for n, cell in enumerate(cells)])
+        return np.array(
+            [self._number(role, cell, first + self._step * n) for n, cell in enumerate(cells)]
+        )
 
     def _number(self, role: str, cell: str, line: int) -> float:
         text = cell.strip()
@@ -319,6 +318,8 @@ def _text_blocks(table: Table) -> Iterator[tuple[int, list[tuple[str, ...]]]]:
                         file=table.file,
                         line=line + short,
                     )
+                if table.form.repeated:
+                    rows = [each for row in rows for each in _unfolded(row, table)]
                 columns = list(zip(*(take(row) for row in rows if row), strict=True))
                 if columns:
                     yield line, _parts_taken(columns, wanted)
@@ -332,6 +333,14 @@ def _rows(lines: Iterable[str], separator: str) -> Iterator[list[str]]:
     if separator == " ":
         return (line.split() for line in lines)
     return (row if any(row) else [] for row in csv.reader(lines, delimiter=separator, strict=False))
+
+
+def _unfolded(row: list[str], table: Table) -> Iterator[list[str]]:
+    """Yield the rows of one road user whose last columns come again and again."""
+    again = table.form.repeated
+    head = len(table.names) - again
+    for at in range(head, len(row) - again + 1, again):
+        yield row[:head] + row[at : at + again]
 
 
 def _wanted(table: Table) -> list[tuple[int, str]]:

@@ -144,7 +144,7 @@ def test_the_plainest_table_is_one(tmp_path: Path) -> None:
     ("head", "words"),
     [
         ("when,whom,x,y", "columns when, whom, x, y: none tells the time or who it is; say which"),
-        ("time,id,lat,lon", "places in degrees are not read; project them to metres"),
+        ("time,id,lat", "columns time, id, lat: none tells x or y; say which"),
     ],
 )
 def test_what_a_table_lacks_is_said(tmp_path: Path, head: str, words: str) -> None:
