@@ -97,7 +97,10 @@ FORMS = ROOT / ".github" / "ISSUE_TEMPLATE"
 @pytest.mark.parametrize("name", [f"{page}.md" for page in PAGES])
 def test_pages_for_people_are_found_and_their_links_resolve(name: str) -> None:
     assert f"]({name})" in text_of(ROOT / "README.md")
-    for target in LINK.findall(text_of(ROOT / name)):
+    text = text_of(ROOT / name)
+    named = re.findall(r"`((?:tests|docs)/[\w/.]+)`", text)
+    assert not [each for each in named if not (ROOT / each).exists()]
+    for target in LINK.findall(text):
         if not target.startswith(("https://", "#", "mailto:")):
             assert (ROOT / target.partition("#")[0]).exists(), target
 
