@@ -16,7 +16,6 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -25,7 +24,7 @@ from types import TracebackType
 from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError, MissingExtraError, RenderError
-from sumo3dviz_pt.farm.plan import FarmPlan, read_plan
+from sumo3dviz_pt.farm.plan import PROGRAM, FarmPlan, read_plan
 from sumo3dviz_pt.farm.state import FarmState, this_host
 from sumo3dviz_pt.farm.worker import Orders, work
 from sumo3dviz_pt.files.atomic import write_atomically
@@ -90,7 +89,7 @@ class LocalRun:
         words = ["farm", "work", str(self._plan.folder)]
         with (folder / f"{self._begun:03d}.txt").open("ab") as stream:
             return subprocess.Popen(
-                [sys.executable, "-m", "sumo3dviz_pt.cli", *words],
+                [*PROGRAM, *words],
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
@@ -292,7 +291,7 @@ def _script(plan: FarmPlan, name: str, tasks: Sequence[int]) -> str:
         "signal": f"B:TERM@{_WARNING}",
         "output": f'"{output}"',
     }
-    words = [sys.executable, "-m", "sumo3dviz_pt.cli", "farm", "work", folder.as_posix()]
+    words = [*PROGRAM, "farm", "work", folder.as_posix()]
     which = ' --task "$SLURM_ARRAY_TASK_ID"' if single else ""
     return "\n".join(
         [

@@ -9,6 +9,7 @@ import json
 import math
 import os
 import re
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from itertools import pairwise
@@ -21,6 +22,9 @@ from sumo3dviz_pt.errors import ConfigError, InputError, cut
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.values import Whole
 from sumo3dviz_pt.pipeline.films.frames import film_name, frames_folder, write_json
+
+PROGRAM = (sys.executable, "-P", "-m", "sumo3dviz_pt.cli")
+"""How our command is begun; -P, because files of strangers may lie in the folder where it is."""
 
 _ONE_WORD = re.compile(r"[^\s\x00-\x1f\"'`$\\]{1,200}")
 """What may stand in a line of a batch script."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import IO
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.farm.plan import FarmPlan
+from sumo3dviz_pt.farm.plan import PROGRAM, FarmPlan
 from sumo3dviz_pt.farm.state import (
     OVER,
     STOP,
@@ -236,7 +236,7 @@ def _run(plan: FarmPlan, own: Try, words: Sequence[str], orders: Orders) -> End:
     with path.open("a+b") as stream:
         begin = stream.seek(0, os.SEEK_END)
         process = subprocess.Popen(
-            [sys.executable, "-m", "sumo3dviz_pt.cli", *words],
+            [*PROGRAM, *words],
             cwd=plan.place,
             env=_environment(plan, orders),
             stdin=subprocess.DEVNULL,

@@ -106,6 +106,40 @@ def curves() -> Iterator[tuple[str, str]]:
     yield "docs/quality.md", f"`standard` within {100 * max(standard):.1f} %"
 
 
+def certificates() -> Iterator[tuple[str, str]]:
+    """What is said of seeded faults."""
+    first = text_of(BENCH / "violations.md").splitlines()[0]
+    counts = re.findall(r"\d+", first)
+    seeded, found, outsiders, clean, wrong = counts
+    yield "paper.md", f"Of {seeded} seeded violations"
+    yield "paper.md", f"{found} are found, {outsiders} of which were thought of from the manual"
+    yield "paper.md", f"of {clean} clean pairs {wrong} are called wrong"
+    relit = re.search(r"All together: (\d+) of (\d+) are found", text_of(BENCH / "relit.md"))
+    assert relit is not None
+    yield (
+        "paper.md",
+        f"Of {relit[2]} places that were lit 1.5 or 2.5 times as brightly, {relit[1]} are",
+    )
+
+
+def cycles() -> Iterator[tuple[str, str]]:
+    """What is said of another renderer's cost."""
+    rows = re.findall(
+        r"^\| 16 samples: FLIP [\d.]+ \|([^|]*\|){2} ([\d.]+) \|",
+        text_of(BENCH / "cycles.md"),
+        re.M,
+    )
+    (_, day), (_, night) = rows
+    yield "paper.md", f"our kernel takes {day} of its CPU time by day and {night} by night"
+
+
+def nights() -> Iterator[tuple[str, str]]:
+    """What is said of dark nights."""
+    standard, study = (-100 * bias("crossing_night", name) for name in ("standard", "study"))
+    words = f"nights are {standard:.1f} % too dark with the preset `standard`, and {study:.1f} %"
+    yield "paper.md", words
+
+
 def shorter(value: float) -> str:
     """A figure below 1 without its nought."""
     return f"{value:.1f}".lstrip("0")
@@ -116,7 +150,7 @@ def bias(scene: str, preset: str) -> float:
     return float(np.mean(of_curves(scene, preset, "mean_bias")))
 
 
-@pytest.mark.parametrize("said", [motion, presets, curves])
+@pytest.mark.parametrize("said", [motion, presets, curves, certificates, cycles, nights])
 def test_sentences_hold_the_figures_of_the_benches(
     said: Callable[[], Iterator[tuple[str, str]]],
 ) -> None:

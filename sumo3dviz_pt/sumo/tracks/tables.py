@@ -33,6 +33,7 @@ _HEAD = 16_384
 """Number of characters in which the columns must be named."""
 
 _BLOCK = 50_000
+_LONGEST = 1 << 16  # characters of a row
 _SHOWN = 8  # columns that a message names
 _PACKED, _PARQUET = b"\x1f\x8b", b"PAR1"
 _SEPARATORS = (";", "\t", ",", "|")
@@ -300,6 +301,17 @@ def _text_of(file: Path) -> Iterator[TextIO]:
         )
 
 
+def _lines(text: TextIO, file: Path) -> Iterator[str]:
+    """Yield lines; a small file that is packed may hold one that would fill the memory."""
+    number = 0
+    while line := text.readline(_LONGEST):
+        number += 1
+        if len(line) == _LONGEST:
+            message = f"the row is longer than {_LONGEST >> 10} kB; write the table again"
+            raise InputError(message, file=file, line=number)
+        yield line
+
+
 def _text_blocks(table: Table) -> Iterator[tuple[int, list[tuple[str, ...]]]]:
     """Yield blocks of rows by columns, each with the line of its first row."""
     wanted = _wanted(table)
@@ -307,7 +319,7 @@ def _text_blocks(table: Table) -> Iterator[tuple[int, list[tuple[str, ...]]]]:
     try:
         with _text_of(table.file) as text:
             line = table.line + 1
-            lines = islice(text, table.line, None)
+            lines = islice(_lines(text, table.file), table.line, None)
             while block := list(islice(lines, _BLOCK)):
                 rows = list(_rows(block, table.separator))
                 short = next((n for n, row in enumerate(rows) if 0 < len(row) < width), None)

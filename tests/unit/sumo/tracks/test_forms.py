@@ -7,6 +7,7 @@ its order of rows.
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from table_writers import (
     vissim,
 )
 
+from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.traffic import TableChoices, TableColumn, Trace
 from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.sumo.fcd import read_trajectories
@@ -136,3 +138,16 @@ def test_what_was_understood_leaves_nothing_to_guess(
     second = converted(file, first.choices)
     assert second is not None and second.told and not caplog.records
     assert second.files[0].read_bytes() == first.files[0].read_bytes()
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("end", ["", "\n2,1,1,0\n"])
+def test_one_endless_row_is_refused_before_memory_ends(
+    end: str, packed: bool, tmp_path: Path
+) -> None:
+    """Some kilobytes, packed, may be gigabytes of cells."""
+    text = ("time,id,x,y\n1,1,0,0\n" + "1," * 1_000_000 + end).encode()
+    path = tmp_path / "table.csv"
+    path.write_bytes(gzip.compress(text) if packed else text)
+    with pytest.raises(InputError, match=r"table.csv:3: the row is longer than 64 kB"):
+        converted(path, PLAIN)
