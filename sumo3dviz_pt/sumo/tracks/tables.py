@@ -301,14 +301,14 @@ def _text_of(file: Path) -> Iterator[TextIO]:
         )
 
 
-def _lines(text: TextIO, file: Path) -> Iterator[str]:
+def _lines(text: TextIO, table: Table) -> Iterator[str]:
     """Yield lines; a small file that is packed may hold one that would fill the memory."""
-    number = 0
-    while line := text.readline(_LONGEST):
+    longest, number = _LONGEST << (8 if table.form.repeated else 0), 0
+    while line := text.readline(longest):
         number += 1
-        if len(line) == _LONGEST:
-            message = f"the row is longer than {_LONGEST >> 10} kB; write the table again"
-            raise InputError(message, file=file, line=number)
+        if len(line) == longest:
+            message = f"the row is longer than {longest >> 10} kB; write the table again"
+            raise InputError(message, file=table.file, line=number)
         yield line
 
 
@@ -319,8 +319,10 @@ def _text_blocks(table: Table) -> Iterator[tuple[int, list[tuple[str, ...]]]]:
     try:
         with _text_of(table.file) as text:
             line = table.line + 1
-            lines = islice(_lines(text, table.file), table.line, None)
-            while block := list(islice(lines, _BLOCK)):
+            lines = islice(_lines(text, table), table.line, None)
+            # One row that holds all of a road user is as much as a block of others.
+            size = 1 if table.form.repeated else _BLOCK
+            while block := list(islice(lines, size)):
                 rows = list(_rows(block, table.separator))
                 short = next((n for n, row in enumerate(rows) if 0 < len(row) < width), None)
                 if short is not None:

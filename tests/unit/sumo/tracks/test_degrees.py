@@ -119,6 +119,12 @@ def test_rows_of_pneuma_hold_a_road_user_each(tmp_path: Path) -> None:
     ways = np.column_stack([np.cos(first.yaws), np.sin(first.yaws)])
     off = first.positions[:, :2] - 2.5 * ways - driven()
     assert np.abs(off).max() < 0.3
+    # Minutes of a road user are a row of many kilobytes.
+    rows.append(f"3; Bus; 1.0; 1.0;{moments * 40}")
+    file.write_text("\n".join([names, *rows, ""]), encoding="utf-8")
+    longer = converted(file, PLAIN, network=network(tmp_path))
+    assert longer is not None and len(rows[-1]) > 1 << 16
+    assert len(read_trajectories(longer.files[:1]).traces) == 3
 
 
 def test_a_damaged_moment_of_pneuma_is_named_with_its_line(tmp_path: Path) -> None:
