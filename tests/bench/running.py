@@ -107,6 +107,10 @@ def measure(minutes: float, size: str) -> list[tuple[str, str]]:
         ),
         ("pictures", str(len(shown))),
         ("of them without their step", str(int(np.sum(shown[:, 1] > shown[:, 2] + 1e-6)))),
+        (
+            "of them that wait for SUMO, at the end of what it has said",
+            str(int(np.sum(np.abs(shown[:, 1] - shown[:, 2]) < 1e-3))),
+        ),
         ("pictures a second", f"{1000.0 / gaps.mean():.1f}"),
         ("gap between pictures, 90 % below", f"{np.quantile(gaps, 0.9):.0f} ms"),
         ("simulated seconds a second", f"{np.ptp(shown[:, 1]) / np.ptp(shown[:, 0]) * 1000.0:.2f}"),
