@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from sumo3dviz_pt.files.forms import Form
+from sumo3dviz_pt.job.renamed import with_present_names
 from sumo3dviz_pt.job.sessions import (
     PAGE_COLUMNS,
     DuringSettings,
@@ -116,7 +118,7 @@ LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE
 Cell = Annotated[str, BeforeValidator(_word)]
 Columns = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST_LEVELS), ONE_OR_MORE]
 Patterns = Annotated[tuple[str, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
-Patch = dict[str, Any]
+Patch = Annotated[dict[str, Any], AfterValidator(with_present_names)]
 """Keys of the scene file, dotted or nested, with their values."""
 
 
@@ -352,6 +354,10 @@ class AboutSettings(Settings):
     keywords: tuple[str, ...] = Field((), max_length=100, description="for catalogues")
 
 
+STUDY_FILE = Form("study file")
+"""Its version, and what makes it of older ones."""
+
+
 class StudySettings(Settings):
     """A whole study file."""
 
@@ -403,6 +409,12 @@ class StudySettings(Settings):
         CalibrationSettings(), description="a clip for a photometer; null leaves it out"
     )
     about: AboutSettings = AboutSettings()
+    schema_version: Whole = Field(
+        STUDY_FILE.version,
+        ge=1,
+        le=STUDY_FILE.version,
+        description="version of the file's form; a newer one than this package reads is refused",
+    )
 
     @model_validator(mode="after")
     def _distinct(self) -> StudySettings:

@@ -1,4 +1,4 @@
-"""Writes files as this version makes them, for later ones to read: python tools/make_corpus.py
+"""Writes files as this version makes them, for later ones to read: python tests/make_corpus.py
 
 They go into `tests/corpus/vVERSION`: scene files of all modes with what they mean, a film with its
 record and a frame, a study's folder, a farm's plan, and a recording if SUMO is there. A folder is
@@ -10,12 +10,8 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-import sys
 import tempfile
 from pathlib import Path
-
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
 
 from any_network.programs import call
 from builders import write_scenario
@@ -24,6 +20,8 @@ from sumo3dviz_pt import __version__
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.pipeline.provenance import with_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
+
+CORPUS = Path(__file__).resolve().parent / "corpus"
 
 HEAD = """scenario:
   network: ../town/net.net.xml
@@ -224,4 +222,4 @@ def write_corpus(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    write_corpus(ROOT / "tests" / "corpus" / f"v{'.'.join(__version__.split('.')[:2])}")
+    write_corpus(CORPUS / f"v{'.'.join(__version__.split('.')[:2])}")
