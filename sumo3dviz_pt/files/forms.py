@@ -56,7 +56,7 @@ class Form:
         """Return why this code cannot read a version; empty if it can."""
         version = content.get(SCHEMA_VERSION, 1)
         if type(version) is not int or version < 1:
-            return f"{SCHEMA_VERSION} should be a whole number from 1, not {cut(repr(version))}"
+            return f"this should be a whole number from 1, not {cut(repr(version))}"
         if version > self.version:
             return (
                 f"a {self.name} of version {version} is newer than this code, which reads up to"
@@ -77,7 +77,7 @@ class Form:
             ConfigError: If a newer version wrote it.
         """
         if problem := self.problem(content):
-            raise ConfigError(problem, file=file)
+            raise ConfigError(problem, key=SCHEMA_VERSION, file=file)
         for version in range(content.get(SCHEMA_VERSION, 1), self.version):
             content, changed = self.upgrades[version](content)
             if changed:

@@ -54,7 +54,7 @@ def test_a_newer_version_is_refused_with_what_to_type(tmp_path):
     with pytest.raises(ConfigError) as caught:
         FORM.current({SCHEMA_VERSION: 4}, file)
     said = str(caught.value)
-    assert said.startswith(f"{file}: a book of version 4 is newer")
+    assert said.startswith(f"{file}: {SCHEMA_VERSION}: a book of version 4 is newer")
     assert "reads up to 3" in said and said.endswith(UPDATE) and "\n" not in said
 
 
