@@ -16,7 +16,7 @@ RENAMED: Names = MappingProxyType({})
 """Keys that had another name in a published version; a row stays until the next major version."""
 
 
-def with_present_names(settings: Mapping[str, Any], names: Names = RENAMED) -> dict[str, Any]:
+def with_present_names(settings: Mapping[str, Any], *, names: Names = RENAMED) -> dict[str, Any]:
     """Return settings whose keys have their present names; those that had not are noted.
 
     Args:

@@ -118,8 +118,10 @@ LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE
 Cell = Annotated[str, BeforeValidator(_word)]
 Columns = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST_LEVELS), ONE_OR_MORE]
 Patterns = Annotated[tuple[str, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
-Patch = Annotated[dict[str, Any], AfterValidator(with_present_names)]
+Patch = dict[str, Any]
 """Keys of the scene file, dotted or nested, with their values."""
+
+_Patch = Annotated[Patch, AfterValidator(with_present_names)]
 
 
 # Factors and designs -----------------------------------------------------------------------
@@ -154,7 +156,7 @@ class FactorSettings(Settings):
         description="which level everybody would choose, if they stand in order; then choices"
         " that nobody would make are noted",
     )
-    levels: dict[LevelName, Patch] = Field(
+    levels: dict[LevelName, _Patch] = Field(
         min_length=2,
         max_length=MOST_LEVELS,
         description="values of the scene file by level; levels that are all {} are only told",
@@ -387,11 +389,11 @@ class StudySettings(Settings):
     clip: ShotSettings | None = Field(
         None, description="camera and times of all stimuli; default the scene's only shot"
     )
-    common: Patch = Field(
+    common: _Patch = Field(
         default_factory=dict,
         description="values of the scene file for all stimuli, such as quality and output",
     )
-    overrides: Patch = Field(
+    overrides: _Patch = Field(
         default_factory=dict,
         description="values of the scene file that win over levels, as --set does",
     )

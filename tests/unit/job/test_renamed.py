@@ -30,13 +30,13 @@ def test_former_names_become_present_ones(name, caplog):
     before, after = FORMS[name]
     kept = repr(before)
     with caplog.at_level(logging.WARNING):
-        assert with_present_names(before, NAMES) == (before if after is None else after)
+        assert with_present_names(before, names=NAMES) == (before if after is None else after)
     assert repr(before) == kept, "what was read stays as it is"
     assert bool(caplog.records) == (after is not None)
 
 
 def test_the_note_names_both(caplog):
-    with_present_names({"picture": {"width": 3}}, NAMES)
+    with_present_names({"picture": {"width": 3}}, names=NAMES)
     (record,) = caplog.records
     assert "the key picture.width of scene files is called picture.across now" in record.message
 
