@@ -131,8 +131,8 @@ def _readme(content: StudyContent) -> str:
         "",
         f"{films} films in `materials`, {len(content.trials)} trials, {lists} playlists. Tables are"
         " in `data`; `study.json` says what every film was made from and which pairs differ in one"
-        " factor; `methods.md` says how they were made; `inputs` holds all that they were made from, and says how to make them again;"
-        " `checksums.sha256` has the digests of all files.",
+        " factor; `methods.md` says how they were made; `inputs` holds all that they were made"
+        " from, and says how to make them again; `checksums.sha256` has the digests of all files.",
         "",
         *(f"* {note}" for note in content.notes),
     ]
