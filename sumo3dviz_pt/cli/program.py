@@ -276,7 +276,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
 @contextmanager
 def _escapes() -> Iterator[None]:
     """Print letters that the console lacks as escapes: a code page of Windows has few of them."""
-    streams = {each: each.errors for each in (sys.stdout, sys.stderr) if hasattr(each, "reconfigure")}
+    streams = {
+        each: each.errors for each in (sys.stdout, sys.stderr) if hasattr(each, "reconfigure")
+    }
     for stream in streams:
         stream.reconfigure(errors="backslashreplace")
     try:

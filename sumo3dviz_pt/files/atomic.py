@@ -18,6 +18,7 @@ import shutil
 import socket
 import stat
 import tempfile
+import time
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -135,9 +136,38 @@ def atomic_path(path: Path) -> Iterator[Path]:
     part = path.with_name(f"{path.name}.{socket.gethostname()}-{os.getpid()}.part")
     try:
         yield part
-        part.replace(path)
+        put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+_TRIES, _WAIT = 20, 0.1
+"""How often a file that is in use is tried to be replaced, and the time between tries [s]."""
+
+_IN_USE = (5, 32)
+"""What Windows says then: access denied, sharing violation."""
+
+
+def put_in_place(part: Path, path: Path) -> None:
+    """Give a whole file its name; one that has it is replaced.
+
+    Windows replaces no file that another program has open, as a player has, or a search for viruses
+    for a moment: that is waited for.
+
+    Raises:
+        OSError: If it cannot be replaced.
+    """
+    for left in reversed(range(_TRIES)):
+        try:
+            part.replace(path)
+            return
+        except PermissionError as error:
+            if getattr(error, "winerror", None) not in _IN_USE:
+                raise
+            if not left:
+                what = "another program has it open; close that, and run the command again"
+                raise PermissionError(error.errno, what, str(path)) from error
+        time.sleep(_WAIT)
 
 
 def write_atomically(path: Path, text: str) -> None:

@@ -104,7 +104,7 @@ def test_ends_of_lines_of_windows_change_nothing(
         write_scenario(folder, signals=True, trees=True, persons=1, vehicles=3)
         for path in folder.iterdir() if name == "windows" else ():
             text = path.read_bytes()
-            assert b"\n" in text and b"\r" not in text
+            assert b"\r" not in text
             path.write_bytes(text.replace(b"\n", b"\r\n"))
         log = folder / "fcd.xml"
         (folder / "fcd.xml.gz").write_bytes(gzip.compress(log.read_bytes()))
@@ -113,10 +113,10 @@ def test_ends_of_lines_of_windows_change_nothing(
         scene.write_bytes(scene.read_bytes().replace(b"fcd.xml", b"fcd.xml.gz"))
         assert main(["check", str(scene), "--json"]) == 0
         assert main(["init", str(folder), "-o", str(tmp_path / f"{name}.yaml")]) == 0
-        said.append(capsys.readouterr().out.replace(name, "."))
+        said.append(capsys.readouterr().out.replace(str(tmp_path), "").replace(name, "."))
     assert said[0] == said[1]
     made = [(tmp_path / f"{name}.yaml").read_text(encoding="utf-8") for name in ("unix", "windows")]
-    assert made[0].replace("unix", ".") == made[1].replace("windows", ".")
+    assert made[0].replace("unix/", "/") == made[1].replace("windows/", "/")
 
 
 # Open files --------------------------------------------------------------------------------------
@@ -194,7 +194,9 @@ def test_files_get_their_names_by_one_function() -> None:
         or (name.endswith((".replace", ".rename")) and len(call.args) == 1 and not call.keywords)
     ]
     known = {"files/atomic.py", "exports/page.py", "exports/order.py", "studies/folder.py"}
-    odd = [each for each in found if each.partition(":")[0].removeprefix("sumo3dviz_pt/") not in known]
+    odd = [
+        each for each in found if each.partition(":")[0].removeprefix("sumo3dviz_pt/") not in known
+    ]
     assert not odd, "use put_in_place"
 
 
@@ -290,4 +292,6 @@ def test_nobody_forks_and_nobody_needs_links() -> None:
 
 def test_temporary_files_are_not_opened_twice() -> None:
     """Windows opens a NamedTemporaryFile once only."""
-    assert not [path for path in MODULES if "NamedTemporaryFile" in path.read_text(encoding="utf-8")]
+    assert not [
+        path for path in MODULES if "NamedTemporaryFile" in path.read_text(encoding="utf-8")
+    ]
