@@ -132,13 +132,27 @@ def atomic_path(path: Path) -> Iterator[Path]:
     Raises:
         OSError: If it cannot be written.
     """
-    # Machines that share a folder may write the same file at the same time.
-    part = path.with_name(f"{path.name}.{socket.gethostname()}-{os.getpid()}.part")
+    part = path.with_name(_unfinished(path.name))
     try:
         yield part
         put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+_MOST_NAME = 255 - len(".00000000-4294967295.part")
+"""Bytes of a name beside which there is room for what an unfinished file adds."""
+
+
+def _unfinished(name: str) -> str:
+    """Return what a file is called until it is whole; no longer than it must be, for Windows.
+
+    Machines that share a folder may write the same file at the same time.
+    """
+    host = zlib.crc32(socket.gethostname().encode())
+    long = len(name.encode(errors="surrogateescape")) > _MOST_NAME
+    own = f"{zlib.crc32(name.encode(errors='surrogateescape')):08x}" if long else name
+    return f"{own}.{host:08x}-{os.getpid()}.part"
 
 
 _TRIES, _WAIT = 20, 0.1

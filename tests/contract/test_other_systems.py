@@ -20,6 +20,9 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.files import atomic
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of
+from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "sumo3dviz_pt"
@@ -295,3 +298,41 @@ def test_temporary_files_are_not_opened_twice() -> None:
     assert not [
         path for path in MODULES if "NamedTemporaryFile" in path.read_text(encoding="utf-8")
     ]
+
+
+# Names -------------------------------------------------------------------------------------------
+
+
+def test_films_of_scenes_that_differ_in_capitals_alone_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A.mp4 and a.mp4 are one file on Windows and macOS: the second would replace the first."""
+    scene = write_scenario(tmp_path)
+    scenes = [tmp_path / name for name in ("A.yaml", "a.yaml")]
+    for each in scenes:
+        each.write_text(scene.read_text(encoding="utf-8"), encoding="utf-8")
+    words = ["render", *map(str, scenes), "--dry-run", "-o", str(tmp_path / "{scene}.mp4")]
+    assert main(words) == 2
+    assert "two scene files have one name" in capsys.readouterr().err
+
+
+def test_shots_of_cameras_that_differ_in_capitals_alone_have_films_of_their_own(
+    tmp_path: Path,
+) -> None:
+    scene = write_scenario(tmp_path)
+    text = scene.read_text(encoding="utf-8")
+    text = text.replace("  driver:", "  Post: {mode: lagrangian, vehicle: v1}\n  driver:")
+    text = text.replace("shots:\n", "shots:\n  - {camera: Post, from: 4, to: 5}\n")
+    scene.write_text(text, encoding="utf-8")
+    films = shots_of(load_job(scene), Request(), FilmOrder(tmp_path / "{shot}.mp4"))
+    assert len({path.name.lower() for _, path in films}) == 2
+
+
+def test_names_of_unfinished_files_are_hardly_longer(tmp_path: Path) -> None:
+    """Windows opens paths of 260 characters, of which names that we choose should not take many."""
+    with atomic.atomic_path(tmp_path / "film.json") as part:
+        part.write_bytes(b"")
+        assert len(part.name) - len("film.json") <= 40
+    with atomic.atomic_path(tmp_path / ("x" * 250)) as part:
+        part.write_bytes(b"whole")
+    assert (tmp_path / ("x" * 250)).read_bytes() == b"whole"
