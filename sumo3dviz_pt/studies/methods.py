@@ -147,11 +147,11 @@ def _pictures(
     times = sorted({film.duration for film in films.values()})
     lasted = f"{times[0]:g} s" if len(times) == 1 else f"{times[0]:g} to {times[-1]:g} s"
     yield f"Films had {_some(sorted(sizes))} at {_some(sorted(rates))} and lasted {lasted}."
-    versions = account["versions"]
-    yield (
-        f"Frames were path-traced by sumo3dviz_pt {versions.get('sumo3dviz_pt', '')} on Mitsuba"
-        f" {versions.get('mitsuba', '')} (variant {account['variant']})."
-    )
+    if versions := account.get("versions"):
+        yield (
+            f"Frames were path-traced by sumo3dviz_pt {versions.get('sumo3dviz_pt', '')} on Mitsuba"
+            f" {versions.get('mitsuba', '')} (variant {account.get('variant', '')})."
+        )
     for name in dict.fromkeys(each.job.quality for each in plan.stimuli):
         yield f"The quality preset was `{name}`{_flip(name)}."
     yield _told(plan, "The tone curve was", lambda each: f"`{each.job.output.tone}`")
@@ -211,11 +211,9 @@ def _availability(plan: StudyPlan, account: Mapping[str, Any], digest: str) -> I
         " the same films again (`sumo3dviz-pt study inputs/study.yaml -o again`), and `sumo3dviz-pt"
         " study verify` tests the folder."
     )
-    code = account["package"]
-    yield (
-        f"The SHA-256 of `{RECORD}` was {digest}; those of the package's code and library were"
-        f" {code['code']} and {code['library']}."
-    )
+    yield f"The SHA-256 of `{RECORD}` was {digest}."
+    for part, own in account.get("package", {}).items():
+        yield f"The digest of the package's {part} was {own}."
     yield f"The scene's seed was {plan.stimuli[0].job.seed}."
     licence = f" under {_line(about.licence)}" if about.licence else ""
     authors = f" by {_some(map(_line, about.authors))}" if about.authors else ""
