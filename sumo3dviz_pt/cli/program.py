@@ -269,14 +269,30 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Raises:
         BrokenPipeError: If nobody reads the output any more.
     """
-    with notes_on_stderr():
+    with notes_on_stderr(), _escapes():
         return _run(arguments)
+
+
+@contextmanager
+def _escapes() -> Iterator[None]:
+    """Print letters that the console lacks as escapes: a code page of Windows has few of them."""
+    streams = {
+        each: each.errors for each in (sys.stdout, sys.stderr) if hasattr(each, "reconfigure")
+    }
+    for stream in streams:
+        stream.reconfigure(errors="backslashreplace")
+    try:
+        yield
+    finally:
+        for stream, errors in streams.items():
+            stream.reconfigure(errors=errors)
 
 
 def _run(arguments: Sequence[str] | None) -> int:
     """Run a command; errors become sentences."""
     try:
         parser = build_parser()
+        _check_letters(sys.argv[1:] if arguments is None else arguments)
         options = parser.parse_args(arguments, argparse.Namespace(parser=parser))
         _set_level(options.verbosity)
         options.words = list(sys.argv[1:] if arguments is None else arguments)
@@ -305,6 +321,16 @@ def _failed(error: BaseException, hint: str) -> int:
     if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
         return complain(f"{cut(str(error.filename))} is too long for a file's name", 2)
     return complain(str(error) or "there is not enough memory for this", 1, hint)
+
+
+def _check_letters(words: Sequence[str]) -> None:
+    """Refuse words whose letters this Python could not read, which then are no letters."""
+    odd = next((word for word in words if any("\ud800" <= char <= "\udfff" for char in word)), None)
+    if odd is not None:
+        raise ConfigError(
+            f"letters of {cut(odd)} cannot be read by this console's encoding; run it again with"
+            " PYTHONUTF8=1 before the command, or give the file a name in UTF-8"
+        )
 
 
 def _check_output(options: argparse.Namespace) -> None:

@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
 
     if len(options.scene) > 1 and "{scene}" not in options.output.name:
         raise ConfigError("several scenes need {scene} in the name of the output", key="output")
-    if len({scene.stem for scene in options.scene}) < len(options.scene):
+    if len({scene.stem.casefold() for scene in options.scene}) < len(options.scene):
         raise ConfigError(
             "two scene files have one name, and so would their films; render them one by one",
             key="output",

@@ -10,7 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.exports.scene import MOST_TIMES, ExportedScene, exported
-from sumo3dviz_pt.files.atomic import atomic_path, check_place
+from sumo3dviz_pt.files.atomic import atomic_path, check_place, put_in_place
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.still import check_free, check_writable
@@ -158,4 +158,4 @@ def _write_usd(scene: ExportedScene, order: ExportOrder) -> None:
             drawn = made.with_name(pictures.name)
             if drawn.exists():
                 drawn.rename(pictures)
-        made.replace(order.path)
+        put_in_place(made, order.path)

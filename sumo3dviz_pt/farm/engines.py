@@ -343,7 +343,11 @@ class SlurmRun:
         if shutil.which("sbatch") is None:
             return
         done = subprocess.run(
-            ["sh", str(self._script)], capture_output=True, text=True, check=False
+            ["sh", str(self._script)],
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
         )
         if done.returncode:
             raise RenderError(f"Slurm refuses the jobs: {done.stderr.strip() or done.stdout}")
@@ -389,7 +393,11 @@ class SlurmRun:
         """Return how many of the jobs Slurm has; one if it does not answer."""
         ids = ",".join(self._jobs.split())
         done = subprocess.run(
-            ["squeue", "--noheader", "--jobs", ids], capture_output=True, text=True, check=False
+            ["squeue", "--noheader", "--jobs", ids],
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
         )
         if done.returncode:
             # Jobs that ended some minutes ago are forgotten one by one.
@@ -403,5 +411,9 @@ def cancel_pending(plan: FarmPlan) -> None:
     if jobs.is_file() and shutil.which("scancel"):
         ids = jobs.read_text(encoding="utf-8").split()
         subprocess.run(
-            ["scancel", "--state=PENDING", *ids], capture_output=True, text=True, check=False
+            ["scancel", "--state=PENDING", *ids],
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
         )

@@ -19,6 +19,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from sumo3dviz_pt.errors import ConfigError, InputError, cut
+from sumo3dviz_pt.files.forms import Form
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.values import Whole
 from sumo3dviz_pt.pipeline.films.frames import film_name, frames_folder, write_json
@@ -71,6 +72,9 @@ class EngineChoice:
 
 PLAN = "plan.json"
 """The plan's file, in the farm's folder."""
+
+PLAN_FILE = Form("farm's plan")
+"""Its version, and what makes it of older ones."""
 
 SUFFIX = ".farm"
 """A farm's folder beside its film: film.mp4 has film.farm."""
@@ -192,7 +196,7 @@ def chunks(frames: int, *, longest: int) -> list[tuple[int, int]]:
 def write_plan(plan: FarmPlan) -> None:
     """Write a plan to its folder."""
     plan.folder.mkdir(parents=True, exist_ok=True)
-    content = asdict(plan)
+    content = {**PLAN_FILE.stamp, **asdict(plan)}
     del content["folder"]
     write_json(plan.folder / PLAN, content, indent=1)
 
@@ -201,8 +205,8 @@ def read_plan(folder: Path) -> FarmPlan:
     """Return the plan of a farm.
 
     Raises:
-        ConfigError: If there is none.
-        InputError: If it is damaged, or another version wrote it.
+        ConfigError: If there is none, or a newer version wrote it.
+        InputError: If it is damaged.
     """
     path = folder / PLAN
     try:
@@ -216,6 +220,7 @@ def read_plan(folder: Path) -> FarmPlan:
         raise InputError(f"the farm's plan cannot be read ({error})", file=path) from error
     except (RecursionError, ValueError) as error:
         raise _damaged(path, error) from error
+    content = PLAN_FILE.current(content, path) if isinstance(content, dict) else content
     try:
         plan = _plan_of(folder, content)
         _check(plan)

@@ -18,6 +18,7 @@ import shutil
 import socket
 import stat
 import tempfile
+import time
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -131,13 +132,56 @@ def atomic_path(path: Path) -> Iterator[Path]:
     Raises:
         OSError: If it cannot be written.
     """
-    # Machines that share a folder may write the same file at the same time.
-    part = path.with_name(f"{path.name}.{socket.gethostname()}-{os.getpid()}.part")
+    part = path.with_name(_unfinished(path.name))
     try:
         yield part
-        part.replace(path)
+        put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+_MOST_NAME = 255 - len(".00000000-4294967295.part")
+"""Bytes of a name beside which there is room for what an unfinished file adds."""
+
+
+def _unfinished(name: str) -> str:
+    """Return what a file is called until it is whole; no longer than it must be, for Windows.
+
+    Machines that share a folder may write the same file at the same time.
+    """
+    host = zlib.crc32(socket.gethostname().encode())
+    long = len(name.encode(errors="surrogateescape")) > _MOST_NAME
+    own = f"{zlib.crc32(name.encode(errors='surrogateescape')):08x}" if long else name
+    return f"{own}.{host:08x}-{os.getpid()}.part"
+
+
+_TRIES, _WAIT = 20, 0.1
+"""How often a file that is in use is tried to be replaced, and the time between tries [s]."""
+
+_IN_USE = (5, 32)
+"""What Windows says then: access denied, sharing violation."""
+
+
+def put_in_place(part: Path, path: Path) -> None:
+    """Give a whole file its name; one that has it is replaced.
+
+    Windows replaces no file that another program has open, as a player has, or a search for viruses
+    for a moment: that is waited for.
+
+    Raises:
+        OSError: If it cannot be replaced.
+    """
+    for left in reversed(range(_TRIES)):
+        try:
+            part.replace(path)
+            return
+        except PermissionError as error:
+            if getattr(error, "winerror", None) not in _IN_USE:
+                raise
+            if not left:
+                what = "another program has it open; close that, and run the command again"
+                raise PermissionError(error.errno, what, str(path)) from error
+        time.sleep(_WAIT)
 
 
 def write_atomically(path: Path, text: str) -> None:

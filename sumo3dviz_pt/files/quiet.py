@@ -19,7 +19,7 @@ def silenced() -> Iterator[None]:
         yield
         return
     try:
-        with Path(os.devnull).open("w") as nowhere:
+        with Path(os.devnull).open("wb") as nowhere:
             os.dup2(nowhere.fileno(), 2)
             yield
     finally:

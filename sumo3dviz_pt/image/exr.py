@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.atomic import put_in_place
 from sumo3dviz_pt.files.quiet import silenced
 from sumo3dviz_pt.model.geometry import Image
 
@@ -156,7 +157,7 @@ def _write(path: Path, *content: Any) -> None:
     try:
         with OpenEXR.File(*content) as file:
             file.write(str(unfinished))
-        unfinished.replace(path)
+        put_in_place(unfinished, path)
     except RuntimeError as error:
         raise OSError(f"cannot write {path}: {error}") from error
     finally:

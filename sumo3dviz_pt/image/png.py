@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.files.atomic import read_plain
+from sumo3dviz_pt.files.atomic import put_in_place, read_plain
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 """How a PNG file begins."""
@@ -43,7 +43,7 @@ def write_png(
     part = path.with_name(path.name + ".part")
     try:
         part.write_bytes(encoded(pixels, text=text, level=level))
-        part.replace(path)
+        put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)
 

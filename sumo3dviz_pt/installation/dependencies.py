@@ -291,7 +291,14 @@ def _version_of(path: str) -> tuple[str, str]:
     """Return the version that a library tells, `0.0.0` before 16, and why it tells none."""
     command = [sys.executable, "-I", "-S", "-c", _ASK, path]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=60,
+            check=False,
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         return "", str(error)
     if done.returncode:

@@ -173,7 +173,9 @@ def _tried_in_another_process() -> LoadingTrial:
     place = str(Path(__file__).resolve().parents[2])
     command = [sys.executable, "-P", "-c", _TRY, place]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", check=False
+        )
     except OSError as error:
         return LoadingTrial(problems=(f"no other process could be started: {error}",))
     if done.returncode == 0:

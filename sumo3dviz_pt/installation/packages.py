@@ -245,7 +245,9 @@ def _ran(command: list[str], tell: TellLine) -> bool:
 def _output(command: tuple[str, ...]) -> str:
     """Return what a command prints; nothing if there is no such command."""
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=False).stdout
+        return subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", check=False
+        ).stdout
     except OSError:
         return ""
 

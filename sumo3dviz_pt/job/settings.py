@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 from pydantic import BaseModel, Field, model_validator
 from pydantic.fields import FieldInfo
 
+from sumo3dviz_pt.files.forms import Form
 from sumo3dviz_pt.job.cameras import CameraSettings as CameraSettings
 from sumo3dviz_pt.job.cameras import CinematicCamera as CinematicCamera
 from sumo3dviz_pt.job.cameras import EulerianCamera as EulerianCamera
@@ -383,6 +384,10 @@ class Quality(Settings):
         return self.model_copy(update=changes)
 
 
+SCENE_FILE = Form("scene file")
+"""Its version, and what makes it of older ones."""
+
+
 class Job(Settings):
     """A whole scene file."""
 
@@ -416,6 +421,14 @@ class Job(Settings):
     )
     quality: str = Field("standard", description="quality preset, from `scene_templates/quality`")
     textured: bool = Field(True, description="false paints everything in matt colours")
+    # It says how to read the file, not what is shown: no hash, record or comparison has it.
+    schema_version: Whole = Field(
+        SCENE_FILE.version,
+        ge=1,
+        le=SCENE_FILE.version,
+        exclude=True,
+        description="version of the file's form; a newer one than this package reads is refused",
+    )
 
 
 _KINDS = ("gt", "ge", "lt", "le")

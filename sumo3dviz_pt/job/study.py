@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from sumo3dviz_pt.files.forms import Form
+from sumo3dviz_pt.job.renamed import with_present_names
 from sumo3dviz_pt.job.sessions import (
     PAGE_COLUMNS,
     DuringSettings,
@@ -119,6 +121,8 @@ Patterns = Annotated[tuple[str, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE
 Patch = dict[str, Any]
 """Keys of the scene file, dotted or nested, with their values."""
 
+_Patch = Annotated[Patch, AfterValidator(with_present_names)]
+
 
 # Factors and designs -----------------------------------------------------------------------
 
@@ -152,7 +156,7 @@ class FactorSettings(Settings):
         description="which level everybody would choose, if they stand in order; then choices"
         " that nobody would make are noted",
     )
-    levels: dict[LevelName, Patch] = Field(
+    levels: dict[LevelName, _Patch] = Field(
         min_length=2,
         max_length=MOST_LEVELS,
         description="values of the scene file by level; levels that are all {} are only told",
@@ -352,6 +356,10 @@ class AboutSettings(Settings):
     keywords: tuple[str, ...] = Field((), max_length=100, description="for catalogues")
 
 
+STUDY_FILE = Form("study file")
+"""Its version, and what makes it of older ones."""
+
+
 class StudySettings(Settings):
     """A whole study file."""
 
@@ -381,11 +389,11 @@ class StudySettings(Settings):
     clip: ShotSettings | None = Field(
         None, description="camera and times of all stimuli; default the scene's only shot"
     )
-    common: Patch = Field(
+    common: _Patch = Field(
         default_factory=dict,
         description="values of the scene file for all stimuli, such as quality and output",
     )
-    overrides: Patch = Field(
+    overrides: _Patch = Field(
         default_factory=dict,
         description="values of the scene file that win over levels, as --set does",
     )
@@ -403,6 +411,12 @@ class StudySettings(Settings):
         CalibrationSettings(), description="a clip for a photometer; null leaves it out"
     )
     about: AboutSettings = AboutSettings()
+    schema_version: Whole = Field(
+        STUDY_FILE.version,
+        ge=1,
+        le=STUDY_FILE.version,
+        description="version of the file's form; a newer one than this package reads is refused",
+    )
 
     @model_validator(mode="after")
     def _distinct(self) -> StudySettings:

@@ -33,7 +33,13 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, Sky
 from sumo3dviz_pt.model.weather import CONTRAST, Weather, WeatherCourse
 from sumo3dviz_pt.pipeline.metering import metering_of
-from sumo3dviz_pt.pipeline.provenance import by_role, package_hashes, versions, with_files
+from sumo3dviz_pt.pipeline.provenance import (
+    FILM_RECORD,
+    by_role,
+    package_hashes,
+    versions,
+    with_files,
+)
 from sumo3dviz_pt.pipeline.traffic import ridden_ids
 
 if TYPE_CHECKING:
@@ -393,6 +399,7 @@ def account_of(production: Production) -> dict[str, Any]:
     """
     job, inputs, data = production.job, production.inputs, production.shot.data
     return {
+        **FILM_RECORD.stamp,
         "key": production.key,
         "command": production.command,
         "camera": production.camera,

@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any
 
 from sumo3dviz_pt.catalog import data_root, template_file
+from sumo3dviz_pt.files.forms import Form
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import TrafficSettings, WeatherSettings
 from sumo3dviz_pt.library.vehicles.user_mesh import companions
@@ -218,6 +219,24 @@ def _presets(job: Job, camera: str) -> dict[str, Path]:
 
 
 Account = Mapping[str, Any]
+
+
+def _with_ratios(account: Account) -> tuple[Account, str]:
+    """Return an account that tells its frame rate as a ratio, too: version 1 need not."""
+    parts = {"": account, "shot": account.get("shot")}
+    rates = {
+        part: {**content, "frame_rate": str(content["fps"])}
+        for part, content in parts.items()
+        if isinstance(content, Mapping) and "fps" in content and "frame_rate" not in content
+    }
+    if not rates:
+        return account, ""
+    shot = {"shot": rates["shot"]} if "shot" in rates else {}
+    return {**account, **rates.get("", {}), **shot}, "its frame rate is told by fps alone"
+
+
+FILM_RECORD = Form("film's record", 2, MappingProxyType({1: _with_ratios}))
+"""What lies beside a film, in its frames and in pictures: its version, and older ones."""
 
 _SECTIONS: Mapping[str, str] = MappingProxyType(
     {

@@ -19,8 +19,10 @@ from pydantic import ValidationError
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.files.atomic import open_plain
+from sumo3dviz_pt.files.forms import SCHEMA_VERSION
 from sumo3dviz_pt.job.errors import Source, explained, located, reason
-from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
+from sumo3dviz_pt.job.renamed import with_present_names
+from sumo3dviz_pt.job.settings import SCENE_FILE, CameraSettings, Job, Quality
 from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, as_path, parse_yaml, plain
 
 FILE = "scene.schema.json"
@@ -229,7 +231,8 @@ def read_scene(path: Path) -> SceneText:
             f" -o {path.stem}",
             file=path,
         )
-    return SceneText(content, Source(path, places))
+    source = Source(path, places)
+    return SceneText(_understood(content, source), source)
 
 
 def load_job(path: Path, overrides: Mapping[str, Any] | None = None) -> Job:
@@ -255,7 +258,19 @@ def override_values(overrides: Mapping[str, Any] | None) -> dict[str, Any]:
     Raises:
         ConfigError: If they are no overrides, or a text is no YAML.
     """
-    return {key: _value_of(key, value) for key, value in checked_overrides(overrides).items()}
+    values = {key: _value_of(key, value) for key, value in checked_overrides(overrides).items()}
+    return with_present_names(values)
+
+
+def _understood(settings: Mapping[str, Any], source: Source) -> dict[str, Any]:
+    """Return settings in the form of this version, by which older ones meant the same.
+
+    Raises:
+        ConfigError: If they are of a newer version.
+    """
+    if problem := SCENE_FILE.problem(settings):
+        raise located(problem, (SCHEMA_VERSION,), source)
+    return with_present_names(SCENE_FILE.current(settings, source.file))
 
 
 def make_job(
@@ -272,7 +287,7 @@ def make_job(
         ConfigError: If a setting is wrong; names the key, and the line if known.
     """
     source = source or Source(None, {})
-    settings = plain(settings)
+    settings = _understood(plain(settings), source)
     name = settings.get("template", Job.model_fields["template"].default)
     try:
         template = catalog.template("scene", str(name))

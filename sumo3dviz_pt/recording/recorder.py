@@ -17,7 +17,7 @@ from typing import IO, Any
 from xml.sax.saxutils import quoteattr
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.files.atomic import write_atomically
+from sumo3dviz_pt.files.atomic import put_in_place, write_atomically
 from sumo3dviz_pt.recording.files import (
     EVENTS,
     LOG,
@@ -119,10 +119,10 @@ class Recorder:
         if not self._steps:
             self._part(LOG).unlink()
             raise InputError("no step was recorded; call step() after simulationStep()", file=path)
-        self._part(LOG).replace(self.folder / LOG)
+        put_in_place(self._part(LOG), self.folder / LOG)
         if self._lights is not None:
             _closed(self._lights, "tlsStates")
-            self._part(SIGNALS).replace(self.folder / SIGNALS)
+            put_in_place(self._part(SIGNALS), self.folder / SIGNALS)
             write_atomically(self.folder / EVENTS, events(SIGNALS))
         lit = self._lights is not None
         self._lights = None

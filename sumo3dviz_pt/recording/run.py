@@ -26,7 +26,7 @@ from typing import IO
 from xml.sax.saxutils import unescape
 
 from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError
-from sumo3dviz_pt.files.atomic import atomic_path, write_atomically
+from sumo3dviz_pt.files.atomic import atomic_path, put_in_place, write_atomically
 from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.recording.command import PEOPLE, arguments, end_of, read_settings
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, SumoSettings, configuration, events
@@ -209,11 +209,11 @@ def _recorded(settings: SumoSettings, order: RecordOrder, program: str) -> list[
             join_steps(log)
         _check_log(log, settings)
         files = [order.folder / LOG]
-        log.replace(files[0])
+        put_in_place(log, files[0])
         signals = part / f"{prefix}{SIGNALS}"
         if signals.is_file():
             files += [order.folder / SIGNALS, order.folder / EVENTS]
-            signals.replace(files[1])
+            put_in_place(signals, files[1])
             write_atomically(files[2], events(SIGNALS))
     return files
 

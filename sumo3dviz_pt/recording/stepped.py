@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import IO
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.files.atomic import write_atomically
+from sumo3dviz_pt.files.atomic import put_in_place, write_atomically
 from sumo3dviz_pt.recording.command import arguments, read_settings
 from sumo3dviz_pt.recording.files import (
     EVENTS,
@@ -150,9 +150,9 @@ class SteppedRun:
         self._end()
         if self._kept:
             part = Path(self._place.name)
-            (part / LOG).replace(self._folder / LOG)
+            put_in_place(part / LOG, self._folder / LOG)
             if self._lit:
-                (part / SIGNALS).replace(self._folder / SIGNALS)
+                put_in_place(part / SIGNALS, self._folder / SIGNALS)
                 write_atomically(self._folder / EVENTS, events(SIGNALS))
             text = configuration(self._settings, self._folder, signals=self._lit > 0)
             write_atomically(target, text)

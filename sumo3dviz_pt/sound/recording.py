@@ -125,7 +125,7 @@ def record(renderer: Renderer, path: Path, count: int) -> Loudness:
 
     Args:
         renderer: Makes it.
-        path: The WAV file; what is there is replaced when it is whole.
+        path: The WAV file.
         count: How many samples.
 
     Raises:
@@ -148,7 +148,7 @@ def write_wav(path: Path, blocks: Iterable[Floats], *, channels: int, count: int
     """Write samples as a WAV file of floats.
 
     Args:
-        path: The file; what is there is replaced when it is whole.
+        path: The file.
         blocks: Of samples, (n, channels) each.
         channels: How many.
         count: How many samples there are in each.
@@ -162,13 +162,8 @@ def write_wav(path: Path, blocks: Iterable[Floats], *, channels: int, count: int
     form = struct.pack("<HHIIHHH", 3, channels, RATE, 4 * channels * RATE, 4 * channels, 32, 0)
     fact = struct.pack("<4sII", b"fact", 4, count)
     head = b"WAVE" + struct.pack("<4sI", b"fmt ", len(form)) + form + fact
-    part = path.with_name(f"{path.stem}.part{path.suffix}")
-    try:
-        with part.open("wb") as file:
-            file.write(struct.pack("<4sI", b"RIFF", len(head) + 8 + size) + head)
-            file.write(struct.pack("<4sI", b"data", size))
-            for block in blocks:
-                file.write(block.astype("<f4").tobytes())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with path.open("wb") as file:
+        file.write(struct.pack("<4sI", b"RIFF", len(head) + 8 + size) + head)
+        file.write(struct.pack("<4sI", b"data", size))
+        for block in blocks:
+            file.write(block.astype("<f4").tobytes())

@@ -18,10 +18,11 @@ from pydantic import ValidationError
 from sumo3dviz_pt.catalog import did_you_mean, file_meant
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.files.atomic import open_plain, read_plain
+from sumo3dviz_pt.files.forms import SCHEMA_VERSION
 from sumo3dviz_pt.job.errors import Source, explained, located
 from sumo3dviz_pt.job.sessions import EndpointSettings, FormSettings, LanguageSettings
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.job.study import OWN_COLUMNS, FactorSettings, StudySettings
+from sumo3dviz_pt.job.study import OWN_COLUMNS, STUDY_FILE, FactorSettings, StudySettings
 from sumo3dviz_pt.job.yaml12 import MOST_TEXT, KeyPath, as_path, parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import SceneText, read_scene
 from sumo3dviz_pt.studies.designs.trials import Levels, Ranks
@@ -263,7 +264,9 @@ def load_study(path: Path) -> StudyFile:
         raise ConfigError(
             "is a scene file, not a study file; name it in one under the key scene", file=path
         )
-    settings = _settings(content, source)
+    if problem := STUDY_FILE.problem(content):
+        raise located(problem, (SCHEMA_VERSION,), source)
+    settings = _settings(STUDY_FILE.current(content, path), source)
     _check_exclusions(settings, source)
     if not settings.scene.is_file():
         hint = file_meant(settings.scene)

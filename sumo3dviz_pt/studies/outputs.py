@@ -15,9 +15,12 @@ References:
 
 from __future__ import annotations
 
+import hashlib
 import json
 import logging
 import math
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -39,6 +42,7 @@ from sumo3dviz_pt.pipeline.films.heard import has_soundtrack, is_heard
 from sumo3dviz_pt.pipeline.films.overlays import extra_files
 from sumo3dviz_pt.pipeline.films.sound import recording_file, sound_folder
 from sumo3dviz_pt.pipeline.provenance import versions
+from sumo3dviz_pt.studies.designs.trials import Trial
 from sumo3dviz_pt.studies.file import session_of, texts_of, words_of
 from sumo3dviz_pt.studies.folder import FOLDER
 from sumo3dviz_pt.studies.plan import StudyPlan
@@ -308,6 +312,7 @@ def _middle(clip: Clip) -> float:
 
 
 CARDS_FOLDER = "cards"
+_NO_NAME = re.compile(r"[^A-Za-z0-9._-]+")
 _CARDS_GREY = 119
 _CARDS_GAP = 0.02  # between films, share of the card's width
 _STRIP = 0.09  # above films, for the letters, share of the card's width
@@ -324,16 +329,37 @@ def write_cards(folder: Path, content: StudyContent) -> Mapping[str, str]:
     Returns:
         The card's file by the trial's name, relative to the folder.
     """
-    files = {}
+    files, names = {}, card_names(content.trials)
     for trial in content.trials:
         clips = [None if each is None else content.clips[each] for each in trial.alternatives]
         if sum(clip is not None for clip in clips) < 2:
             continue
-        file = f"{MATERIALS}/{CARDS_FOLDER}/{trial_name(trial)}.mp4"
+        file = f"{MATERIALS}/{CARDS_FOLDER}/{names[trial_name(trial)]}.mp4"
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
         write_card(folder, clips, folder / file)
         files[trial_name(trial)] = file
     return files
+
+
+_LONGEST_CARD = 80
+"""Characters of a task that stand in its card's name."""
+
+
+def card_names(trials: Sequence[Trial]) -> dict[str, str]:
+    """Return what cards are called, by the trial's name, which another tool's table may say.
+
+    Names are letters, digits, hyphens, dots and underscores that no other name has, in whatever
+    capitals: some systems know no others. What was changed for that has a digest.
+    """
+    names = [trial_name(trial) for trial in trials]
+    plain = {name: _NO_NAME.sub("-", name)[:_LONGEST_CARD].rstrip(".") for name in names}
+    lowered = Counter(each.lower() for each in plain.values())
+    return {
+        name: each
+        if each == name and lowered[each.lower()] == 1
+        else f"{each}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+        for name, each in plain.items()
+    }
 
 
 def write_card(folder: Path, clips: Sequence[Clip | None], path: Path) -> None:

@@ -397,15 +397,21 @@ def frames_of(stimulus: Stimulus) -> int:
     """Return how many frames a film has, which ends where the log does."""
     times = Pace.of(stimulus.job, stimulus.shot).times(stimulus.shot)
     logs = scenario_files(stimulus.job).trajectories
-    return int(np.sum(times <= _end_of(stamps_of(logs)) + 1e-6))
+    return int(np.sum(times <= _end_and_step(stamps_of(logs))[0] + 1e-6))
+
+
+def log_step(stimulus: Stimulus) -> float:
+    """Return the usual time from a step of a film's log to the next [s]; 0 if it has one only."""
+    return _end_and_step(stamps_of(scenario_files(stimulus.job).trajectories))[1]
 
 
 @lru_cache(maxsize=64)
-def _end_of(logs: tuple[tuple[str, int, int], ...]) -> float:
-    """Return the last time of a simulation's logs [s], which are named with their versions."""
+def _end_and_step(logs: tuple[tuple[str, int, int], ...]) -> tuple[float, float]:
+    """Return a simulation's last time and step [s], of logs that are named with their versions."""
     from sumo3dviz_pt.sumo import whereabouts
 
-    return whereabouts([Path(name) for name, *_ in logs], "").end
+    found = whereabouts([Path(name) for name, *_ in logs], "")
+    return found.end, found.step
 
 
 def cost_of_film(stimulus: Stimulus) -> Cost:

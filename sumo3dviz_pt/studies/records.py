@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.forms import Form
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, digest_in, sealed
 from sumo3dviz_pt.pipeline.films.frames import account_file, frames_folder, write_json
 from sumo3dviz_pt.pipeline.films.layers import beside
 from sumo3dviz_pt.pipeline.provenance import (
+    FILM_RECORD,
     differences,
     file_hash,
     inputs_of,
@@ -30,6 +32,9 @@ from sumo3dviz_pt.studies.plan import StudyPlan
 from sumo3dviz_pt.studies.stimuli import Stimulus
 
 RECORD = "study.json"
+STUDY_RECORD = Form("study's record")
+"""The version of that file, and what makes it of older ones."""
+
 PARTS = "study.films"
 """Folder of the records of films that were made one by one, until `study.json` holds them."""
 
@@ -102,7 +107,7 @@ def finished_films(
 def _is_whole(path: Path, record: FilmRecord) -> bool:
     """Return whether a film and its account are those of a record."""
     try:
-        account = read_film_account(path)
+        account = _account_beside(path)
     except InputError:
         return False
     return digest_in(account) == record.account and file_hash(path) == record.sha256
@@ -166,7 +171,17 @@ def _fov(account: Mapping[str, Any]) -> float | None:
 
 
 def read_film_account(path: Path) -> Mapping[str, Any]:
-    """Return the account beside a film.
+    """Return the account beside a film, as this version tells it.
+
+    Raises:
+        InputError: If it is missing or damaged.
+        ConfigError: If a newer version wrote it.
+    """
+    return FILM_RECORD.current(_account_beside(path), account_file(path))
+
+
+def _account_beside(path: Path) -> Mapping[str, Any]:
+    """Return the account beside a film as it stands there, which its digest is of.
 
     Raises:
         InputError: If it is missing or damaged.
@@ -185,6 +200,7 @@ def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord])
     """Write `study.json`: the design, the films that are finished, and the pairs to compare."""
     settings = plan.file.settings
     content = {
+        **STUDY_RECORD.stamp,
         "title": settings.about.title,
         "design": settings.design if isinstance(settings.design, str) else settings.design.form,
         "seed": settings.seed,
@@ -246,7 +262,8 @@ def noted_films(folder: Path) -> dict[str, FilmRecord]:
     """Return the films that a folder's records name; none where they are missing or damaged."""
     films = {}
     try:
-        known = json.loads((folder / RECORD).read_bytes())["films"]
+        record = json.loads((folder / RECORD).read_bytes())
+        known = STUDY_RECORD.current(record, folder / RECORD)["films"]
         films = {name: _film(values) for name, values in known.items()}
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         pass

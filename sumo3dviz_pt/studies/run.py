@@ -33,6 +33,7 @@ from sumo3dviz_pt.studies.designs.profiles import in_words as design_in_words
 from sumo3dviz_pt.studies.folder import check_study_inputs, write_study_inputs
 from sumo3dviz_pt.studies.foresight import foresight
 from sumo3dviz_pt.studies.measured.report import report_study
+from sumo3dviz_pt.studies.methods import write_methods
 from sumo3dviz_pt.studies.offers import offer_lines, offer_notes, offers_of
 from sumo3dviz_pt.studies.outputs import cards_of, write_outputs
 from sumo3dviz_pt.studies.plan import StudyPlan, cost_of_film, forecast, frames_of
@@ -288,10 +289,11 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
     measured = certificate.files if certificate else ()
     if plan.file.settings.report.write:
         measured += report_study(folder, plan)
+    methods = write_methods(folder, plan, films, certificate=certificate)
     if order.discard_frames:
         _discard_frames(folder, plan)
     seal = None if certificate is None else partial(seal_folder, folder, certificate)
-    also = [record, *inputs, *measured]
+    also = [record, *inputs, *measured, methods]
     files = write_outputs(folder, plan, films, cards=cards, also=also, seal=seal)
     return FinishedStudy(tuple(files), certificate)
 

@@ -514,11 +514,13 @@ class Whereabouts:
         spans: First and last time of each stay without a gap [s].
         ids: Ids of all road users in the log.
         end: Last time of the log [s]; minus infinity if it is empty.
+        step: Usual time from a step to the next [s]; 0 if it has one step at most.
     """
 
     spans: tuple[tuple[float, float], ...]
     ids: frozenset[str]
     end: float
+    step: float = 0.0
 
 
 @dataclass(slots=True)
@@ -564,7 +566,9 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
                 if user in wanted or (kind_of_user, user) == keyed:
                     look.there.add(time)
     ids = frozenset(html.unescape(each.decode("utf-8", errors="replace")) for each in look.ids)
-    return Whereabouts(_spans(look), ids, max(look.steps, default=-np.inf))
+    steps = np.diff(sorted(look.steps))
+    step = round(float(np.median(steps)), 6) if len(steps) else 0.0
+    return Whereabouts(_spans(look), ids, max(look.steps, default=-np.inf), step)
 
 
 def _written(name: str) -> bytes:

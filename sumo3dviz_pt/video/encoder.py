@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
+from sumo3dviz_pt.files.atomic import put_in_place
 from sumo3dviz_pt.model.numbers import Ratio
 from sumo3dviz_pt.video.codecs import AUTO, Codec, codec_named, frame_rate
 from sumo3dviz_pt.video.ffmpeg import Ffmpeg, has_encoder, raw_input
@@ -150,7 +151,7 @@ def encode(
         prints = _feed(first, frames, kind=kind, size=size)
         if kind.palette:
             paint(raw, part)
-        part.replace(path)
+        put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)
         raw.unlink(missing_ok=True)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
+from sumo3dviz_pt.files.atomic import put_in_place
 from sumo3dviz_pt.video.ffmpeg import Ffmpeg
 
 RATE = 48_000
@@ -70,6 +71,6 @@ def add_sound(path: Path, track: Soundtrack, *, rate: Fraction) -> None:
         arguments += ["-c:a", *codec, "-flags:a", "+bitexact", "-af", ",".join(ways)]
         with Ffmpeg([*arguments, *flags, str(part)]):
             pass
-        part.replace(path)
+        put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.files.atomic import put_in_place
 from sumo3dviz_pt.model.lens import Lens
 
 ENDINGS = frozenset({".mp4", ".m4v", ".mov"})
@@ -82,7 +83,7 @@ def write_boxes(path: Path, what: Spherical) -> None:
     try:
         with path.open("rb") as old, part.open("wb") as new:
             _copy(old, new, what.boxes, name=path.name)
-        part.replace(path)
+        put_in_place(part, path)
     finally:
         part.unlink(missing_ok=True)
 

@@ -206,7 +206,7 @@ def test_pictures_and_films_say_all_that_they_are_made_from(tmp_path, place, ren
     names = ("a.json", "a.frames", "a.frames/000001.exr", "a.png", "a.exr")
     accounts = {name: account_in(tmp_path / name) for name in names}
     for name, account in accounts.items():
-        assert set(account["scene"]) == set(Job.model_fields), name
+        assert set(account["scene"]) == {*Job.model_fields} - {"schema_version"}, name
         assert account["scene"]["scenario"]["network"] == "net.net.xml"
         assert set(account["inputs"]) >= {"net.net.xml", "fcd.xml", "types.add.xml", "tls.xml"}
         assert "scene_templates/scene/abstract.yaml" in account["inputs"]

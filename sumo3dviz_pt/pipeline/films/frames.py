@@ -23,7 +23,7 @@ from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, cut
 from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.numbers import Ratio, ratio_of
-from sumo3dviz_pt.pipeline.provenance import differences
+from sumo3dviz_pt.pipeline.provenance import FILM_RECORD, differences
 
 _PLACE = re.compile(r"\{frame\}|%(?:0(\d))?d")
 _DIGITS = 6
@@ -148,8 +148,7 @@ class StoredFilm:
     @property
     def fps(self) -> Ratio | None:
         """Frames per second; None where nothing is known of it."""
-        shot = self.account.get("shot", {})
-        rate: Ratio | None = shot.get("frame_rate", shot.get("fps"))
+        rate: Ratio | None = self.account.get("shot", {}).get("frame_rate")
         return rate
 
 
@@ -219,21 +218,23 @@ def account_in(path: Path) -> Account:
 def parsed(text: bytes, path: Path) -> Account:
     """Return an account from its JSON."""
     try:
-        return _checked(json.loads(text))
+        return _checked(json.loads(text), path)
     except (RecursionError, TypeError, ValueError) as error:
         raise InputError(
             f"its account is damaged ({cut(str(error))}); render it again with --resume", file=path
         ) from error
 
 
-def _checked(account: Any) -> Account:
+def _checked(content: Any, path: Path) -> Account:
     """Return an account, and refuse one whose parts are of other kinds.
 
     Raises:
         ValueError: Says which.
+        ConfigError: If a newer version wrote it.
     """
-    if not isinstance(account, dict):
+    if not isinstance(content, dict):
         return {}
+    account = FILM_RECORD.current(content, path)
     for keys, (kind, what) in _SHAPE.items():
         value: Any = account
         for key in keys:
@@ -302,7 +303,7 @@ def write_json(path: Path, content: Account, *, indent: int | None = None) -> No
 def film_of(folder: Path) -> Account | None:
     """Return the film of a folder's frames, by its note or by the first frame; or None."""
     try:
-        return _checked(json.loads((folder / NOTE).read_bytes()))
+        return _checked(json.loads((folder / NOTE).read_bytes()), folder / NOTE)
     except (OSError, RecursionError, TypeError, ValueError):
         first = next(iter(sorted(folder.glob("*.exr"))), None)
     try:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.atomic import atomic_path
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.surroundings import SoundSettings
 from sumo3dviz_pt.model.geometry import Bools, Floats
@@ -111,7 +112,8 @@ def write_recording(path: Path, production: Production, pace: Pace) -> dict[str,
     scene = sound_scene(production, wanted, length=length)
     count = round(length * RATE)
     try:
-        loudness = record(Renderer(scene, EARS[wanted.play]), file, count)
+        with atomic_path(file) as part:
+            loudness = record(Renderer(scene, EARS[wanted.play]), part, count)
     except ValueError as error:
         raise ConfigError(f"{file.name}: {error}; make the film shorter", key="to") from error
     if loudness.peak > 0.0:

@@ -46,6 +46,7 @@ from sumo3dviz_pt.studies.certificate.evidence import (
 )
 from sumo3dviz_pt.studies.certificate.links import (
     CERTIFICATE,
+    CERTIFIED,
     CLAIMS,
     Fault,
     StudyFolder,
@@ -355,6 +356,7 @@ def _content(
     """Return what `certificate.json` holds; there is no clock in it."""
     about, factors = plan.file.settings.about, plan.file.settings.factors
     return {
+        **CERTIFIED.stamp,
         "title": about.title,
         "description": about.description,
         "authors": list(about.authors),

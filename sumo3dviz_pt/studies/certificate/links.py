@@ -15,20 +15,23 @@ from pathlib import Path
 from typing import Any, Literal
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.forms import Form
 from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.films.encoding import DIGEST, digest_in
 from sumo3dviz_pt.pipeline.films.frames import account_file
-from sumo3dviz_pt.pipeline.provenance import file_hash
+from sumo3dviz_pt.pipeline.provenance import FILM_RECORD, file_hash
 from sumo3dviz_pt.studies.certificate.accounts import account_faults
 from sumo3dviz_pt.studies.certificate.acts import Acts, Subject
 from sumo3dviz_pt.studies.certificate.delivered import NOT_WRITTEN, FilmFault, film_faults
 from sumo3dviz_pt.studies.folder import FOLDER as INPUTS
 from sumo3dviz_pt.studies.foresight import subject_of_pair
 from sumo3dviz_pt.studies.plan import StudyPlan
-from sumo3dviz_pt.studies.records import MATERIALS, RECORD
+from sumo3dviz_pt.studies.records import MATERIALS, RECORD, STUDY_RECORD
 from sumo3dviz_pt.studies.tools.datasets import CHECKSUMS, read_digests
 
 CERTIFICATE = "certificate.json"
+CERTIFIED = Form("certificate")
+"""The version of that file, and what makes it of older ones."""
 
 Link = Literal["inputs", "frames", "films", "pictures", "replay", "folder"]
 
@@ -76,12 +79,14 @@ class StudyFolder:
         record: `study.json`.
         certificate: `certificate.json`; None where there is none, empty where it is damaged.
         accounts: Of all films that can be read, by name.
+        unedited: Files that have the digest that they say, as they lie there.
     """
 
     path: Path
     record: Content
     certificate: Content | None
     accounts: Mapping[str, Content]
+    unedited: frozenset[Path] = frozenset()
 
     @classmethod
     def read(cls, path: Path) -> StudyFolder:
@@ -89,20 +94,26 @@ class StudyFolder:
 
         Raises:
             InputError: If it is no study's, or its `study.json` cannot be read.
+            ConfigError: If a newer version wrote it.
         """
         if not (path / RECORD).is_file():
             raise InputError(f"is no study's folder: it holds no {RECORD}", file=path)
-        record = _json(path / RECORD)
+        whole = set[Path]()
+        record = _json(path / RECORD, STUDY_RECORD, whole)
         if record is None or not isinstance(record.get("films"), dict):
             raise InputError("is damaged: it names no films", file=path / RECORD)
         films = dict(_films(record))
         for own in films.values():
             if not (path / own["file"]).resolve().is_relative_to(path.resolve()):
                 raise InputError("names a film outside of the folder", file=path / RECORD)
-        accounts = {name: _json(account_file(path / own["file"])) for name, own in films.items()}
+        accounts = {
+            name: _json(account_file(path / own["file"]), FILM_RECORD, whole)
+            for name, own in films.items()
+        }
         known = {name: each for name, each in accounts.items() if each and _is_account(each)}
-        certificate = (_json(path / CERTIFICATE) or {}) if (path / CERTIFICATE).exists() else None
-        return cls(path, record, certificate, known)
+        there = (path / CERTIFICATE).exists()
+        certificate = _json(path / CERTIFICATE, CERTIFIED, whole) or {} if there else None
+        return cls(path, record, certificate, known, frozenset(whole))
 
     @property
     def films(self) -> dict[str, Content]:
@@ -127,13 +138,26 @@ def _films(record: Content) -> Iterator[tuple[str, Content]]:
             yield name, film
 
 
-def _json(path: Path) -> Content | None:
-    """Return what a file of JSON holds; None where it is missing or damaged."""
+def _json(path: Path, form: Form, whole: set[Path]) -> Content | None:
+    """Return what a file of JSON holds, as this version says it; None if it is lost or damaged.
+
+    Args:
+        path: The file.
+        form: Its kind.
+        whole: Is told the file if its digest is that of what it holds.
+
+    Raises:
+        ConfigError: If a newer version wrote it.
+    """
     try:
         content = json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return None
-    return content if isinstance(content, dict) else None
+    if not isinstance(content, dict):
+        return None
+    if content.get(DIGEST) == digest_in(content):
+        whole.add(path)
+    return form.current(content, path)
 
 
 def _is_account(account: Content) -> bool:
@@ -156,7 +180,7 @@ def seal_faults(study: StudyFolder) -> list[Fault]:
 def _seals(study: StudyFolder) -> Iterator[Fault]:
     """Yield files that were edited: their digests are no longer those of what they hold."""
     edited = "was edited: it does not have the digest that it says"
-    if study.record.get(DIGEST) != digest_in(study.record):
+    if study.path / RECORD not in study.unedited:
         yield Fault("inputs", RECORD, edited)
     for name, film in study.films.items():
         file = account_file(Path(str(film["file"]))).as_posix()
@@ -164,7 +188,7 @@ def _seals(study: StudyFolder) -> Iterator[Fault]:
         if account is None:
             yield Fault("inputs", file, "the film's account is missing or damaged")
             continue
-        if account.get(DIGEST) != digest_in(account):
+        if study.path / file not in study.unedited:
             yield Fault("inputs", file, edited)
         elif account[DIGEST] != film.get("account"):
             yield Fault("inputs", file, f"is not the account that {RECORD} was written with")
@@ -269,7 +293,7 @@ def rider_in(account: Content) -> str:
 
 def _certified(study: StudyFolder, certificate: Content) -> Iterator[Fault]:
     """Yield what a certificate says that is not so."""
-    if certificate.get(DIGEST) != digest_in(certificate):
+    if study.path / CERTIFICATE not in study.unedited:
         yield Fault("inputs", CERTIFICATE, "was edited: it does not have the digest that it says")
         return
     digests = _mapping(certificate.get("digests"))

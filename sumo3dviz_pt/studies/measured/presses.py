@@ -32,7 +32,7 @@ from sumo3dviz_pt.job.sessions import CAMERA
 from sumo3dviz_pt.studies.measured.report import FOLDER
 from sumo3dviz_pt.studies.measured.tables import Cells, film_named, number_in, read_rows
 from sumo3dviz_pt.studies.measured.traffic import Row, known
-from sumo3dviz_pt.studies.records import RECORD, read_film_account
+from sumo3dviz_pt.studies.records import RECORD, STUDY_RECORD, read_film_account
 from sumo3dviz_pt.studies.tools.content import write_table
 
 log = logging.getLogger(__name__)
@@ -191,7 +191,8 @@ def _films(study: Path) -> Mapping[str, Mapping[str, Any]]:
     """
     record = study / RECORD
     try:
-        films: Mapping[str, Mapping[str, Any]] = json.loads(record.read_bytes())["films"]
+        content = STUDY_RECORD.current(json.loads(record.read_bytes()), record)
+        films: Mapping[str, Mapping[str, Any]] = content["films"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"is no record of a study ({error})", file=record) from error
     return {name: {**film, **_times(study / str(film["file"]))} for name, film in films.items()}

@@ -43,7 +43,7 @@ SCHEMA = "1.5.0"
 _IGNORED = (
     *("bids/", "calibration/", "certificate/", "inputs/", "node_modules/", "otree/", "psychopy/"),
     *("report/", "scripts/", "thumbnails/", "*.html", "*.js", "*.png", "*.sha256", "*.txt"),
-    *("*.yaml", "CITATION.cff", "certificate.json", "report.json", "study.json"),
+    *("*.yaml", "CITATION.cff", "certificate.json", "methods.md", "report.json", "study.json"),
     *("package.json", "package-lock.json"),
 )
 """What the data set holds beside what Psych-DS knows. The validator compares patterns with paths
@@ -131,8 +131,8 @@ def _readme(content: StudyContent) -> str:
         "",
         f"{films} films in `materials`, {len(content.trials)} trials, {lists} playlists. Tables are"
         " in `data`; `study.json` says what every film was made from and which pairs differ in one"
-        " factor; `inputs` holds all that they were made from, and says how to make them again;"
-        " `checksums.sha256` has the digests of all files.",
+        " factor; `methods.md` says how they were made; `inputs` holds all that they were made"
+        " from, and says how to make them again; `checksums.sha256` has the digests of all files.",
         "",
         *(f"* {note}" for note in content.notes),
     ]

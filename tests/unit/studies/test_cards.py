@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.studies.outputs import card_size, write_card
-from sumo3dviz_pt.studies.tools.content import Clip
+from sumo3dviz_pt.studies.designs.trials import Trial
+from sumo3dviz_pt.studies.outputs import card_names, card_size, write_card, write_cards
+from sumo3dviz_pt.studies.tools.content import Clip, trial_name
 from sumo3dviz_pt.video import encode
 from sumo3dviz_pt.video.ffmpeg import film_pictures
 
@@ -42,3 +46,41 @@ def test_sizes_are_even_and_films_keep_their_form(count):
     assert not any(side % 2 for side in (*size, *cell))
     assert cell[0] / cell[1] == pytest.approx(16 / 9, rel=0.01)
     assert size[0] <= 2 * 1280 + 8
+
+
+HOSTILE = (
+    "1",
+    "A",
+    "a",
+    "1/2",
+    "../../../x",
+    "con",
+    "x:y",
+    "what?",
+    "Ω",
+    "Ж",
+    "long" * 60,
+    "x.",
+    " ",
+)
+"""Names of blocks and tasks, as tables of other tools may have them."""
+
+
+def test_cards_of_any_tasks_have_names_that_every_system_knows():
+    trials = [Trial(block, task, ()) for block in HOSTILE for task in HOSTILE]
+    names = card_names(trials)
+    assert list(names) == [trial_name(trial) for trial in trials]
+    assert len({name.lower() for name in names.values()}) == len(trials)
+    assert all(re.fullmatch(r"[A-Za-z0-9_-][A-Za-z0-9._-]{0,90}", name) for name in names.values())
+    assert not any(name.endswith(".") for name in names.values())
+    assert names["b1t1"] == "b1t1", "usual names stay"
+
+
+def test_no_card_lies_outside_of_its_folder(tmp_path):
+    content = SimpleNamespace(
+        trials=(Trial("../../../out/b", "1", ("p", "q")),),
+        clips={"p": clip(tmp_path, "a.mp4", [200]), "q": clip(tmp_path, "b.mp4", [40])},
+    )
+    (file,) = write_cards(tmp_path, content).values()
+    assert (tmp_path / file).parent == tmp_path / "materials" / "cards"
+    assert (tmp_path / file).is_file()

@@ -34,7 +34,7 @@ def account_of(*, seed=3, frames=3, fps=12.5, tone="srgb", **more):
         "glare": 0.0,
         "camera": "post",
         "scene": {"seed": seed, "output": {"tone": tone}},
-        "shot": {"from": 4.0, "fps": fps, "frames": frames},
+        "shot": {"from": 4.0, "frame_rate": str(fps), "frames": frames},
         "world": "w",
         "plan": "p",
         **more,
@@ -253,7 +253,7 @@ def test_numbered_pictures_are_told_by_their_names(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        *(("frames", "x"), ("frames", 10**18), ("frames", -1), ("fps", [1])),
+        *(("frames", "x"), ("frames", 10**18), ("frames", -1), ("frame_rate", [1])),
         *(("from", float("nan")), ("exposure", "bright"), ("glare", None), ("seed", 1.5)),
         *(("tone", {}), ("shot", 3), ("scene", []), ("versions", "1")),
     ],

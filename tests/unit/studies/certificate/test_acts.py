@@ -85,7 +85,7 @@ def test_most_keys_of_a_scene_file_have_a_rule():
     """What is left acts on anything, on purpose."""
     free = {key for key in Job.model_fields if acts_of([f"{key}.x: 1 -> 2"]).anything}
     assert free <= {"scenario", "seed", "quality", "textured", "output", "template", "objects",
-                    "lights"}  # fmt: skip
+                    "lights", "schema_version"}  # fmt: skip
 
 
 def test_exposure_is_development_and_a_shutter_shows_other_times():
