@@ -94,8 +94,10 @@ def write(options: argparse.Namespace, job: Job, times: tuple[float, float], tar
     index = target / "index.html" if target.is_dir() else target
     files = [index] if target.is_file() else sorted(target.iterdir())
     size = sum(file.stat().st_size for file in files) / 1e6
+    moments = f"{len(scene.times)} times" if len(scene.times) > 1 else "one time"
+    beside = [f" and {folder}" for folder in order.pictures if folder.is_dir()]
     print(
-        f"wrote {index}: {scene.triangles:,} triangles, {len(scene.times)} times, {size:.0f} MB"
+        f"wrote {index}{''.join(beside)}: {scene.triangles:,} triangles, {moments}, {size:.0f} MB"
         f" ({cpu_in_words(spent())})"
     )
     return 0

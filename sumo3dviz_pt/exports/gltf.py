@@ -133,7 +133,11 @@ class _Writer:
             more["KHR_materials_clearcoat"] = coat
         if look.specular < 1.0 and not look.metallic:
             more["KHR_materials_specular"] = {"specularFactor": look.specular}
-        entry: dict[str, Any] = {"pbrMetallicRoughness": rough, "doubleSided": look.open}
+        entry: dict[str, Any] = {
+            "name": look.name,
+            "pbrMetallicRoughness": rough,
+            "doubleSided": look.open,
+        }
         strength = max(look.glow)
         if strength > 0.0:
             entry["emissiveFactor"] = [channel / strength for channel in look.glow]
@@ -159,15 +163,17 @@ class _Writer:
         """Return the number of a thing's mesh; equal things share one."""
         pairs = [(piece.geometry, thing.look(piece)) for piece in thing.pieces]
         key = tuple((id(geometry), look) for geometry, look in pairs)
-        return self.once(key, lambda: self._mesh(pairs))
+        # A body may be many road users'.
+        name = thing.name if thing.track is None else thing.family
+        return self.once(key, lambda: self._mesh(name, pairs))
 
-    def _mesh(self, pairs: list[tuple[Geometry, Look]]) -> int:
+    def _mesh(self, name: str, pairs: list[tuple[Geometry, Look]]) -> int:
         """Add a mesh of some geometries and looks."""
         primitives = []
         for geometry, look in pairs:
             shape = self._shapes(geometry)
             primitives.append({**shape, "material": self.material(look)})
-        return self.add("meshes", {"primitives": primitives})
+        return self.add("meshes", {"name": name, "primitives": primitives})
 
     def _shapes(self, geometry: Geometry) -> dict[str, Any]:
         """Return a geometry's accessors, written once."""

@@ -42,6 +42,7 @@ class Look:
         coat: Roughness of a varnish over all this; None without one.
         glow: Radiance, in scene units.
         open: Whether it is seen from behind.
+        name: What people find it by; looks that differ in nothing else are one.
     """
 
     colour: Colour = _WHITE
@@ -52,6 +53,7 @@ class Look:
     coat: float | None = None
     glow: Colour = (0.0, 0.0, 0.0)
     open: bool = False
+    name: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,6 +141,7 @@ def pieces_of(part: Part, bsdf: Bsdf, poses: Sequence[Floats] = ()) -> list[Piec
         poses: Its mesh's points in the poses that it takes, (n, 3) each [m].
     """
     mesh, (look, kind) = part.mesh, _look_of(bsdf)
+    look = replace(look, name=Path(part.material).stem)  # some are pictures of users
     if not len(mesh.faces):
         return []
     tinted = is_tinted(bsdf)
@@ -185,7 +188,7 @@ def _worn(mesh: Mesh, look: Look, kind: Mapping[str, Any]) -> list[Piece]:
         bare = _recoloured(look, _WHITE)
         pieces.append(Piece(_unwelded(shown, np.clip(own, 0.0, 1.0), bare), bare))
     if painted.any():
-        paint = Look(roughness=_PAINT_ROUGHNESS)
+        paint = Look(roughness=_PAINT_ROUGHNESS, name="road paint")
         shown = _faces(mesh, painted)
         pieces.append(Piece(_unwelded(shown, np.clip(corners[painted], 0.0, 1.0), paint), paint))
     return pieces

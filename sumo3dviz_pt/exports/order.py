@@ -64,21 +64,29 @@ class ExportOrder:
                 key="output",
             )
         if not self.end >= self.start:
-            raise ConfigError(f"it ends at {self.end:g} s, before {self.start:g} s", key="to")
+            raise ConfigError(f"it ends at {self.end:g} s, before {self.start:g} s", key="--to")
         if not 0.1 <= self.fps <= 240.0:
-            raise ConfigError(f"takes 0.1 to 240 times per second, not {self.fps:g}", key="fps")
+            raise ConfigError(f"takes 0.1 to 240 times per second, not {self.fps:g}", key="--fps")
         if self.count > MOST_TIMES:
             raise ConfigError(
                 f"{self.count:,} times are more than {MOST_TIMES:,};"
                 " make fps or the stretch smaller",
-                key="to",
+                key="--to",
             )
         if self.kind == PAGE:
             self._check_folder()
             return
+        self._check_file()
+
+    def _check_file(self) -> None:
+        """Refuse a file that cannot be written, or beside which others' pictures lie."""
         check_writable(self.path)
         if not self.overwrite:
-            check_free(self.path, *self._pictures())
+            check_free(self.path, *self.pictures)
+        for folder in self.pictures:
+            if folder.exists() and not _is_of_pictures(folder):
+                message = f"{folder} is no folder of pictures of ours; give another name"
+                raise ConfigError(message, key="output")
         if self.kind in _USD:
             from sumo3dviz_pt.exports.usd import needed
 
@@ -101,10 +109,20 @@ class ExportOrder:
             check_free(self.path)
         three_js()
 
-    def _pictures(self) -> tuple[Path, ...]:
-        """What lies beside a USD file that packs no pictures."""
+    @property
+    def pictures(self) -> tuple[Path, ...]:
+        """The folder that lies beside a USD file that packs no pictures."""
         loose = self.kind in _USD and self.kind != ".usdz"
         return (self.path.with_name(f"{self.path.stem}_pictures"),) if loose else ()
+
+
+def _is_of_pictures(folder: Path) -> bool:
+    """Whether a folder holds nothing but what a USD file of ours may have beside it."""
+    from sumo3dviz_pt.exports.usd import PICTURE
+
+    return folder.is_dir() and all(
+        file.is_file() and PICTURE.fullmatch(file.name) for file in folder.iterdir()
+    )
 
 
 def export(job: Job, order: ExportOrder, *, title: str = "") -> ExportedScene:
@@ -152,7 +170,7 @@ def _write_usd(scene: ExportedScene, order: ExportOrder) -> None:
     with tempfile.TemporaryDirectory(dir=order.path.absolute().parent, prefix=".usd-") as folder:
         made = Path(folder) / order.path.name
         write_usd(scene, made)
-        for pictures in order._pictures():
+        for pictures in order.pictures:
             if pictures.exists():
                 shutil.rmtree(pictures)
             drawn = made.with_name(pictures.name)

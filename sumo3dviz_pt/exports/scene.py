@@ -17,6 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.exports.looks import Geometry, Look, Piece, pieces_of
+from sumo3dviz_pt.job.cameras import CameraSettings
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.model.progress import Doing, announce
@@ -49,7 +50,7 @@ _GLOW = 6.0  # brightest channel of a lamp that shines, against a sunlit white w
 _PANE_GLOW = 1.5  # of what shines all the time, such as lit windows
 _CORNERS = 12  # of a vehicle's lamp
 _FROM_CAMERA = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-_LENS = Look(colour=(0.03, 0.03, 0.03), roughness=0.12)
+_LENS = Look(colour=(0.03, 0.03, 0.03), roughness=0.12, name="lens")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,8 +197,10 @@ def exported(job: Job, times: Floats) -> ExportedScene:
 
     ground = Ground.of(job, begin=float(times[0]), end=float(times[-1]))
     announce(Doing.BUILD)
+    job, alone = _with_riders(job, ground)
     shot = roam_around(job, ground, frames=times)
     found, notes = _cameras(job, ground, shot, times)
+    notes += alone
     assert shot.places is not None
     origin = np.round(shot.places.mean(axis=0) / ORIGIN_GRID) * ORIGIN_GRID
     origin[2] = 0.0
@@ -220,6 +223,25 @@ def exported(job: Job, times: Floats) -> ExportedScene:
     )
 
 
+def _with_riders(job: Job, ground: Ground) -> tuple[Job, list[str]]:
+    """Return a job without cameras that ride with who is never there, and notes about them."""
+    from sumo3dviz_pt.model.trajectory import find_trajectory
+
+    cameras, notes = dict(job.cameras), []
+    for name, settings in job.cameras.items():
+        if settings.rides_with:
+            try:
+                find_trajectory(ground.trajectories, settings.rides_with)
+            except ConfigError:
+                notes.append(_left_out(name, cameras.pop(name)))
+    return job.model_copy(update={"cameras": cameras}), notes
+
+
+def _left_out(name: str, camera: CameraSettings) -> str:
+    """Say that a camera is not there."""
+    return f"left out camera {name}: {camera.rides_with} is not on the road all the time"
+
+
 def _cameras(
     job: Job, ground: Ground, shot: Shot, times: Floats
 ) -> tuple[list[ExportedCamera], list[str]]:
@@ -231,7 +253,7 @@ def _cameras(
         try:
             views = [camera_view(shot, settings, float(t), left_hand=left_hand) for t in times]
         except ConfigError:
-            notes.append(f"left out camera {name}: whom it rides with is not there all the time")
+            notes.append(_left_out(name, settings))
             continue
         if not views[0].lens.is_pinhole:
             notes.append(f"left out camera {name}: its lens is no plain perspective")
@@ -315,9 +337,12 @@ def _lamp_groups(lamps: LampSet, hues: Floats, origin: Floats, glow: float) -> I
     courses, group = np.unique(flat, axis=0, return_inverse=True)
     mesh = _shifted(lamps.mesh, origin)
     for number, course in enumerate(courses.reshape(len(courses), -1, 3)):
-        own = np.isin(lamps.lamp_of_face, np.flatnonzero(group.ravel() == number))
+        members = np.flatnonzero(group.ravel() == number)
+        more = f" and {len(members) - 1} more" if len(members) > 1 else ""
+        name = f"{lamps.id}/{lamps.lamps[int(members[0])]}{more}"
+        shone = np.asarray(course.any(axis=1), np.bool_)
+        own = np.isin(lamps.lamp_of_face, members)
         part = Mesh(mesh.vertices, mesh.faces[own], mesh.normals)
-        name, shone = f"{lamps.id}/{number}", np.asarray(course.any(axis=1), np.bool_)
         if not shone.all():
             yield _lamp(f"{name}/off", lamps.family, part, _LENS, ~shone)
         for colour in np.unique(course[shone], axis=0):
@@ -338,7 +363,9 @@ def _glowing(colour: Iterable[float], strength: float = _GLOW) -> Look:
     red, green, blue = (float(channel) for channel in colour)
     most = max(red, green, blue, 1e-12)
     return replace(
-        _LENS, glow=(strength * red / most, strength * green / most, strength * blue / most)
+        _LENS,
+        name="lamp",
+        glow=(strength * red / most, strength * green / most, strength * blue / most),
     )
 
 

@@ -24,6 +24,9 @@ from sumo3dviz_pt.exports.scene import Exported, ExportedCamera, ExportedScene, 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.geometry import Floats
 
+PICTURE = re.compile(r"\w+_\d+\.png")
+"""Name of a picture in the folder beside a file."""
+
 _SUNLIGHT = np.pi  # so that a sunlit white wall is white
 
 
@@ -229,7 +232,7 @@ class _Writer:
         """Add a preview surface."""
         from pxr import Gf, Sdf, UsdShade
 
-        path = self._name("/World/Looks", "look")
+        path = self._name("/World/Looks", look.name or "look")
         material = UsdShade.Material.Define(self._stage, path)
         shader = UsdShade.Shader.Define(self._stage, f"{path}/surface")
         shader.CreateIdAttr("UsdPreviewSurface")
@@ -261,7 +264,8 @@ class _Writer:
 
         folder = self.path.with_name(f"{self.path.stem}_pictures")
         names = self._known.setdefault("pictures", {})
-        name = names.setdefault(picture, f"{picture.parent.name}_{len(names)}.png")
+        plain = re.sub(r"\W", "_", picture.parent.name)
+        name = names.setdefault(picture, f"{plain}_{len(names)}.png")
         if not (folder / name).exists():
             folder.mkdir(exist_ok=True)
             Pictures.fromarray(picture_of(picture).pixels).save(folder / name)

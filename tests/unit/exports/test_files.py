@@ -152,6 +152,19 @@ def test_a_page_needs_nothing_from_elsewhere(tmp_path):
     assert "THREE.GLTFLoader=" in three_js()
 
 
+def test_pictures_of_others_stay(tmp_path):
+    """A folder beside a USD file is replaced only if nothing but our pictures lies there."""
+    package("pxr", "USD needs usd-core")
+    folder = tmp_path / "a_pictures"
+    folder.mkdir()
+    (folder / "asphalt_0.png").write_bytes(b"")
+    order = ExportOrder(tmp_path / "a.usd", 10.0, 10.0, overwrite=True)
+    order.check()
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(ConfigError, match="no folder of pictures of ours"):
+        order.check()
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

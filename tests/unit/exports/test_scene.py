@@ -57,6 +57,22 @@ def test_numbers_are_sound_and_everything_asked_for_is_there(scene):
     assert next(camera.rides for camera in scene.cameras if camera.name == "driver")
 
 
+def test_things_are_found_by_their_names(scene):
+    data = gltf(scene)
+    said = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    assert {"asphalt", "road paint", "lens"} <= {each["name"] for each in said["materials"]}
+    assert {"roads", "vehicle"} <= {each["name"] for each in said["meshes"]}
+
+
+@pytest.mark.parametrize("who", ["late", "nobody"])
+def test_a_camera_whose_vehicle_is_not_there_is_left_out_alone(town, who):
+    ride = "{mode: lagrangian, vehicle: " + who + ", view: driver}"
+    job = load_job(town, [f"cameras.seat={ride}"])
+    made = exported(job, np.array([4.0]))
+    assert {camera.name for camera in made.cameras} == {"post", "driver"}
+    assert f"left out camera seat: {who} is not on the road all the time" in made.notes
+
+
 def test_the_same_scene_gives_the_same_file(town, scene):
     again = exported(load_job(town), scene.times)
     assert gltf(again) == gltf(scene)
