@@ -42,6 +42,7 @@ from sumo3dviz_pt.library.buildings.fronts import (
 )
 from sumo3dviz_pt.library.buildings.roofs import (
     LEAN,
+    GableRidge,
     RoofSlope,
     band,
     chimneys,
@@ -62,8 +63,8 @@ from sumo3dviz_pt.library.buildings.shop_words import UNTOLD, Writing
 from sumo3dviz_pt.library.buildings.sign_boards import Boards, blade_signs
 from sumo3dviz_pt.model.geometry import Floats, settled
 
-RoofKind = Literal["flat", "gable", "hip", "mansard"]
-"""Of roofs."""
+RoofKind = Literal["flat", "gable", "hip", "mansard", "skillion"]
+"""Of roofs; a skillion is one slope."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,9 +181,10 @@ def below_roof(
     if design.roof == "mansard":
         return (design, top - _RISE) if _MOST * top > _RISE else (replace(design, roof="flat"), top)
     around = shapely.get_coordinates(Polygon(plan).minimum_rotated_rectangle.exterior)
-    half = float(np.linalg.norm(np.diff(around[:3], axis=0), axis=1).min()) / 2
-    rise = min(half * float(np.tan(design.pitch)) if rise is None else rise, _MOST * top)
-    return replace(design, pitch=float(np.arctan2(rise, half))), top - rise
+    span = float(np.linalg.norm(np.diff(around[:3], axis=0), axis=1).min())
+    span = span if design.roof == "skillion" else span / 2
+    rise = min(span * float(np.tan(design.pitch)) if rise is None else rise, _MOST * top)
+    return replace(design, pitch=float(np.arctan2(rise, span))), top - rise
 
 
 def roof_of(building: Building) -> Shell:
@@ -191,7 +193,7 @@ def roof_of(building: Building) -> Shell:
     if design.roof == "hip" and is_convex(plan):
         parts = [hip_roof(plan, height, pitch=design.pitch, level=level)]
         return joined([*parts, rain_pipes(plan, height, level)])
-    if design.roof in ("gable", "hip"):
+    if design.roof in ("gable", "hip", "skillion"):
         return _gabled(building)
     if design.roof == "mansard":
         return _mansard(building)
@@ -212,8 +214,11 @@ def _gabled(building: Building) -> Shell:
     cosines = [abs((side * street).sum()) / np.hypot(*side) for side in (long, short)]
     if settled(cosines[1] - cosines[0]) > 0.0:
         long, short = short, long
-    parts = [gable_roof(plan, height, pitch=design.pitch, along=long, level=level)]
+    line = GableRidge(long, aside=design.roof == "skillion")
+    parts = [gable_roof(plan, height, pitch=design.pitch, ridge=line, level=level)]
     parts.append(rain_pipes(plan, height, level))
+    if line.aside:
+        return joined(parts)
     if level != FAR and design.foot != "gates" and float(long @ long) > 30.0:
         ridge = height + np.tan(design.pitch) * float(np.linalg.norm(short)) / 2
         parts.append(_attic(building, ridge, long))

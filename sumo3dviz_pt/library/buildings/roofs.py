@@ -69,20 +69,37 @@ def mansard_roof(
     return {**shell, "deck": cap(inner, height + rise)}
 
 
-def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, level: int) -> Shell:
-    """Build two slopes with overhanging eaves, and the walls up to them.
+@dataclass(frozen=True, slots=True, eq=False)
+class GableRidge:
+    """Where the ridge of a roof of two slopes runs.
+
+    Attributes:
+        along: Its direction, (2,).
+        aside: Whether it lies over the wall on its left, so that there is one slope only.
+    """
+
+    along: Floats
+    aside: bool = False
+
+
+def gable_roof(
+    plan: Floats, height: float, *, pitch: float, ridge: GableRidge, level: int
+) -> Shell:
+    """Build two slopes, or one, with overhanging eaves, and the walls up to them.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
         height: Of the eaves [m].
         pitch: Of the slopes [rad].
-        along: Direction of the ridge, (2,).
+        ridge: Where the slopes meet.
         level: Level of detail.
     """
-    along = along / np.linalg.norm(along)
+    along = ridge.along / np.linalg.norm(ridge.along)
     across = np.array([-along[1], along[0]])
     reach = plan @ across
     middle, half = float(reach.max() + reach.min()) / 2, float(np.ptp(reach)) / 2
+    if ridge.aside:
+        middle, half = middle + half, 2 * half
     slope = float(np.tan(pitch))
 
     def lifted(points: Floats) -> Floats:

@@ -247,7 +247,11 @@ def style_for(
     roofed = [style for style in fits if any(each.roof == roof for each in style.designs)] or fits
     style = roofed[int(share * len(roofed))]
     own = tuple(each for each in style.designs if each.roof == roof)
-    return replace(style, designs=own or tuple(replace(each, roof=roof) for each in style.designs))
+    made = (
+        replace(each, roof=roof, pitch=_SLIGHT if roof == "skillion" else each.pitch)
+        for each in style.designs
+    )
+    return replace(style, designs=own or tuple(made))
 
 
 def ended_at(
@@ -291,6 +295,7 @@ def _low_footprint(area: float, height: float, slender: float) -> Footprint:
     return "long_house" if slender > 1.9 else "house"
 
 
+_SLIGHT = 0.2  # pitch of a roof of one slope [rad]
 _UNKNOWN = Walls(fronts=())
 
 

@@ -6,6 +6,7 @@ Houses are made small enough to stand beside roads and each other, not in them.
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -117,9 +118,10 @@ _TOPS = (("height", 1.0), ("building:height", 1.0))
 _WALLS = (("levels", 3.0), ("building:levels", 3.0))
 _RISES = (("roof:height", 1.0), ("roof:levels", 2.7))
 _ROOFS: Mapping[str, RoofKind] = {
-    **dict.fromkeys(("gabled", "gable", "saltbox", "skillion", "round"), "gable"),
+    **dict.fromkeys(("gabled", "gable", "saltbox", "round"), "gable"),
     **dict.fromkeys(("hipped", "hip", "half-hipped", "pyramidal"), "hip"),
     **dict.fromkeys(("mansard", "gambrel"), "mansard"),
+    **dict.fromkeys(("skillion", "lean_to"), "skillion"),
     "flat": "flat",
 }
 """Roofs by `roof:shape`, as OpenStreetMap has it; the nearest that we build."""
@@ -208,6 +210,7 @@ def area_parts(
         staging: Roads, ground, cameras and seed, and the factor of those distances.
     """
     around = staging.around
+    _note_roofs(items)
     parts: list[Part] = []
     for item in items:
         chance = Chance(around.seed, f"{kind.name}:{item.id}", around.dark, around.language)
@@ -234,6 +237,20 @@ def area_parts(
         for part in painted(placed, style, settings, chance, level=level):
             parts.append(replace(part, mesh=belonging(part.mesh, thing)))
     return parts
+
+
+def _note_roofs(items: Sequence[Polygon]) -> None:
+    """Say which shapes of roofs are not built as they are told."""
+    others = Counter(shape for item in items if (shape := _shape_of(item)) not in ("", *_ROOFS))
+    if others:
+        some = ", ".join(f"{shape} ({count})" for shape, count in others.most_common(3))
+        message = "roofs of these shapes are built as suits the plan: %s"
+        _LOG.warning(message, some, extra={"once": f"roofs {some}"})
+
+
+def _shape_of(item: Polygon) -> str:
+    """Return what a building's params say of its roof; empty where they say nothing."""
+    return item.params.get("roof:shape", "").strip().lower()
 
 
 def street_walls(plan: Floats, around: Surroundings) -> tuple[int, ...]:
@@ -289,7 +306,7 @@ def _styled(
     (https://wiki.openstreetmap.org/wiki/Simple_3D_Buildings).
     """
     top, walls = _told(item, _TOPS, 2.0), _told(item, _WALLS, 2.0)
-    roof, rise = _ROOFS.get(item.params.get("roof:shape", "")), _told(item, _RISES, 0.3)
+    roof, rise = _ROOFS.get(_shape_of(item)), _told(item, _RISES, 0.3)
     # Which style suits is told by walls.
     eaves = height if top is None or walls is None else min(height, height * walls / top)
     style = style_for(plan, eaves, share=chance.share("style"), roof=roof)

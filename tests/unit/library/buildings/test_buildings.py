@@ -19,7 +19,14 @@ from sumo3dviz_pt.library.buildings.facade import (
 )
 from sumo3dviz_pt.library.buildings.palettes import SHOPS as SHOP_LIGHTS
 from sumo3dviz_pt.library.buildings.palettes import SIGNS, WINDOWS, lit_roles, palette
-from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
+from sumo3dviz_pt.library.buildings.roofs import (
+    EAVES,
+    GableRidge,
+    gable_roof,
+    hip_roof,
+    inset,
+    is_convex,
+)
 from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
 from sumo3dviz_pt.library.buildings.sign_boards import Boards, blade_signs
 from sumo3dviz_pt.library.buildings.styles import (
@@ -336,7 +343,8 @@ def test_footprints_are_told_apart_by_size_shape_and_height(size, height, expect
 @pytest.mark.parametrize("pitch", [0.2, 0.8])
 @pytest.mark.parametrize("plan", [L_SHAPE, L_SHAPE[[0, 1, 2, 5]], L_SHAPE[[0, 1, 5]]])
 def test_gabled_roofs_cover_their_plan_and_meet_their_walls(plan, pitch):
-    roof = gable_roof(plan, 5.0, pitch=pitch, along=np.array([1.0, 0.2]), level=MIDDLE)
+    ridge = GableRidge(np.array([1.0, 0.2]))
+    roof = gable_roof(plan, 5.0, pitch=pitch, ridge=ridge, level=MIDDLE)
     slopes = roof["roof"]
     flat = np.linalg.norm(normals_of(slopes * [1, 1, 0]), axis=1).sum() / 2
     wide = shapely.Polygon(plan).buffer(EAVES, join_style="mitre", mitre_limit=1.5).area

@@ -363,6 +363,7 @@ def test_heights_come_from_params(params, height):
         ({"height": "9", "roof:shape": "flat", "roof:height": "3"}, 9.0, 9.0),
         ({"building:levels": "2", "roof:shape": "pyramidal", "roof:levels": "1"}, 6.0, 8.7),
         ({"height": "9", "roof:shape": "gabled", "roof:height": "30"}, 4.05, 9.0),
+        ({"height": "9", "roof:shape": "skillion", "roof:height": "2"}, 7.0, 9.0),
     ],
 )
 def test_roofs_have_the_shape_and_height_that_openstreetmap_says(params, eaves, top):
@@ -375,6 +376,17 @@ def test_roofs_have_the_shape_and_height_that_openstreetmap_says(params, eaves, 
     assert np.abs(corner - eaves).min() < 0.03, "walls end at the eaves"
     # Slabs, parapets, chimneys and machines stand above.
     assert np.abs(heights - top).min() < 0.02 and heights.max() < top + 4.0
+
+
+def test_roofs_that_are_not_built_as_told_are_noted(caplog):
+    plan = np.array([(100, 20), (116, 20), (116, 30), (100, 30)])
+    kinds = ("dome", "gabled", "dome", "", "onion")
+    some = [
+        polygon("building", plan + [40 * k, 0], name=f"b{k}", **{"roof:shape": kind})
+        for k, kind in enumerate(kinds)
+    ]
+    build(polygons=some)
+    assert "as suits the plan: dome (2), onion (1)" in caplog.text
 
 
 @pytest.mark.parametrize("area", [20.0, 150.0, 500.0, 3000.0])
