@@ -382,7 +382,7 @@ def test_roofs_that_are_not_built_as_told_are_noted(caplog):
     plan = np.array([(100, 20), (116, 20), (116, 30), (100, 30)])
     kinds = ("dome", "gabled", "dome", "", "onion")
     some = [
-        polygon("building", plan + [40 * k, 0], name=f"b{k}", **{"roof:shape": kind})
+        polygon("building", plan + np.array([40 * k, 0]), name=f"b{k}", **{"roof:shape": kind})
         for k, kind in enumerate(kinds)
     ]
     build(polygons=some)
