@@ -38,6 +38,8 @@ def recipe() -> dict[str, Any]:
 def test_condas_recipe_has_pips_requirements() -> None:
     wanted = {}
     for text in project()["dependencies"]:
+        if ";" in text:  # conda-forge builds packages of its own, of the source
+            continue
         name, limits = re.fullmatch(r"([\w.-]+?)([<>=].*)", text).groups()
         wanted[CONDA.get(name, name.lower())] = limits
     run = [item for item in recipe()["requirements"]["run"] if isinstance(item, str)]
