@@ -107,7 +107,7 @@ def _run(*arguments: str) -> None:
 Picture = NDArray[Any]
 """sRGB-encoded frame, (h, w, 3): uint8, or float in [0, 1]."""
 
-_TAGS = "color_primaries=bt709:color_trc=bt709:colorspace=bt709:range=tv:chroma_location=center"
+_TAGS = "color_primaries=bt709:color_trc=bt709:colorspace=bt709:range=tv"
 
 
 def encode(
@@ -244,7 +244,9 @@ def _arguments(
 ) -> list[str]:
     """Return the arguments for ffmpeg."""
     source = raw_input(kind.pixels, size=size, rate=rate)
-    target = ["-vf", f"setparams={_TAGS}", *kind.options, "-pix_fmt", kind.pixels]
+    # ffmpeg 7.0 and older know no place of chroma among setparams.
+    target = ["-vf", f"setparams={_TAGS}", "-chroma_sample_location", "center"]
+    target += [*kind.options, "-pix_fmt", kind.pixels]
     if part.suffix.lower() in (".mp4", ".mov"):
         # The index goes to the front, so that browsers can start at once.
         target += ["-movflags", "+faststart"]

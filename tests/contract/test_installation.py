@@ -25,7 +25,8 @@ def row(name: str, system: str) -> Manager:
 def test_all_requirements_are_looked_for() -> None:
     with (ROOT / "pyproject.toml").open("rb") as stream:
         required = tomllib.load(stream)["project"]["dependencies"]
-    names = [re.split(r"[<>=]", text)[0] for text in required]
+    # What excludes versions on some systems names a package a second time.
+    names = [re.split(r"[<>=]", text)[0] for text in required if ";" not in text]
     assert names == [known.package for known in DEPENDENCIES]
 
 

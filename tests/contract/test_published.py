@@ -13,7 +13,8 @@ from manual import ROOT, text_of
 from needed import package
 
 TOP = {
-    *(".ci", ".dockerignore", ".github", ".gitattributes", ".gitignore"),
+    *(".ci", ".dockerignore", ".gitattributes", ".github", ".gitignore", ".readthedocs.yaml"),
+    ".zenodo.json",
     *("CHANGELOG.md", "CITATION.cff", "CODE_OF_CONDUCT.md", "CONTRIBUTING.md", "Containerfile"),
     *("GOVERNANCE.md", "LICENSE", "NOTICE", "README.md", "SECURITY.md", "SUPPORT.md"),
     *("constraints.txt", "environment.yml", "hatch_build.py", "paper.bib", "paper.md"),

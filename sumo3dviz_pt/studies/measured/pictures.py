@@ -313,7 +313,7 @@ def box_entries(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[F
         low: Its lowest corner, (3,) [m].
         high: Its highest corner, (3,) [m].
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         one, other = (low - eye) / rays, (high - eye) / rays
     # A ray along a face is in its slab, or 0 / 0, for ever.
     near = np.nan_to_num(np.minimum(one, other), nan=-np.inf).max(axis=-1)

@@ -71,8 +71,8 @@ def values(said, block, number):
 def test_a_gltf_file_is_the_same_scene_to_another_reader():
     import io
 
-    import trimesh
-
+    # Older ones read another place of what moves.
+    trimesh = pytest.importorskip("trimesh", minversion="5.0")
     loaded = trimesh.load_scene(io.BytesIO(gltf(scene())), file_type="glb")
     low, high = loaded.bounds
     # It is y up: north is -z.

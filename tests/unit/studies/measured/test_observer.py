@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from builders import network_xml
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.job.sessions import ObserverSettings, ReportSettings
@@ -198,6 +198,7 @@ def test_settings_of_observers_are_checked():
 
 
 @given(st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=3))
+@example([2.3e-308, 1.0, 1.0])
 def test_rays_enter_a_box_where_they_meet_its_faces(direction):
     ray = np.array(direction)
     if np.linalg.norm(ray) < 0.1:
