@@ -360,12 +360,14 @@ def read_state(plan: FarmPlan, *, now: float | None = None) -> FarmState:
     films = range(len(plan.films))
     present = [_present(plan, film) for film in films]
     aside = [_aside(plan, tries, film) for film in films]
+    alone = [
+        _state(plan, task, tries.get(number, []), now=now, whole=not _missing(task, present, aside))
+        for number, task in enumerate(plan.tasks)
+    ]
+    _keep_developed(plan, alone, tries)
     states: list[TaskState] = []
-    for number, task in enumerate(plan.tasks):
-        own = tries.get(number, [])
-        state = _state(plan, task, own, now=now, whole=not _missing(task, present, aside))
-        states.append(_after([states[need] for need in task.needs], state))
-    _keep_developed(plan, states, tries)
+    for task, own in zip(plan.tasks, alone, strict=True):
+        states.append(_after([states[need] for need in task.needs], own))
     return FarmState(plan, tries, states, present, aside, (plan.folder / STOP).exists())
 
 

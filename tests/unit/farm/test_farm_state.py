@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError, InputError
@@ -259,6 +259,7 @@ def test_a_film_that_cannot_be_made_fails_after_three_tries(plan):
     ),
     st.frozensets(st.integers(0, 7)),
 )
+@example([(1, Outcome.DONE, None, 0), (1, Outcome.ASIDE, None, 0)], frozenset())
 def test_every_history_has_a_state_and_a_status(tmp_path_factory, history, present):
     """Nothing on disk is contradictory enough to stop anybody; a farm that is over has a reason."""
     folder = tmp_path_factory.mktemp("farm")
