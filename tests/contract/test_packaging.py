@@ -65,6 +65,8 @@ def test_condas_recipe_is_of_this_package() -> None:
     assert made["about"]["license"] == project()["license"]
     assert made["about"]["license_file"] == project()["license-files"]
     assert made["about"]["summary"] == project()["description"]
+    for key in ("Homepage", "Repository", "Documentation"):
+        assert made["about"][key.lower()] == project()["urls"][key]
 
 
 # Names, papers -----------------------------------------------------------------------------
