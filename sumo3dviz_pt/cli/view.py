@@ -27,6 +27,8 @@ from sumo3dviz_pt.cli.options import (
 from sumo3dviz_pt.errors import ConfigError, InstallationError, MissingExtraError
 
 if TYPE_CHECKING:
+    from socket import socket
+
     from sumo3dviz_pt.job.settings import Job
     from sumo3dviz_pt.viewer.running import Running
 
@@ -81,12 +83,15 @@ def run_view(options: argparse.Namespace) -> int:
     _check(options)
     if options.static is not None:
         return run_static(options)
-    if ready_renderer(options.variant).note:
-        raise InstallationError("the viewer needs libLLVM or a graphics card")
-    if options.scene.name.endswith(_ENDINGS):
-        with _running(options) as opened:
-            return _serve(options, opened)
-    return _serve(options, _Opened(options.scene))
+    from sumo3dviz_pt.viewer.server import heeded_signals, listening
+
+    with heeded_signals(), listening(options.port, key="--port") as line:
+        if ready_renderer(options.variant).note:
+            raise InstallationError("the viewer needs libLLVM or a graphics card")
+        if options.scene.name.endswith(_ENDINGS):
+            with _running(options) as opened:
+                return _serve(options, opened, line)
+        return _serve(options, _Opened(options.scene), line)
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -138,8 +143,8 @@ class _Opened:
         return job.model_copy(update={"scenario": scenario})
 
 
-def _serve(options: argparse.Namespace, opened: _Opened) -> int:
-    """Show what was opened until Ctrl-C."""
+def _serve(options: argparse.Namespace, opened: _Opened, line: socket) -> int:
+    """Show what was opened until Ctrl-C, on a line that listens."""
     from sumo3dviz_pt.viewer.render_thread import RenderThread
     from sumo3dviz_pt.viewer.server import serve
 
@@ -159,7 +164,7 @@ def _serve(options: argparse.Namespace, opened: _Opened) -> int:
     )
     serve(
         render_thread,
-        port=options.port,
+        port=line,
         token=options.token,
         announce=lambda address: print(address, flush=True),
     )

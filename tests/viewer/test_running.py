@@ -6,6 +6,9 @@ import asyncio
 import gzip
 import json
 import re
+import signal
+import subprocess
+import sys
 import time
 
 import aiohttp
@@ -52,6 +55,38 @@ async def seen_until(address, shown, *, seconds, orders=()):
                 waiting = []
             assert (said["kind"], said.get("level")) != ("note", "error"), said["text"]
     return frames, spans
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows knows no such signals")
+@pytest.mark.parametrize(("which", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_it_can_be_ended_while_it_opens_even_from_the_background(city, tmp_path, which, code):
+    # A shell's script lets what it starts in the background ignore Ctrl-C.
+    words = ["view", str(city), "--size", SIZE, "--keep", str(tmp_path / "kept")]
+    with subprocess.Popen(
+        [
+            "sh",
+            "-c",
+            'trap "" INT; exec "$@"',
+            "sh",
+            sys.executable,
+            "-m",
+            "sumo3dviz_pt.cli",
+            *words,
+        ],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+    ) as program:
+        assert program.stderr is not None
+        while "opening" not in program.stderr.readline():
+            assert program.poll() is None
+        time.sleep(1.0)
+        began = time.monotonic()
+        program.send_signal(which)
+        said, _ = program.communicate(timeout=60.0)
+    assert program.returncode == code and "http" not in said
+    assert time.monotonic() - began < 15.0
+    assert not list((tmp_path / "kept").glob(".*"))
 
 
 def rows(log):
