@@ -105,7 +105,7 @@ class LiveView:
             raise
         except Exception as error:
             # The connection's own kinds of errors; the loop is told, and so are the pages.
-            self._feed.stop(f"SUMO does not answer any more ({error})")
+            self._feed.stop(f"SUMO does not answer any more ({error})", trouble=True)
             raise
         self._feed.put(step)
 

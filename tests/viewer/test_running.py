@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import gzip
 import json
+import os
 import re
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import aiohttp
 import pytest
@@ -57,6 +59,36 @@ async def seen_until(address, shown, *, seconds, orders=()):
     return frames, spans
 
 
+async def heard_after_a_crash(address, sumo):
+    """End SUMO, and return what the page is told of it, and what it was told at the beginning."""
+    told = []
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{address}ws") as line:
+        os.kill(sumo, signal.SIGKILL)
+        while [each["kind"] for each in told].count("note") < 1:
+            message = await line.receive(timeout=60.0)
+            if message.type is aiohttp.WSMsgType.TEXT:
+                told.append(json.loads(message.data))
+    scene = next(each for each in told if each["kind"] == "scene")
+    span = [each for each in told if each["kind"] == "span"][-1]
+    return scene, span, told[-1]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="children are found in /proc")
+def test_a_sumo_that_dies_is_told_as_such(city, tmp_path):
+    # So long that SUMO has to wait for its reader.
+    endless = city.with_name("endless.sumocfg")
+    endless.write_text(re.sub('<end value="[^"]*"', '<end value="1e6"', city.read_text()))
+    with Program(endless, "--size", SIZE, "--from", "20") as program:
+        (child,) = (
+            Path(f"/proc/{program.number}/task/{program.number}/children").read_text().split()
+        )
+        scene, span, note = asyncio.run(heard_after_a_crash(program.address, int(child)))
+        assert program.stop() == 0
+    assert (scene["title"], scene["begin"]) == ("endless", 20.0)
+    assert span["trouble"] == note["text"] == "SUMO ended unexpectedly (signal 9)"
+    assert note["level"] == "error"
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows knows no such signals")
 @pytest.mark.parametrize(("which", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_it_can_be_ended_while_it_opens_even_from_the_background(city, tmp_path, which, code):
@@ -102,6 +134,7 @@ def test_a_page_watches_a_simulation_that_runs_and_what_it_saw_is_kept(city, tmp
     keep = tmp_path / "kept"
     with Program(city, "--size", SIZE, "--keep", str(keep), "--seed", "5") as program:
         ride = [lambda said: {"do": "ride", "vehicle": said["users"][0]}]
+        assert {path.name for path in keep.glob("[!.]*")} == {"scene.yaml"}, "nobody saw anything"
         work = seen_until(program.address, 14.0, seconds=200.0, orders=ride)
         frames, spans = asyncio.run(work)
         assert program.stop() == 0
