@@ -196,3 +196,23 @@ def test_an_observer_sees_the_last_step_and_follows_a_new_episode(city):
             sv.Observer(libsumo, camera="nowhere")
     finally:
         libsumo.close()
+
+
+def test_an_observer_says_that_whom_it_rides_with_has_left(city, tmp_path):
+    libsumo = package("libsumo", "needs the extra sumo")
+    scene = tmp_path / "scene.yaml"
+    ride = "{mode: lagrangian, vehicle: f.0, view: chase}"
+    scene.write_text(f"scenario: {{}}\ncameras:\n  seat: {ride}\n")
+    libsumo.start(["sumo", "-c", str(city), "--no-warnings", "true"])
+    try:
+        with sv.Observer(libsumo, scene=scene, camera="seat", size=(64, 36), samples=1) as observer:
+            libsumo.simulationStep()
+            observer.render_array()
+            for time in (40.0, 120.0):  # while the window knows it, and when it does not
+                libsumo.simulationStep(time)
+                with pytest.raises(
+                    sv.ConfigError, match=r"'f\.0' is not on the road at .*; last seen"
+                ):
+                    observer.render_array()
+    finally:
+        libsumo.close()
