@@ -14,6 +14,7 @@ from sumo3dviz_pt.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.job.settings import Job
+    from sumo3dviz_pt.model.scene import View
     from sumo3dviz_pt.pipeline.live import Live, Pixels
     from sumo3dviz_pt.pipeline.reading import Ground
     from sumo3dviz_pt.recording.live_log import LiveLog
@@ -105,7 +106,7 @@ class LiveView:
             raise
         except Exception as error:
             # The connection's own kinds of errors; the loop is told, and so are the pages.
-            self._feed.stop(f"SUMO does not answer any more ({error})")
+            self._feed.stop(f"SUMO does not answer any more ({error})", trouble=True)
             raise
         self._feed.put(step)
 
@@ -204,8 +205,27 @@ class Observer:
         ground = self._log.ground()
         assert ground is not None, "a step was taken"
         live = self._opened(ground)
-        view = live.home if self._camera is None else live.view_of(self._camera, time)
-        return live.picture(time, view, samples=self._samples)
+        return live.picture(time, self._view(live, time), samples=self._samples)
+
+    def _view(self, live: Live, time: float) -> View:
+        """Return what the camera sees at the last step.
+
+        Raises:
+            ConfigError: If the road user that it rides with is not there.
+        """
+        if self._camera is None:
+            return live.home
+        name, seen = self._camera.rides_with, self._seen
+        try:
+            view = live.view_of(self._camera, time)
+        except ConfigError as error:
+            if not name or seen is None or seen >= time:
+                raise
+            # The window forgets when it came, and at last that it was there at all.
+            text = f"{name!r} is not on the road at {time:.12g} s; last seen at {seen:.12g} s"
+            raise ConfigError(text, key="camera") from error
+        self._seen = time
+        return view
 
     def close(self) -> None:
         """Give the renderer's memory back."""
@@ -223,6 +243,7 @@ class Observer:
         """Return a window in which nothing is yet."""
         from sumo3dviz_pt.recording.live_log import LiveLog
 
+        self._seen: float | None = None
         return LiveLog(self._job, self._ground, delay=0.0)
 
     def _opened(self, ground: Ground) -> Live:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.cli.options import PROGRAM, overrides_of, progress, request_of
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.numbers import counted
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.farm.making import FarmOrder
@@ -248,7 +249,7 @@ def _reported(plan: FarmPlan, state: FarmState, output: Path) -> int:
 
     if state.complete:
         for film in plan.films:
-            print(f"wrote {film.path}: {film.frames} frames")
+            print(f"wrote {film.path}: {counted(film.frames, 'frame')}")
         return 0
     problems = problems_of(state)
     for problem in problems:

@@ -302,7 +302,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         code: int = options.run(options)
         return code
     except (InputError, ConfigError) as error:
-        return complain(error, 2)
+        return complain(_as_typed(error, arguments), 2)
     except BrokenPipeError:
         raise
     except (Exception, KeyboardInterrupt) as error:
@@ -314,6 +314,15 @@ def _run(arguments: Sequence[str] | None) -> int:
         if not isinstance(error, Sumo3dvizError | OSError | MemoryError):
             raise
         return _failed(error, hint)
+
+
+def _as_typed(error: Exception, arguments: Sequence[str] | None) -> str:
+    """Return an error's sentence; an option that was typed is named as such."""
+    words = sys.argv[1:] if arguments is None else arguments
+    key = getattr(error, "key", None)
+    flags = {word.partition("=")[0] for word in words}
+    of_file = getattr(error, "file", None) is not None
+    return f"{'' if of_file or f'--{key}' not in flags else '--'}{error}"
 
 
 def _failed(error: BaseException, hint: str) -> int:

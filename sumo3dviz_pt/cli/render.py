@@ -29,6 +29,7 @@ from sumo3dviz_pt.cli.options import (
 )
 from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
 from sumo3dviz_pt.job.settings import default, meaning
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.pipeline.costs import spent
 
 if TYPE_CHECKING:
@@ -213,7 +214,7 @@ def print_films(reports: list[FilmReport], *, cpu: float) -> None:
     own[0] += max(cpu - sum(own), 0.0)
     for report, seconds in zip(reports, own, strict=True):
         place = report.film or report.folder
-        print(f"wrote {place}: {report.frames} frames ({cpu_in_words(seconds)})")
+        print(f"wrote {place}: {counted(report.frames, 'frame')} ({cpu_in_words(seconds)})")
 
 
 def add_still(commands: Any) -> None:

@@ -86,7 +86,7 @@ def _add_target(sub: argparse.ArgumentParser) -> None:
     """Let the scene file be named, and one that exists be replaced."""
     sub.add_argument("-o", "--output", type=Path, default=Path("scene.yaml"), help="scene file")
     sub.add_argument(
-        *("--force", "--overwrite"), action="store_true", help="replace a scene file that exists"
+        *("--overwrite", "--force"), action="store_true", help="replace a scene file that exists"
     )
 
 
@@ -140,7 +140,7 @@ def _made_of_map(
         folder,
         traffic=options.traffic,
         driven=bool(options.trajectories),
-        replace=options.force,
+        replace=options.overwrite,
     )
     if made.simulation is not None:
         return made.simulation, own
@@ -158,7 +158,7 @@ def _recorded(options: argparse.Namespace) -> Path:
     from sumo3dviz_pt.recording.run import RecordOrder, record
 
     folder = options.output.with_suffix(".recorded")
-    return record(options.scenario, RecordOrder(folder, overwrite=options.force))[0]
+    return record(options.scenario, RecordOrder(folder, overwrite=options.overwrite))[0]
 
 
 def _import(options: argparse.Namespace) -> int:
@@ -193,11 +193,11 @@ def _schema(options: argparse.Namespace) -> int:
 
 
 def _check_target(options: argparse.Namespace) -> None:
-    """Refuse to replace a scene file without `--force`."""
+    """Refuse to replace a scene file without `--overwrite`."""
     from sumo3dviz_pt.pipeline.still import check_free
 
-    if not options.force:
-        check_free(options.output, option="--force")
+    if not options.overwrite:
+        check_free(options.output)
 
 
 def _written(path: Path, text: str, notes: Sequence[str]) -> int:

@@ -10,7 +10,7 @@ import argparse
 import logging
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,8 @@ from sumo3dviz_pt.cli.options import (
 from sumo3dviz_pt.errors import ConfigError, InstallationError, MissingExtraError
 
 if TYPE_CHECKING:
+    from socket import socket
+
     from sumo3dviz_pt.job.settings import Job
     from sumo3dviz_pt.viewer.running import Running
 
@@ -81,12 +83,15 @@ def run_view(options: argparse.Namespace) -> int:
     _check(options)
     if options.static is not None:
         return run_static(options)
-    if ready_renderer(options.variant).note:
-        raise InstallationError("the viewer needs libLLVM or a graphics card")
-    if options.scene.name.endswith(_ENDINGS):
-        with _running(options) as opened:
-            return _serve(options, opened)
-    return _serve(options, _Opened(options.scene))
+    from sumo3dviz_pt.viewer.server import heeded_signals, listening
+
+    with heeded_signals(), listening(options.port, key="--port") as line:
+        if ready_renderer(options.variant).note:
+            raise InstallationError("the viewer needs libLLVM or a graphics card")
+        if options.scene.name.endswith(_ENDINGS):
+            with _running(options) as opened:
+                return _serve(options, opened, line)
+        return _serve(options, _Opened(options.scene), line)
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -138,8 +143,8 @@ class _Opened:
         return job.model_copy(update={"scenario": scenario})
 
 
-def _serve(options: argparse.Namespace, opened: _Opened) -> int:
-    """Show what was opened until Ctrl-C."""
+def _serve(options: argparse.Namespace, opened: _Opened, line: socket) -> int:
+    """Show what was opened until Ctrl-C, on a line that listens."""
     from sumo3dviz_pt.viewer.render_thread import RenderThread
     from sumo3dviz_pt.viewer.server import serve
 
@@ -159,7 +164,7 @@ def _serve(options: argparse.Namespace, opened: _Opened) -> int:
     )
     serve(
         render_thread,
-        port=options.port,
+        port=line,
         token=options.token,
         announce=lambda address: print(address, flush=True),
     )
@@ -175,32 +180,62 @@ def _running(options: argparse.Namespace) -> Iterator[_Opened]:
     """
     from sumo3dviz_pt.pipeline.reading import Ground
     from sumo3dviz_pt.recording.feeds import RunFeed
+    from sumo3dviz_pt.recording.files import RecordOrder
     from sumo3dviz_pt.recording.live_log import LiveLog
+    from sumo3dviz_pt.recording.run import check_folder
     from sumo3dviz_pt.recording.stepped import SteppedRun
     from sumo3dviz_pt.viewer.running import Running
 
-    with tempfile.TemporaryDirectory(prefix="sumo3dviz_pt-") as name:
-        folder = options.keep or Path(name)
-        opened = _surveyed(options, folder)
+    with tempfile.TemporaryDirectory(prefix="sumo3dviz_pt-") as name, ExitStack() as held:
+        keep = options.keep
+        if keep is not None:
+            order = RecordOrder(keep, overwrite=options.overwrite)
+            check_folder(order, options.scene, key="--keep")
+            held.enter_context(_place_of(keep))
+        opened = _surveyed(options, Path(name))
         job = opened.job(overrides_of(options))
         ground = replace(Ground.of(job), growing=True)
         delay = _DELAY if options.delay is None else options.delay
-        run = SteppedRun(options.scene, folder, seed=options.seed)
+        run = SteppedRun(options.scene, keep or Path(name, "seen"), seed=options.seed)
         try:
-            feed = RunFeed(run, LiveLog(job, ground, delay=delay), start=options.start)
-            yield _Opened(opened.scene, opened.recording, opened.saved, Running(ground, feed))
+            log = LiveLog(job, ground, delay=delay, start=options.start)
+            feed = RunFeed(run, log, start=options.start)
+            title = options.scene.name.removesuffix(".sumocfg").removesuffix(".sumo.cfg")
+            yield replace(opened, running=Running(ground, feed, title=title))
         finally:
             kept = run.close()
-            if options.keep is not None:
+            if keep is not None and kept is not None:
                 print(f"kept {kept}; scene: {opened.scene}", flush=True)
 
 
+@contextmanager
+def _place_of(keep: Path) -> Iterator[None]:
+    """Make a folder; if no recording comes to it, it is as before."""
+    from sumo3dviz_pt.recording.files import LOG
+
+    scene, new = keep / "scene.yaml", not keep.exists()
+    own = scene.exists()
+    keep.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        if not (keep / LOG).exists():
+            if not own:
+                scene.unlink(missing_ok=True)
+            if new and not any(keep.iterdir()):
+                keep.rmdir()
+
+
 def _surveyed(options: argparse.Namespace, folder: Path) -> _Opened:
-    """Record the first minutes of a simulation, and find or propose its scene."""
+    """Record the first minutes of a simulation aside, and find or propose its scene.
+
+    What is kept holds nothing of them, as nobody sees them.
+    """
     from sumo3dviz_pt.files.atomic import write_atomically
-    from sumo3dviz_pt.proposals.proposal import propose
+    from sumo3dviz_pt.proposals.proposal import propose, quoted_path
     from sumo3dviz_pt.recording.command import read_settings
-    from sumo3dviz_pt.recording.run import RecordOrder, record, sumo_program
+    from sumo3dviz_pt.recording.files import LOG, SIGNALS, RecordOrder
+    from sumo3dviz_pt.recording.run import record, sumo_program
 
     try:
         sumo_program()
@@ -208,15 +243,15 @@ def _surveyed(options: argparse.Namespace, folder: Path) -> _Opened:
         raise MissingExtraError("to view a running simulation needs SUMO", extra="sumo") from error
     begin = read_settings(options.scene).begin if options.start is None else options.start
     log.warning("SUMO runs %g s of %s, to see what there is", _SURVEY, options.scene)
-    order = RecordOrder(
-        folder, options.start, begin + _SURVEY, seed=options.seed, overwrite=options.overwrite
-    )
+    order = RecordOrder(folder, options.start, begin + _SURVEY, seed=options.seed)
     recording = record(options.scene, order)[0]
     own = options.scene.with_name("scene.yaml")
     if own.is_file():
         log.warning("the scene is %s", own)
         return _Opened(own, recording, saved=own)
-    scene = folder / "scene.yaml"
+    scene = (options.keep or folder) / "scene.yaml"
     text, _ = propose(recording, output=scene)
+    for name in (LOG, SIGNALS):  # where they will lie
+        text = text.replace(quoted_path(folder / name, scene.parent), f'"{name}"')
     write_atomically(scene, text)
-    return _Opened(scene, saved=scene if options.keep is not None else None)
+    return _Opened(scene, recording, saved=scene if options.keep is not None else None)

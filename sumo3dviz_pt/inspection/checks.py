@@ -19,7 +19,7 @@ from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality, SoundSetting
 from sumo3dviz_pt.model.camera import CameraPath
 from sumo3dviz_pt.model.falling import reflection_samples
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.numbers import in_short
+from sumo3dviz_pt.model.numbers import counted, in_short
 from sumo3dviz_pt.model.scene import LeftOut, SceneData
 from sumo3dviz_pt.model.traffic import Scenario, ScenarioFiles
 from sumo3dviz_pt.motion import LogMotion
@@ -381,7 +381,8 @@ def _shot_lines(
     lines = [
         "",
         f"shot     {shot['camera']}, {shot['from']:.12g} to {shot['to']:.12g} s,"
-        f" {shot['frames']} frames of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
+        f" {counted(shot['frames'], 'frame')} of {shot['size'][0]}x{shot['size'][1]},"
+        f" {shot['fps']} a second",
         f"  triangles {total}" + (f": {kinds}" if details else ""),
     ]
     lines += [f"  sound     {shot['sound']}"] if shot.get("sound") else []

@@ -88,6 +88,11 @@ def ratio_of(value: Ratio) -> Fraction:
     return Fraction(numerator) / Fraction(denominator or 1)
 
 
+def counted(count: int, name: str) -> str:
+    """Return how many there are: `1 frame`, `2 frames`."""
+    return f"{count} {name}" if count == 1 else f"{count} {name}s"
+
+
 def in_short(ratio: Fraction) -> int | float | str:
     """Return a ratio as a number where that is exact, else as text such as `30000/1001`."""
     if ratio.denominator == 1:

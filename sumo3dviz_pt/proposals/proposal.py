@@ -321,7 +321,7 @@ def scene_text(
 def _ground_line(land: LandFiles, folder: Path) -> str:
     """Say what the land is like."""
     files = {"heights": land.heights, "picture": land.picture}
-    said = [f"{key}: {_quoted_path(file, folder)}" for key, file in files.items() if file]
+    said = [f"{key}: {quoted_path(file, folder)}" for key, file in files.items() if file]
     return f"ground: {{{', '.join(said)}}}" if said else "# ground: {texture: ground_grass}"
 
 
@@ -345,7 +345,7 @@ def _here(scenario: Scenario) -> str:
 
 def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
     """Return the files, relative to the scene file."""
-    quoted = partial(_quoted_path, folder=folder)
+    quoted = partial(quoted_path, folder=folder)
     made = {file for each in files.tables for file in each.files}
     lines = [] if files.network in made else [f"  network: {quoted(files.network)}"]
     for each in files.tables:
@@ -357,7 +357,7 @@ def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
     return lines
 
 
-def _quoted_path(path: Path, folder: Path) -> str:
+def quoted_path(path: Path, folder: Path) -> str:
     """Return a path as YAML, relative to a folder."""
     try:
         text = Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()

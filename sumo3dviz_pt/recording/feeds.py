@@ -53,6 +53,11 @@ class RunFeed:
         """Why nothing more comes; empty while something may."""
         return self._run.stopped
 
+    @property
+    def trouble(self) -> str:
+        """What went wrong with the simulation; empty while it is well."""
+        return self._run.trouble
+
     def advance(self, until: float) -> Ground | None:
         """Let the simulation run until a time can be shown [s].
 
@@ -115,10 +120,11 @@ class LoopFeed:
 
     Attributes:
         stopped: Why nothing more comes; empty while something may.
+        trouble: What went wrong with the simulation; empty while it is well.
     """
 
     def __init__(self, log: LiveLog) -> None:
-        self.stopped = ""
+        self.stopped = self.trouble = ""
         self._log = log
         self._waiting: deque[LoggedStep] = deque()
         self._lost = False
@@ -133,10 +139,10 @@ class LoopFeed:
             self._waiting.append(step)
             self._news.notify_all()
 
-    def stop(self, why: str) -> None:
-        """Say that no step follows, and why."""
+    def stop(self, why: str, *, trouble: bool = False) -> None:
+        """Say that no step follows, and why; `trouble` if something went wrong."""
         with self._news:
-            self.stopped = why
+            self.stopped, self.trouble = why, why if trouble else self.trouble
             self._news.notify_all()
 
     def advance(self, until: float) -> Ground | None:

@@ -60,6 +60,7 @@ class LiveLog:
         job: The scene file.
         base: The simulation as it was read beforehand, for its network and its types.
         delay: How far what is shown is behind the last step [s].
+        start: First time that is shown [s]; None is the first step's.
 
     Attributes:
         delay: How far what is shown is behind the last step [s].
@@ -69,7 +70,7 @@ class LiveLog:
         ConfigError: If the scene file changes traffic, for which the whole log is needed.
     """
 
-    def __init__(self, job: Job, base: Ground, *, delay: float) -> None:
+    def __init__(self, job: Job, base: Ground, *, delay: float, start: float | None = None) -> None:
         if job.traffic is not None:
             raise ConfigError(
                 "a running simulation is shown as it is; leave this out, or view a recording",
@@ -81,6 +82,7 @@ class LiveLog:
         )
         self.newest: float | None = None
         self._first: float | None = None
+        self._start = -inf if start is None else start
         self._lanes: dict[str, int] = {}
         self._rows: RowsOfUsers = {}
         self._steps: list[float] = []
@@ -156,6 +158,7 @@ class LiveLog:
         # Only where the window reaches far enough back are places those of films.
         left = self._steps[0]
         begin = left if left <= self._first else min(left + MARGIN, end)
+        begin = max(begin, self._start)
         if begin > end:
             return None
         scenario = self._scenario()
@@ -166,7 +169,7 @@ class LiveLog:
             trajectories,
             begin,
             end,
-            origin=self._first,
+            origin=max(self._first, self._start),
             growing=not ended,
             behind=behind,
         )

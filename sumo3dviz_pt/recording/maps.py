@@ -109,7 +109,7 @@ def make_of_map(
             f"is {OTHERS[root].what}; {error}, or elsewhere {remedy(root, file)}", file=file
         ) from None
     if folder.exists() and not replace:
-        raise ConfigError(f"{folder}: exists; --force replaces it")
+        raise ConfigError(f"{folder}: exists; --overwrite replaces it")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     try:

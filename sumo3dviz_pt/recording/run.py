@@ -175,7 +175,7 @@ def record(path: Path, order: RecordOrder) -> tuple[Path, ...]:
     settings = read_settings(path)
     program = sumo_program()
     target = order.folder / path.name
-    _check_place(order, target, path)
+    check_folder(order, path)
     files = _simulated(settings, order, program)
     write_atomically(target, configuration(settings, order.folder, signals=len(files) > 1))
     return (target, *files)
@@ -296,21 +296,27 @@ def remove_outputs(settings: SumoSettings, prefix: str) -> None:
             path.unlink()
 
 
-def _check_place(order: RecordOrder, target: Path, path: Path) -> None:
+def check_folder(order: RecordOrder, path: Path, *, key: str = "output") -> None:
     """Refuse to replace a recording unasked, or the simulation's own files.
+
+    Args:
+        order: Names the folder.
+        path: The simulation's .sumocfg.
+        key: How the folder was asked for, for messages.
 
     Raises:
         ConfigError: If it would.
     """
+    target = order.folder / path.name
     if order.folder.exists() and not order.folder.is_dir():
-        raise ConfigError(f"{order.folder} is a file; give a folder", key="output")
+        raise ConfigError(f"{order.folder} is a file; give a folder", key=key)
     if target.absolute() == path.absolute():
         raise ConfigError(
-            f"{order.folder} holds the simulation itself; give another folder", key="output"
+            f"{order.folder} holds the simulation itself; give another folder", key=key
         )
     there = [each for each in (target, order.folder / LOG) if each.exists()]
     if there and not order.overwrite:
-        raise ConfigError(f"{there[0]} exists already; --overwrite replaces it", key="output")
+        raise ConfigError(f"{there[0]} exists already; --overwrite replaces it", key=key)
 
 
 def _check_log(log: Path, settings: SumoSettings) -> None:

@@ -12,6 +12,7 @@ import re
 import socket
 import subprocess
 import tempfile
+import threading
 import uuid
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import suppress
@@ -66,7 +67,9 @@ class SteppedRun:
 
     def __init__(self, path: Path, folder: Path, *, seed: int | None = None) -> None:
         self._settings, program = read_settings(path), sumo_program()
-        self.stopped = ""
+        self.stopped = self._newest = ""
+        self._silence, self._closing = "", False
+        self._turn = threading.Lock()
         self._folder, self._name = folder, path.name
         if (folder / path.name).absolute() == path.absolute():
             raise ConfigError(f"{folder} holds the simulation itself; give another", key="keep")
@@ -115,22 +118,39 @@ class SteppedRun:
         Returns:
             None at the end; `stopped` says why.
         """
-        step = next(self._steps, None)
-        if step is None:
-            self.stopped = self.stopped or self._farewell()
-            return None
-        self._log.write(step.text)
-        self._lights.writelines(step.lights)
-        self._kept, self._lit = self._kept + 1, self._lit + len(step.lights)
-        return step
+        with self._turn:
+            step = None if self._log.closed else next(self._steps, None)
+            if step is None:
+                self.stopped = self.stopped or self._farewell()
+                return None
+            self._log.write(step.text)
+            self._lights.writelines(step.lights)
+            self._kept, self._lit = self._kept + 1, self._lit + len(step.lights)
+            self._newest = f" at {float(step.time):.12g} s"
+            return step
+
+    @property
+    def trouble(self) -> str:
+        """What went wrong with SUMO, though not all that it had sent may be read; else empty."""
+        return self._trouble("")
+
+    def _trouble(self, when: str) -> str:
+        """Return what went wrong with SUMO, and when, as part of a sentence."""
+        if self._closing or not (code := self._process.poll()):
+            return self._silence
+        if code < 0:
+            return f"SUMO ended unexpectedly{when} (signal {-code})"
+        return f"SUMO stopped{when}: {self._fault()}"
 
     def _farewell(self) -> str:
         """Return why SUMO sends no more."""
         try:
-            code = self._process.wait(_ENDING)
+            self._process.wait(_ENDING)
         except subprocess.TimeoutExpired:
-            return "SUMO does not answer any more"
-        return f"SUMO stopped: {self._fault()}" if code else "the simulation has ended"
+            self._silence = f"SUMO does not answer any more{self._newest}"
+        if self._closing:
+            return "the viewer has ended"
+        return self._trouble(self._newest) or "the simulation has ended"
 
     def _fault(self) -> str:
         """Return SUMO's own words on why it stopped."""
@@ -138,17 +158,25 @@ class SteppedRun:
         text = self._errors.read().decode("utf-8", errors="replace")
         return fault(text, self._process.wait())
 
-    def close(self) -> Path:
+    def close(self) -> Path | None:
         """End SUMO, and finish the recording of all steps that were read; twice does nothing.
 
         Returns:
-            A configuration that `init` takes.
+            A configuration that `init` takes; None if no step was read.
         """
-        target = self._folder / self._name
+        target = self._folder / self._name if self._kept else None
         if self._log.closed:
             return target
+        self._closing = True
+        self._process.kill()  # so that nobody waits for a step any more
+        with self._turn:
+            return self._finished()
+
+    def _finished(self) -> Path | None:
+        """Close all files and move them to where they are kept."""
+        target = self._folder / self._name if self._kept else None
         self._end()
-        if self._kept:
+        if target is not None:
             part = Path(self._place.name)
             put_in_place(part / LOG, self._folder / LOG)
             if self._lit:
@@ -168,8 +196,7 @@ class SteppedRun:
             stream.close()
         self._errors.close()
         if self._line is not None:
-            with suppress(ValueError):  # somebody waits for a step, and is told that there is none
-                self._steps.close()
+            self._steps.close()
             self._line.close()
         remove_outputs(self._settings, self._prefix)
 

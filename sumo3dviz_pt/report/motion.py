@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, arc_length
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.report.plots import PALETTE, new_figure, save_figure
 
@@ -232,7 +233,7 @@ def _remark_lines(remarks: Sequence[MotionFinding]) -> Iterator[str]:
         seconds = sum(remark.end - remark.time for remark in some)
         why = f" ({FALLBACKS[kind]}; follows hermite there)" if kind in FALLBACKS else ""
         who = f"{users} road user{'s' * (users > 1)}"
-        yield f"{kind:<14} {len(some)} times, {who}, {seconds:.1f} s together{why}"
+        yield f"{kind:<14} {counted(len(some), 'time')}, {who}, {seconds:.1f} s together{why}"
         most = _MOST_LISTED if kind in _LISTED else WORST if kind != "lane change" else 0
         yield from _listed(some, most, _UNITS.get(kind, "m"))
 
@@ -252,8 +253,8 @@ def _group_lines(group: UserGroup) -> Iterator[str]:
     yield ""
     yield f"{group.kind}s: {group.users}, {group.seconds:.0f} s of motion"
     if group.broken:
-        yield f"  {group.broken} frames hold a value that is no number"
-    yield f"  {group.jumps} frames jump further than 1.5 x logged speed / fps + 2 cm"
+        yield f"  {counted(group.broken, 'frame')} with a value that is no number"
+    yield f"  {counted(group.jumps, 'frame')} with a jump above 1.5 x logged speed / fps + 2 cm"
     for extreme in group.extremes:
         if not extreme.worst:
             continue

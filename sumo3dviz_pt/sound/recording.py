@@ -1,7 +1,7 @@
 """Writes a recording as a WAV file, and says how loud it is.
 
 Samples are floats of 32 bits, so that nothing is cut off. Levels are those of a sound level meter:
-A-weighted, and for the maximum with the time weighting F.
+A-weighted, and for the maximum with the time weighting F, settled on the first 125 ms.
 
 References:
     IEC 61672-1: A-weighting (annex E) and time weighting F, 125 ms.
@@ -68,7 +68,7 @@ class Meter:
     def __init__(self, meters: Mapping[str, tuple[int, ...]], full_scale: float) -> None:
         self._meters, self._full_scale = meters, full_scale
         self._states: dict[int, Floats] = {}
-        self._fast = {name: np.zeros(1) for name in meters}
+        self._fast: dict[str, Floats] = {}
         self._sums = dict.fromkeys(meters, 0.0)
         self._most = dict.fromkeys(meters, 0.0)
         self._count, self._peak = 0, 0.0
@@ -90,6 +90,10 @@ class Meter:
                     _a_weighting(), block[:, channel], zi=state
                 )
                 power += weighted**2
+            if name not in self._fast:
+                # As if it had sounded so before: a meter that starts from silence shows too little.
+                settled = float(power[: round(_FAST * RATE)].mean())
+                self._fast[name], self._most[name] = np.array([keep * settled]), settled
             fast, self._fast[name] = lfilter([1.0 - keep], [1.0, -keep], power, zi=self._fast[name])
             self._sums[name] += float(power.sum())
             self._most[name] = max(self._most[name], float(fast.max()))

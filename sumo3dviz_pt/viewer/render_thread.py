@@ -92,6 +92,7 @@ class RenderThread:
             else Ground.of(job, begin=window[0], end=window[1])
         )
         self._template: str | None = None
+        self._trouble = ""
         self._clients: list[Client] = []
         self._stills: dict[int, bytes] = {}
         self._changed = threading.Condition()
@@ -110,7 +111,7 @@ class RenderThread:
         """What a page is told of the scene."""
         job, ground = self.live.job, self.live.ground
         return {
-            "title": self._file.parent.name if self._file else "sumo3dviz_pt",
+            "title": self._title,
             "cameras": list(job.cameras),
             "begin": ground.begin,
             "end": ground.end,
@@ -130,7 +131,15 @@ class RenderThread:
             if ground.growing
             else 1,
             "running": ground.growing,
+            "trouble": self._trouble,
         }
+
+    @property
+    def _title(self) -> str:
+        """What pages are called."""
+        if self._running is not None:
+            return self._running.title
+        return self._file.parent.name if self._file else "sumo3dviz_pt"
 
     @property
     def live(self) -> Live:
@@ -245,8 +254,9 @@ class RenderThread:
 
     def _renew(self) -> None:
         """Put the next window of a running simulation in place, if it is ready."""
-        if self._windows is None:
+        if self._windows is None or self._running is None:
             return
+        self._heed(self._running.feed.trouble)
         states = [client.state for client in self._clients]
         if states:
             shown = max(state.time + state.ahead for state in states)
@@ -263,10 +273,18 @@ class RenderThread:
         ground = self.live.ground
         for client in self._clients:
             client.state = replace(client.state, time=within(client.state.time, self.live))
-        self._tell_all("span", **span_said(ground))
+        self._tell_all("span", **span_said(ground, trouble=self._trouble))
         if news.stopped:
             text = f"{news.stopped}; what is there can still be seen"
-            self._tell_all("note", level="info", text=text)
+            self._tell_all("note", level=news.level, text=text)
+
+    def _heed(self, trouble: str) -> None:
+        """Tell all pages, once, what went wrong, before they come to the end."""
+        if trouble and not self._trouble:
+            log.warning("%s", trouble)
+            self._trouble = trouble
+            self._tell_all("span", **span_said(self.live.ground, trouble=trouble))
+            self._tell_all("note", level="error", text=trouble)
 
     def _choice(self) -> Client | None:
         """Choose the next client: moving ones first; standing ones keep their turn for a while.

@@ -44,6 +44,10 @@ class Feed(Protocol):
     def stopped(self) -> str:
         """Why nothing more comes; empty while something may."""
 
+    @property
+    def trouble(self) -> str:
+        """What went wrong with the simulation; empty while it is well."""
+
     def advance(self, until: float) -> Ground | None:
         """Return a window in which a time can be shown [s]; None if there is nothing new."""
 
@@ -55,21 +59,24 @@ class Running:
     Attributes:
         ground: What was read of it beforehand; the scene is built for that, if anybody is there.
         feed: Where its windows come from.
+        title: Its name.
     """
 
     ground: Ground
     feed: Feed
+    title: str = "sumo3dviz_pt"
 
 
 _MOST_NAMED = 200
 """Road users that a page is told of, at most."""
 
 
-def span_said(ground: Ground) -> dict[str, Any]:
+def span_said(ground: Ground, *, trouble: str = "") -> dict[str, Any]:
     """Write what there is to see of a running simulation as messages to pages hold it.
 
     Args:
         ground: Its window.
+        trouble: What went wrong with it; empty while it is well.
     """
     there = [
         each
@@ -81,6 +88,7 @@ def span_said(ground: Ground) -> dict[str, Any]:
         "begin": ground.begin,
         "end": ground.end,
         "running": ground.growing,
+        "trouble": trouble,
         "users": [each.id for each in there[:_MOST_NAMED]],
     }
 
@@ -92,10 +100,12 @@ class News:
     Attributes:
         window: What it shows.
         stopped: Why it is the last one; empty if it is not.
+        level: Of the note on that, `info` or `error`.
     """
 
     window: Window
     stopped: str
+    level: str = "info"
 
 
 def first_ground(running: Running, closing: Callable[[], bool]) -> Ground | None:
@@ -114,7 +124,8 @@ def first_ground(running: Running, closing: Callable[[], bool]) -> Ground | None
         if ground is not None:
             return ground
         if running.feed.stopped:
-            raise ConfigError(running.feed.stopped, key="simulation")
+            text = f"{running.feed.stopped}, before there was anything to show"
+            raise ConfigError(text, key="simulation")
     return None
 
 
@@ -187,14 +198,15 @@ class WindowThread:
             ground = self._feed.advance(until)
             if ground is None:
                 return None
-            return News(self._live.carried_on(ground), self._feed.stopped)
+            level = "error" if self._feed.trouble else "info"
+            return News(self._live.carried_on(ground), self._feed.stopped, level)
         except Exception as error:
             # What is there stays, and pages are told why nothing more comes.
             if not isinstance(error, Sumo3dvizError):
                 log.exception("a window of the simulation failed")
             live = self._live
             last = Window(replace(live.ground, growing=False), live.shot, live.shot.data)
-            return News(last, f"no more can be shown: {error}")
+            return News(last, f"no more can be shown: {error}", "error")
 
     def _pause(self, seconds: float) -> None:
         """Wait for some time, or until the end."""

@@ -13,8 +13,10 @@ References:
 from __future__ import annotations
 
 import asyncio
+import errno
 import hmac
 import json
+import os
 import re
 import secrets
 import signal
@@ -274,7 +276,7 @@ class Server:
 
     Args:
         render_thread: What renders; started and closed along with the server.
-        port: To listen on; 0 takes a free one.
+        port: To listen on; 0 takes a free one. Or a socket of `listening`.
         token: The secret in the address; None makes one up.
         proxied: Whether a notebook server passes pages' requests on, under its own name.
 
@@ -289,7 +291,7 @@ class Server:
         self,
         render_thread: RenderThread,
         *,
-        port: int = 0,
+        port: int | socket.socket = 0,
         token: str | None = None,
         proxied: bool = False,
     ) -> None:
@@ -298,7 +300,7 @@ class Server:
             raise ConfigError("1..200 letters, digits, - or _ are allowed", key="token")
         self._render_thread = render_thread
         self._application = application(render_thread, token, proxied=proxied)
-        self._listening = _listen(port)
+        self._listening = port if isinstance(port, socket.socket) else listening(port)
         self._stop, self._end, self._parted = asyncio.Event(), asyncio.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
         self.address = f"http://{HOST}:{self._listening.getsockname()[1]}/{token}/"
@@ -367,13 +369,17 @@ class Server:
 
 
 def serve(
-    render_thread: RenderThread, *, port: int, token: str | None, announce: Callable[[str], None]
+    render_thread: RenderThread,
+    *,
+    port: int | socket.socket,
+    token: str | None,
+    announce: Callable[[str], None],
 ) -> None:
     """Show a render thread's scene until Ctrl-C or SIGTERM.
 
     Args:
         render_thread: What renders; started and closed here.
-        port: To listen on; 0 takes a free one.
+        port: To listen on; 0 takes a free one. Or a socket of `listening`.
         token: The secret in the address; None makes one up.
         announce: Told the page's address as soon as it answers.
 
@@ -383,35 +389,60 @@ def serve(
     """
     over = threading.Event()
     # The signals are restored first, so that a second Ctrl-C ends the program at once.
-    with Server(render_thread, port=port, token=token) as server, _on_signals(over.set):
+    with Server(render_thread, port=port, token=token) as server, _on_signals(lambda _: over.set()):
         announce(server.address)
         while server.running and not over.wait(0.5):
             pass
 
 
-def _listen(port: int) -> socket.socket:
+def listening(port: int, *, key: str = "port") -> socket.socket:
     """Return a socket on this machine's own interface.
+
+    Args:
+        port: To listen on; 0 takes a free one.
+        key: How the port was asked for, for messages.
 
     Raises:
         ConfigError: If the port is taken, or not ours to take.
     """
     if not 0 <= port < 1 << 16:
-        raise ConfigError(f"must lie in 0..65535, not {port}", key="port")
+        raise ConfigError(f"must lie in 0..65535, not {port}", key=key)
     try:
         return socket.create_server((HOST, port))
     except OSError as error:
-        raise ConfigError(f"cannot listen on port {port}: {error}", key="port") from error
+        taken = error.errno == errno.EADDRINUSE
+        why = "is in use" if taken else f"cannot be used ({os.strerror(error.errno or 0)})"
+        text = f"port {port} {why}; choose another, or leave it out"
+        raise ConfigError(text, key=key) from error
 
 
 @contextmanager
-def _on_signals(act: Callable[[], None]) -> Iterator[None]:
+def heeded_signals() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM end what goes on, and what is to be put away be put away.
+
+    A shell's script starts programs in the background so that they ignore Ctrl-C.
+
+    Raises:
+        KeyboardInterrupt: At Ctrl-C.
+        SystemExit: At SIGTERM.
+    """
+
+    def end(which: int) -> None:
+        raise KeyboardInterrupt if which == signal.SIGINT else SystemExit(128 + which)
+
+    with _on_signals(end):
+        yield
+
+
+@contextmanager
+def _on_signals(act: Callable[[int], None]) -> Iterator[None]:
     """Do something on Ctrl-C and SIGTERM; only the main thread is told of them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
-    def on_signal(_number: int, _frame: FrameType | None) -> None:
-        act()
+    def on_signal(number: int, _frame: FrameType | None) -> None:
+        act(number)
 
     before = {which: signal.signal(which, on_signal) for which in (signal.SIGINT, signal.SIGTERM)}
     try:

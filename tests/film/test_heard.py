@@ -72,6 +72,21 @@ def test_a_film_of_one_frame_has_its_sound_and_silent_ones_none(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_film_that_plays_nothing_and_one_in_which_nothing_is_heard_say_so(tmp_path, capsys):
+    words = [str(write_scenario(tmp_path)), *CAMERA, "--to", "2.1", *SMALL]
+    play = ["--set", "output.sound={play: stereo, murmur: null, radius: 1}"]
+    assert main(["render", "-o", str(tmp_path / "a.gif"), *words, *play]) == 0
+    said = capsys.readouterr().err
+    assert said.count("a.gif plays no sound, as GIFs and numbered pictures cannot") == 1
+    assert said.count("a.wav is silent: nobody who sounds is within 1 m of the camera") == 1
+    assert np.abs(samples(tmp_path / "a.wav", 2)).max() == 0.0
+    play = ["--set", "output.sound={play: stereo}"]
+    assert main(["render", "-o", str(tmp_path / "b.mp4"), *words, *play]) == 0
+    said = capsys.readouterr().err
+    assert "plays no sound" not in said and "silent" not in said
+
+
+@pytest.mark.slow
 def test_a_driver_hears_the_own_car_and_titles_delay_the_sound(tmp_path):
     scene = write_scenario(tmp_path)
     words = ["--camera", "driver", "--from", "2", "--to", "2.4", *SMALL]

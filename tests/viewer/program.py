@@ -68,6 +68,11 @@ class Program:
         return "".join(self._said)
 
     @property
+    def number(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    @property
     def memory(self) -> float:
         """Resident memory [MiB], on Linux."""
         status = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8")

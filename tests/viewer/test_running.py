@@ -5,8 +5,13 @@ from __future__ import annotations
 import asyncio
 import gzip
 import json
+import os
 import re
+import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import aiohttp
 import pytest
@@ -54,6 +59,68 @@ async def seen_until(address, shown, *, seconds, orders=()):
     return frames, spans
 
 
+async def heard_after_a_crash(address, sumo):
+    """End SUMO, and return what the page is told of it, and what it was told at the beginning."""
+    told = []
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{address}ws") as line:
+        os.kill(sumo, signal.SIGKILL)
+        while [each["kind"] for each in told].count("note") < 1:
+            message = await line.receive(timeout=60.0)
+            if message.type is aiohttp.WSMsgType.TEXT:
+                told.append(json.loads(message.data))
+    scene = next(each for each in told if each["kind"] == "scene")
+    span = [each for each in told if each["kind"] == "span"][-1]
+    return scene, span, told[-1]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="children are found in /proc")
+def test_a_sumo_that_dies_is_told_as_such(city, tmp_path):
+    # So long that SUMO has to wait for its reader.
+    endless = city.with_name("endless.sumocfg")
+    endless.write_text(re.sub('<end value="[^"]*"', '<end value="1e6"', city.read_text()))
+    with Program(endless, "--size", SIZE, "--from", "20") as program:
+        (child,) = (
+            Path(f"/proc/{program.number}/task/{program.number}/children").read_text().split()
+        )
+        scene, span, note = asyncio.run(heard_after_a_crash(program.address, int(child)))
+        assert program.stop() == 0
+    assert (scene["title"], scene["begin"]) == ("endless", 20.0)
+    assert span["trouble"] == note["text"] == "SUMO ended unexpectedly (signal 9)"
+    assert note["level"] == "error"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows knows no such signals")
+@pytest.mark.parametrize(("which", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_it_can_be_ended_while_it_opens_even_from_the_background(city, tmp_path, which, code):
+    # A shell's script lets what it starts in the background ignore Ctrl-C.
+    words = ["view", str(city), "--size", SIZE, "--keep", str(tmp_path / "kept")]
+    with subprocess.Popen(
+        [
+            "sh",
+            "-c",
+            'trap "" INT; exec "$@"',
+            "sh",
+            sys.executable,
+            "-m",
+            "sumo3dviz_pt.cli",
+            *words,
+        ],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+    ) as program:
+        assert program.stderr is not None
+        while "opening" not in program.stderr.readline():
+            assert program.poll() is None
+        time.sleep(1.0)
+        began = time.monotonic()
+        program.send_signal(which)
+        said, _ = program.communicate(timeout=60.0)
+    assert program.returncode == code and "http" not in said
+    assert time.monotonic() - began < 15.0
+    assert not list((tmp_path / "kept").glob(".*"))
+
+
 def rows(log):
     """Lines of a log that say something."""
     return [
@@ -67,6 +134,7 @@ def test_a_page_watches_a_simulation_that_runs_and_what_it_saw_is_kept(city, tmp
     keep = tmp_path / "kept"
     with Program(city, "--size", SIZE, "--keep", str(keep), "--seed", "5") as program:
         ride = [lambda said: {"do": "ride", "vehicle": said["users"][0]}]
+        assert {path.name for path in keep.glob("[!.]*")} == {"scene.yaml"}, "nobody saw anything"
         work = seen_until(program.address, 14.0, seconds=200.0, orders=ride)
         frames, spans = asyncio.run(work)
         assert program.stop() == 0
@@ -126,5 +194,25 @@ def test_an_observer_sees_the_last_step_and_follows_a_new_episode(city):
                 assert (observer.render_array() == known).all(), "one seed gives one day"
         with pytest.raises(sv.ConfigError, match="nowhere"):
             sv.Observer(libsumo, camera="nowhere")
+    finally:
+        libsumo.close()
+
+
+def test_an_observer_says_that_whom_it_rides_with_has_left(city, tmp_path):
+    libsumo = package("libsumo", "needs the extra sumo")
+    scene = tmp_path / "scene.yaml"
+    ride = "{mode: lagrangian, vehicle: f.0, view: chase}"
+    scene.write_text(f"scenario: {{}}\ncameras:\n  seat: {ride}\n")
+    libsumo.start(["sumo", "-c", str(city), "--no-warnings", "true"])
+    try:
+        with sv.Observer(libsumo, scene=scene, camera="seat", size=(64, 36), samples=1) as observer:
+            libsumo.simulationStep()
+            observer.render_array()
+            for time in (40.0, 120.0):  # while the window knows it, and when it does not
+                libsumo.simulationStep(time)
+                with pytest.raises(
+                    sv.ConfigError, match=r"'f\.0' is not on the road at .*; last seen"
+                ):
+                    observer.render_array()
     finally:
         libsumo.close()

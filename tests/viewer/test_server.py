@@ -185,7 +185,7 @@ def test_a_token_has_to_suit_an_address(scene, token) -> None:
 def test_a_port_that_is_taken_is_named(scene) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        with pytest.raises(ConfigError, match=f"port: cannot listen on port {port}"):
+        with pytest.raises(ConfigError, match=f"port: port {port} is in use; choose another"):
             Server(studio_of(scene), port=port)
     with pytest.raises(ConfigError, match=r"port: must lie in 0\.\.65535, not 70000"):
         Server(studio_of(scene), port=70_000)

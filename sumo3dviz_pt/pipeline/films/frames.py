@@ -22,7 +22,7 @@ from typing import Any, Literal
 from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, cut
 from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.numbers import Ratio, ratio_of
+from sumo3dviz_pt.model.numbers import Ratio, counted, ratio_of
 from sumo3dviz_pt.pipeline.provenance import FILM_RECORD, differences
 
 _PLACE = re.compile(r"\{frame\}|%(?:0(\d))?d")
@@ -76,8 +76,8 @@ def pictures_of(path: Path, files: Sequence[Path]) -> list[Path]:
         path: With a place for the number.
         files: EXR frames; their numbers are the pictures', else these count from 0.
     """
-    counted = all(file.stem.isdigit() for file in files)
-    numbers = [int(file.stem) for file in files] if counted else range(len(files))
+    in_digits = all(file.stem.isdigit() for file in files)
+    numbers = [int(file.stem) for file in files] if in_digits else range(len(files))
     return [numbered(path, number) for number in numbers]
 
 
@@ -373,7 +373,7 @@ def _check_one_film(folder: Path, film: Account, files: Sequence[Path]) -> None:
     if strays:
         which = ", ".join(path.name for path in strays[:3]) + (", ..." if len(strays) > 3 else "")
         raise InputError(
-            f"holds {counted(len(strays))} of another film ({which}; what differs:"
+            f"holds {counted(len(strays), 'frame')} of another film ({which}; what differs:"
             f" {why_other(accounts[strays[0]], film)}); render them anew with --resume,"
             " or take them away",
             file=folder,
@@ -396,11 +396,6 @@ def listed(numbers: Iterable[int]) -> str:
         own = [number for _, number in run]
         runs.append(f"{own[0]}" if len(own) == 1 else f"{own[0]} to {own[-1]}")
     return ", ".join(runs)
-
-
-def counted(frames: int) -> str:
-    """Return a number of frames in words."""
-    return "1 frame" if frames == 1 else f"{frames} frames"
 
 
 def _number(path: Path) -> int:

@@ -116,13 +116,35 @@ def write_recording(path: Path, production: Production, pace: Pace) -> dict[str,
             loudness = record(Renderer(scene, EARS[wanted.play]), part, count)
     except ValueError as error:
         raise ConfigError(f"{file.name}: {error}; make the film shorter", key="to") from error
-    if loudness.peak > 0.0:
+    _note(path, production.job, loudness.peak)
+    return {"sound": _account(file, wanted, scene, count) | {"levels": loudness.as_dict()}}
+
+
+def _note(path: Path, job: Job, peak: float) -> None:
+    """Say what a listener would wonder about.
+
+    Args:
+        path: The film.
+        job: Its settings.
+        peak: Its largest sample, over full scale [dB].
+    """
+    wanted, file = job.output.sound, recording_file(path)
+    assert wanted is not None, "it has sound"
+    if not has_soundtrack(job, path):
+        text = "%s plays no sound, as GIFs and numbered pictures cannot: it is in %s"
+        log.warning(text, path, file)
+    if peak == -np.inf:
+        log.warning(
+            "%s is silent: nobody who sounds is within %g m of the camera (output.sound.radius),"
+            " and there is neither murmur nor rain",
+            *(file, wanted.radius),
+        )
+    if peak > 0.0:
         log.warning(
             "%s: its loudest sample is %.1f dB above full scale, which players cut off; set"
             " output.sound.full_scale to %g or more",
-            *(file, loudness.peak, np.ceil(wanted.full_scale + loudness.peak)),
+            *(file, peak, np.ceil(wanted.full_scale + peak)),
         )
-    return {"sound": _account(file, wanted, scene, count) | {"levels": loudness.as_dict()}}
 
 
 def _account(file: Path, wanted: SoundSettings, scene: SoundScene, count: int) -> dict[str, Any]:

@@ -182,7 +182,8 @@ def _ordered_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
     if start is None or end is None:
         raise ConfigError(f"the scene has no shot of {name!r}; give --from and --to", key="shots")
     if end <= start:
-        raise ConfigError(f"--to ({end:.12g}) must be later than --from ({start:.12g})", key="to")
+        text = f"{end:.12g} s must be later than --from, {start:.12g} s"
+        raise ConfigError(text, key="to")
     speed = of_file.speed if of_file else 1
     return ShotSettings.model_validate({"camera": name, "from": start, "to": end, "speed": speed})
 

@@ -20,11 +20,11 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.pipeline.films.frames import (
     NOTE,
     State,
     account_file,
-    counted,
     film_of,
     frame_file,
     frame_numbers,
@@ -161,7 +161,7 @@ def check_unused(path: Path, order: FilmOrder, *, count: int, also: Sequence[Pat
     outputs = () if order.frames else (*_outputs(path, order, count), *also)
     used = next((output for output in outputs if output.exists()), None)
     if used is not None or there:
-        what = f"{used} exists" if used else f"{folder} holds {counted(len(there))} of it"
+        what = f"{used} exists" if used else f"{folder} holds {counted(len(there), 'frame')} of it"
         raise ConfigError(
             f"{what} already: --resume keeps frames that fit, --overwrite replaces all",
             key="output",
@@ -287,17 +287,20 @@ def _stale(
     if bare:
         layers = ", ".join(production.job.output.layers)
         log.warning(
-            "%s: rendered anew for their layers (%s): %s", folder, layers, counted(len(bare))
+            "%s: rendered anew for their layers (%s): %s",
+            folder,
+            layers,
+            counted(len(bare), "frame"),
         )
     counts = Counter(states.values())
     if counts["damaged"]:
-        log.warning("%s: rendered anew as damaged: %s", folder, counted(counts["damaged"]))
+        log.warning("%s: rendered anew as damaged: %s", folder, counted(counts["damaged"], "frame"))
     if counts["other"]:
         first = next(number for number in wanted if states[number] == "other")
         log.warning(
             "%s: rendered anew: %s; what differs: %s",
             folder,
-            counted(counts["other"]),
+            counted(counts["other"], "frame"),
             why_other(read_account(frame_file(folder, first)), shared),
         )
     return [number for number in wanted if states[number] != "done"]

@@ -180,12 +180,12 @@ function showScene(news) {
 }
 
 /** What can be shown now; of a simulation that runs, also who has entered last. */
-function showSpan({ begin, end, running, users }) {
+function showSpan({ begin, end, running, users, trouble }) {
   Object.assign($("time"), { min: begin, max: end });
   Object.assign($("clock"), { min: begin, max: end });
-  if (!running && !users) return;
+  if (!running && !users && !trouble) return;
   $("running").hidden = false;
-  $("running").textContent = running ? `runs, ${number(end, 0)} s` : "has ended";
+  $("running").textContent = trouble || (running ? `runs, ${number(end, 0)} s` : "has ended");
   $("users").replaceChildren(...(users ?? []).map((name) => new Option(name)));
 }
 

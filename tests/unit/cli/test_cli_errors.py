@@ -249,3 +249,13 @@ def test_as_a_process(arguments, words, tmp_path):
     )
     assert done.returncode == 2 and words in done.stderr and "Traceback" not in done.stderr
     assert len(complaints(done.stderr)) == 1 and list(out.iterdir()) == []
+
+
+def test_an_option_is_named_as_it_was_typed(tmp_path, capsys):
+    words = ["render", str(write_scenario(tmp_path)), "--camera", "post", "--from", "4"]
+    assert main([*words, "-o", str(tmp_path / "a.mp4"), "--to=2"]) == 2
+    assert capsys.readouterr().err == f"{PROGRAM}: --to: 2 s must be later than --from, 4 s\n"
+    # What stands in the scene file has that file's words.
+    scene("from: 4, to: 5", "from: 5, to: 4")(tmp_path)
+    assert main(["check", str(tmp_path / "scene.yaml")]) == 2
+    assert "--" not in capsys.readouterr().err.removeprefix(PROGRAM)

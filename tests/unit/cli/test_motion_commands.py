@@ -23,7 +23,7 @@ def test_a_small_log_in_words(tmp_path, capsys):
     words = capsys.readouterr().out
     assert "0 to 12 s every 1 s: 4 vehicles, 2 persons" in words
     assert "births   0 within the log; deaths 0" in words
-    assert "0 frames jump further" in words and "gap" not in words
+    assert "0 frames with a jump" in words and "gap" not in words
 
 
 @pytest.mark.parametrize("smoother", ["lane", "hermite", "linear"])

@@ -18,11 +18,11 @@ from sumo3dviz_pt.pipeline.films.reuse import LOCK, held
 SHOT = ["--camera", "post", "--from", "4", "--to", "4.2"]
 
 COMMANDS = {
-    "init": (["init", "{folder}", "-o", "{out}/a.yaml"], "a.yaml", "--force"),
+    "init": (["init", "{folder}", "-o", "{out}/a.yaml"], "a.yaml", "--overwrite"),
     "import": (
         ["import-sumo3dviz", "{scene}", "-o", "{out}/a.yaml"],
         "a.yaml",
-        "--force",
+        "--overwrite",
     ),
     "film as pictures": (
         ["render", "{scene}", *SHOT, "-o", "{out}/a_{{frame}}.png"],

@@ -1,5 +1,6 @@
 """What `view` refuses before anything is read, built or run."""
 
+import socket
 import sys
 
 import pytest
@@ -40,3 +41,13 @@ def test_without_sumo_one_sentence_names_the_extra(city, capsys, monkeypatch):
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and 'pip install ".[sumo]"' in said
     assert not (city.parent / "kept").exists()
+
+
+def test_a_port_that_is_taken_is_said_before_anything_is_read(tmp_path, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert main(["view", str(tmp_path / "missing.yaml"), "--port", port]) == 2
+    said = f"sumo3dviz-pt: --port: port {port} is in use; choose another, or leave it out\n"
+    assert capsys.readouterr().err == said
+    assert main(["view", str(tmp_path / "missing.yaml"), "--port", "70000"]) == 2
+    assert "--port: must lie in 0..65535" in capsys.readouterr().err

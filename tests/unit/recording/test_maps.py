@@ -138,5 +138,5 @@ def test_a_broken_map_has_netconverts_words(tmp_path):
 def test_nothing_is_replaced_unasked(tmp_path):
     folder = tmp_path / "made"
     folder.mkdir()
-    with pytest.raises(ConfigError, match="made: exists; --force replaces it"):
+    with pytest.raises(ConfigError, match="made: exists; --overwrite replaces it"):
         make_of_map(town(tmp_path / "a.osm"), folder, traffic=60.0)

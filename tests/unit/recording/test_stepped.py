@@ -75,11 +75,14 @@ def test_a_run_that_crashes_leaves_what_is_there(city, whole, tmp_path):
     first = feed.advance(20.0)
     assert first is not None and first.growing and 20.0 <= first.end < 22.0
     assert feed.advance(20.0) is None
+    assert not feed.trouble
     run._process.kill()
+    run._process.wait()
+    assert feed.trouble == "SUMO ended unexpectedly (signal 9)" and not feed.stopped
     while not feed.stopped:
         last = feed.advance(1e6)
     assert last is not None and not last.growing and last.end >= first.end
-    assert "it ended with code -9" in feed.stopped
+    assert feed.stopped == f"SUMO ended unexpectedly at {last.end:.12g} s (signal 9)"
     run.close()
     assert elements(tmp_path / "fcd.xml.gz")
 
@@ -87,7 +90,24 @@ def test_a_run_that_crashes_leaves_what_is_there(city, whole, tmp_path):
 def test_a_start_later_on_runs_through_what_lies_before(city, whole, tmp_path):
     job = make_job({"scenario": {"folder": str(whole)}})
     run = SteppedRun(city, tmp_path)
-    window = RunFeed(run, LiveLog(job, Ground.of(job), delay=2.0), start=50.0).advance(0.0)
+    log = LiveLog(job, Ground.of(job), delay=2.0, start=50.0)
+    window = RunFeed(run, log, start=50.0).advance(0.0)
     run.close()
-    assert window is not None and window.begin <= 50.0 <= window.end
+    assert window is not None and window.begin == 50.0 < window.end + 1e-9
     assert window.scenario.traffic.begin == 38.0
+
+
+def test_a_start_within_the_first_steps_shows_nothing_earlier(city, whole, tmp_path):
+    job = make_job({"scenario": {"folder": str(whole)}})
+    run = SteppedRun(city, tmp_path)
+    log = LiveLog(job, Ground.of(job), delay=2.0, start=5.0)
+    window = RunFeed(run, log, start=5.0).advance(0.0)
+    run.close()
+    assert window is not None and window.begin == window.origin == 5.0
+    assert window.scenario.traffic.begin == 0.0
+
+
+def test_a_run_that_nobody_saw_leaves_nothing(city, tmp_path):
+    run = SteppedRun(city, tmp_path)
+    assert run.close() is None and run.next() is None
+    assert not list(tmp_path.iterdir())

@@ -61,11 +61,11 @@ def test_words_hold_ids_times_and_places():
         "post, 4 to 5 s: 1 appear in the picture, 0 vanish",
         "v1 appears at 3 s, 31 m away, on w_0 at 12.0, -4.8",
         "v0, 2 to 5 s: 3.20 m, on w_0 at 12.0, -4.8",
-        "no route       1 times, 1 road user, 1.0 s together (no route between two lanes fits",
-        "lane change    1 times, 1 road user, 4.0 s together",
+        "no route       1 time, 1 road user, 1.0 s together (no route between two lanes fits",
+        "lane change    1 time, 1 road user, 4.0 s together",
         "v1, 6 to 7 s: 8.00 s, on w_0",
         "v1, 3 to 4 s: 45°, on w_0",
-        "3 frames jump further",
+        "3 frames with a jump",
         "acceleration: 99 % below 2.5 m/s2; largest",
         "-7.25 m/s2  v0 at 3.00 s, on w_0 at 12.0, -4.8",
     ):
@@ -75,7 +75,7 @@ def test_words_hold_ids_times_and_places():
 
 def test_broken_frames_are_told():
     group = replace(report().groups[0], broken=4)
-    assert "4 frames hold a value that is no number" in in_words(report(groups=(group,)))
+    assert "4 frames with a value that is no number" in in_words(report(groups=(group,)))
 
 
 def test_long_lists_are_cut_and_the_largest_come_first():

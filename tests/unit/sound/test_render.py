@@ -33,6 +33,13 @@ def loudness(samples, ears="ambisonics"):
     return meter.read()
 
 
+@pytest.mark.parametrize("seconds", [0.01, 0.1, 0.125, 1.0])
+def test_a_steady_sound_is_as_loud_at_its_most_however_short_it_is(seconds):
+    noise = 0.1 * np.random.default_rng(1).standard_normal((round(seconds * RATE), 4))
+    found = loudness(noise)
+    assert 0.0 <= found.maximum["listener"] - found.equivalent["listener"] < 1.0
+
+
 # Levels -------------------------------------------------------------------------------------
 
 
