@@ -247,6 +247,8 @@ def open_configuration(file: Path, root: Path | None) -> Configuration:
         ConfigError: If it is no configuration of sumo3Dviz.
         InputError: If its network is missing.
     """
+    if not file.exists():
+        raise InputError("the file does not exist; check the path", file=file)
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

@@ -182,3 +182,18 @@ def test_odd_logs_are_noted(kind, command, tmp_path, capsys):
 def test_what_is_fine_is_read_without_a_word(kind, command, tmp_path, capsys):
     code, said = said_by(command, tmp_path, SILENT[kind], FLAT, capsys)
     assert code == 0 and not notes_about(("fcd.xml", "n.net.xml"), said)
+
+
+@pytest.mark.parametrize(
+    "option", ["", "--network", "--trajectories", "--signals", "--additional", "--heights"]
+)
+def test_every_file_that_init_is_given_must_be_there(option, tmp_path, capsys):
+    """One sentence that names it, and no scene file."""
+    (tmp_path / "fcd.xml").write_text(RIGHT, encoding="utf-8")
+    (tmp_path / "n.net.xml").write_text(FLAT, encoding="utf-8")
+    gone = str(tmp_path / "gone.any")
+    named = [str(tmp_path), option, gone] if option else [gone]
+    assert main(["init", *named, "-o", str(tmp_path / "new.yaml")]) == 2
+    (sentence,) = complaints(capsys.readouterr().err)
+    assert "gone.any: " in sentence and "does not exist; " in sentence and "Errno" not in sentence
+    assert not (tmp_path / "new.yaml").exists()
