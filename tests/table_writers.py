@@ -109,6 +109,23 @@ def feet(folder: Path, rows: list[Row]) -> Path:
     return _write(folder / "ngsim.csv", (*names, *more), cells, ",")
 
 
+def nameless(folder: Path, rows: list[Row]) -> Path:
+    """The first files of NGSIM: 18 columns with blanks between, no header."""
+    lines = feet(folder, rows).read_text(encoding="utf-8").splitlines()[1:]
+    file = folder / "trajectories.txt"
+    with file.open("w", encoding="utf-8") as text:
+        for number, frame, time, x, y, length, width, kind, speed in map(_cells, lines):
+            local = f"{float(x):.3f}  {float(y):.3f}  6042814.5  2133117.6"
+            size = f"{float(length):.2f} {float(width):.1f}"
+            head = f"{number:>6} {frame:>6}  99 {time}  {local}"
+            text.write(f"{head}  {size} {kind} {float(speed):.2f} 0.00 2 0 0 0.00 0.00 \n")
+    return file
+
+
+def _cells(line: str) -> list[str]:
+    return line.split(",")
+
+
 def vissim(folder: Path, rows: list[Row]) -> Path:
     """As Vissim writes it: remarks, coordinates in one cell, no length."""
     numbers = {"passenger": 100, "truck": 200, "bus": 300, "tram": 400, "bicycle": 610}
@@ -121,6 +138,18 @@ def vissim(folder: Path, rows: list[Row]) -> Path:
             )
     file = folder / "run.fzp.gz"
     file.write_bytes(gzip.compress("\n".join([*lines, ""]).encode()))
+    return file
+
+
+def vissim_german(folder: Path, rows: list[Row]) -> Path:
+    """The same in German, in the encoding of old Windows."""
+    text = gzip.decompress(vissim(folder, rows).read_bytes()).decode()
+    words = {"VEHICLE": "FAHRZEUG", "SIMSEC": "SIMSEK", ";NO;": ";NR;", "VEHTYPE": "FZTYP"}
+    words |= {"COORDFRONT": "KOORDVORNE", "COORDREAR": "KOORDHINTEN", "test": "Süd"}
+    for english, german in words.items():
+        text = text.replace(english, german)
+    file = folder / "lauf.fzp"
+    file.write_bytes(text.encode("cp1252"))
     return file
 
 

@@ -250,7 +250,9 @@ def open_configuration(file: Path, root: Path | None) -> Configuration:
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"the configuration cannot be read: {error}", file=file) from error
+        why = getattr(error, "strerror", None) or error
+        message = f"the configuration cannot be read ({why}); check the path"
+        raise ConfigError(message, file=file) from error
     content, _ = parse_yaml(text, file=file)
     if not isinstance(content, dict) or not isinstance(content.get("paths"), dict):
         raise ConfigError("this is no configuration of sumo3Dviz: it has no `paths`", file=file)

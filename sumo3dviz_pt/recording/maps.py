@@ -12,7 +12,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from sumo3dviz_pt.errors import ConfigError, InputError, InstallationError
 from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.recording.run import RecordOrder, pass_on, record, sumo_homes, sumo_program
-from sumo3dviz_pt.sumo.stream import OTHERS, remedy, root_of
+from sumo3dviz_pt.sumo.stream import OTHERS, Element, read_elements, remedy, root_of
 
 logger = logging.getLogger(__name__)
 
@@ -36,10 +36,16 @@ _STREETS = (
         "--tls.default-type",
         "actuated",
     ),
-    *("--sidewalks.guess", "--crossings.guess", "--remove-edges.isolated"),
+    *("--sidewalks.guess", "--crossings.guess"),
 )
 """How SUMO's own wizard for maps makes streets (tools/osmWebWizard.py of 1.28), with heights."""
 
+_JOINED = "--remove-edges.isolated"  # part of them; it takes out roads that nothing joins
+
+_LAYERS = ("--osm.layer-elevation", "6")
+"""How high a bridge lies for each of its layers [m]; trucks need 4.5 m, and decks 1 m."""
+
+_NO_STREET = "holds no street; give a map that does"
 _TYPES = ("osmNetconvert", "osmNetconvertUrbanDe", "osmNetconvertPedestrians")
 
 _SEED = 1  # of routes and simulation
@@ -124,15 +130,32 @@ def _made(file: Path, root: str, folder: Path, *, program: str, traffic: float |
     stem = folder / file.name.removesuffix(".gz").split(".")[0]
     network = stem.with_suffix(".net.xml")
     announce(Doing.SIMULATE)
-    _run([program, *_network_options(root, file), "-o", str(network)], file)
+    command = [program, *_network_options(root, file), "-o", str(network)]
     if root == _OPENDRIVE:
+        _run(command, file)
         return MadeOfMap(network)
+    joined = _streets(command, file, network)
     shapes = _shapes(file, network, stem.with_suffix(".poly.xml"))
     if traffic is None:
         return MadeOfMap(network, shapes)
-    simulation = _traffic(network, shapes, stem, seconds=traffic)
+    simulation = _traffic(network, shapes, stem, seconds=traffic, joined=joined)
     recorded = record(simulation, RecordOrder(folder / "recorded", overwrite=True))[0]
     return MadeOfMap(network, shapes, recorded)
+
+
+def _streets(command: Sequence[str], file: Path, network: Path) -> bool:
+    """Make the network of a map of OpenStreetMap; return whether junctions join its streets.
+
+    Raises:
+        InputError: If it has no street.
+    """
+    command = [*command, *_heights_of(file)]
+    for more in ([_JOINED], []):  # roads that nothing joins are kept where there are no others
+        said = _ran([*command, *more], file)
+        if _has_streets(network):
+            pass_on(said)
+            return bool(more)
+    raise InputError(_NO_STREET, file=file)
 
 
 def _network_options(root: str, file: Path) -> list[str]:
@@ -141,6 +164,51 @@ def _network_options(root: str, file: Path) -> list[str]:
         return ["--opendrive-files", str(file), "--offset.disable-normalization"]
     types = ",".join(str(_data(f"data/typemap/{name}.typ.xml", file)) for name in _TYPES)
     return ["--osm-files", str(file), "--type-files", types, *_STREETS]
+
+
+def _heights_of(file: Path) -> tuple[str, ...]:
+    """Return the options that give bridges and tunnels heights, unless a map tells all heights.
+
+    Raises:
+        InputError: If the map has no street.
+    """
+    high: set[str] = set()
+    ways, layered = 0, False
+    for thing, refs, tags in _things(file):
+        if thing.tag == "node" and "ele" in tags:
+            high.add(thing.text("id"))
+        elif tags.keys() & {"highway", "railway"}:
+            ways += len(refs) > 1
+            if not high.isdisjoint(refs):
+                return ()
+            layered |= "layer" in tags and bool(tags.keys() & {"bridge", "tunnel"})
+    if not ways:
+        raise InputError(_NO_STREET, file=file)
+    return _LAYERS if layered else ()
+
+
+def _things(file: Path) -> Iterator[tuple[Element, list[str], dict[str, str]]]:
+    """Yield nodes, ways and relations, with the nodes and tags of each."""
+    thing: Element | None = None
+    refs: list[str] = []
+    tags: dict[str, str] = {}
+    for element in read_elements(file, root=_OSM, what="a map of OpenStreetMap"):
+        if element.depth == 1:
+            if thing is not None:
+                yield thing, refs, tags
+            thing, refs, tags = element, [], {}
+        elif element.tag == "nd":
+            refs.append(element.text("ref"))
+        elif element.tag == "tag":
+            tags[element.text("k")] = element.text("v")
+    if thing is not None:
+        yield thing, refs, tags
+
+
+def _has_streets(network: Path) -> bool:
+    """Whether a network has a road."""
+    elements = read_elements(network, root="net", what="a SUMO network")
+    return any(each.tag == "edge" and "function" not in each.attributes for each in elements)
 
 
 def _shapes(file: Path, network: Path, target: Path) -> tuple[Path, ...]:
@@ -153,8 +221,11 @@ def _shapes(file: Path, network: Path, target: Path) -> tuple[Path, ...]:
     return (target,)
 
 
-def _traffic(network: Path, shapes: Sequence[Path], stem: Path, *, seconds: float) -> Path:
+def _traffic(
+    network: Path, shapes: Sequence[Path], stem: Path, *, seconds: float, joined: bool
+) -> Path:
     """Write routes of cars and people, and a configuration of SUMO; return that."""
+    apart = [] if joined else ["--allow-fringe"]  # trips may end on the street where they begin
     tool = _data("tools/randomTrips.py", network)
     routes = []
     kinds = (
@@ -166,7 +237,7 @@ def _traffic(network: Path, shapes: Sequence[Path], stem: Path, *, seconds: floa
         command = [sys.executable, str(tool), "-n", str(network), "-r", str(target)]
         command += ["-o", str(stem.with_suffix(f".{kind}.trips.xml")), "--seed", str(_SEED)]
         command += ["--end", f"{seconds:g}", "--insertion-density", str(density)]
-        _run([*command, "--prefix", kind, "--validate", *more], network)
+        _run([*command, "--prefix", kind, "--validate", *more, *apart], network)
         routes.append(target.name)
     text = (
         f'<configuration>\n    <net-file value="{network.name}"/>\n'
@@ -194,7 +265,12 @@ def _data(name: str, file: Path) -> Path:
 
 
 def _run(command: Sequence[str], file: Path) -> None:
-    """Run a program of SUMO.
+    """Run a program of SUMO, and pass on what it says."""
+    pass_on(_ran(command, file))
+
+
+def _ran(command: Sequence[str], file: Path) -> str:
+    """Run a program of SUMO; return what it says.
 
     Raises:
         InputError: If it fails; has its own words.
@@ -207,4 +283,4 @@ def _run(command: Sequence[str], file: Path) -> None:
         faults = [line.strip() for line in text.splitlines() if "rror" in line]
         why = " ".join(faults[:2]) or f"it ended with code {done.returncode}"
         raise InputError(f"{Path(command[0]).name} stopped: {why}", file=file)
-    pass_on(text)
+    return text

@@ -117,14 +117,22 @@ _LONGEST = 1 << 23
 """Longest tag or text that is read [bytes]; shapes of 20,000 points have a million."""
 
 _GZIP_MAGIC = b"\x1f\x8b"
-_XML_HEADS = (_GZIP_MAGIC, b"<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
+_TEXT_HEADS = (b"<", b"\0<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
+_XML_HEADS = (_GZIP_MAGIC, *_TEXT_HEADS)
 _FOREIGN = {
     b"PAR1": "a Parquet file",
     b"\x28\xb5\x2f\xfd": "a Zstandard file",
     b"PK\x03\x04": "a ZIP archive",
     b"BZh": "a bzip2 file",
     b"\xfd7zXZ": "an xz file",
+    **dict.fromkeys((b"\x89PNG", b"\xff\xd8\xff", b"II*\0", b"MM\0*"), "a picture"),
+    **dict.fromkeys((b"ncols", b"NCOLS"), "a grid of heights, for --heights"),
+    b"%PDF": "a PDF",
 }
+_NAME_IT = (
+    "name a log or a network of SUMO, or a table of trajectories with a line that names its columns"
+    " (such as time, id, x, y)"
+)
 
 
 class TruncatedError(InputError):
@@ -385,7 +393,7 @@ def _steps(parser: expat.XMLParserType, file: Path, sieve: Sieve | None = None) 
 
     try:
         with _opened(file) as stream:
-            for chunk in _within_bounds(stream, file):
+            for chunk in _of_xml(_within_bounds(stream, file), file):
                 parse(sieve.left(chunk))
                 yield
     except EOFError:
@@ -402,6 +410,14 @@ def _steps(parser: expat.XMLParserType, file: Path, sieve: Sieve | None = None) 
     yield
 
 
+def _of_xml(parts: Iterator[bytes], file: Path) -> Iterator[bytes]:
+    """Yield the chunks of a file; refuse one that is no XML from its first byte on."""
+    for number, part in enumerate(parts):
+        if number == 0 and not part.lstrip().startswith(_TEXT_HEADS):
+            raise InputError(f"is no XML, and no table that is known; {_NAME_IT}", file=file)
+        yield part
+
+
 def _opened(file: Path) -> BinaryIO:
     """Open a file that looks like XML, unpacking gzip."""
     if not file.exists():
@@ -416,7 +432,7 @@ def _opened(file: Path) -> BinaryIO:
         raise InputError(f"is {OTHERS[PBF].what}; {remedy(PBF, file)}", file=file)
     for magic, name in _FOREIGN.items():
         if head.startswith(magic):
-            raise InputError(f"is {name}; give an XML file of SUMO, plain or gzipped", file=file)
+            raise InputError(f"is {name}; {_NAME_IT}", file=file)
     if head.startswith(_GZIP_MAGIC):
         return cast(BinaryIO, gzip.open(file, "rb"))
     return file.open("rb")

@@ -70,6 +70,8 @@ def on_land(network: Network, file: Path) -> Network:
         InputError: If the file is damaged, no height model, or lies elsewhere.
         MissingExtraError: If its coordinates differ from the network's and pyproj is not there.
     """
+    if not file.exists():
+        raise InputError("the file does not exist; check the path", file=file)
     return _on_land(network, file, file.stat().st_mtime_ns)
 
 
@@ -308,7 +310,11 @@ def _ascii_grid(file: Path) -> _Model:
             at = 2 * len(head)
             head[words[at].lower()] = float(words[at + 1])
         values = np.array(words[2 * len(head) :], dtype=np.float64)
-        values = values.reshape(int(head["nrows"]), int(head["ncols"]))[::-1].copy()
+        rows, columns = int(head["nrows"]), int(head["ncols"])
+        if len(values) != rows * columns:
+            promised = f"{rows * columns} ({rows} rows of {columns})"
+            raise ValueError(f"it has {len(values)} heights, and its head promises {promised}")
+        values = values.reshape(rows, columns)[::-1].copy()
         step = head["cellsize"]
         corner = tuple(
             head[f"{axis}llcenter"]

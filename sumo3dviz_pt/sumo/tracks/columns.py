@@ -36,9 +36,11 @@ _NAMES = {
     " personid person ped no name uid entity entityid device deviceid userid fahrzeug fahrzeugid"
     " vehicule vehiculeid idvehicule vehiculo veicolo voertuig",
     "x": "x posx xpos positionx xposition xcenter xcentre centerx centrex xutm utmx easting localx"
-    " coordx xcoord xcoordinate worldx xworld locationx xlocation xfront frontx cx",
+    " coordx xcoord xcoordinate worldx xworld locationx xlocation xfront frontx cx"
+    " rechtswert ostwert",
     "y": "y posy ypos positiony yposition ycenter ycentre centery centrey yutm utmy northing localy"
-    " coordy ycoord ycoordinate worldy yworld locationy ylocation yfront fronty cy",
+    " coordy ycoord ycoordinate worldy yworld locationy ylocation yfront fronty cy"
+    " hochwert nordwert",
     "lon": "lon lng long longitude gpslon gpslng gpslongitude poslon xlon lonwgs84 wgs84lon"
     " laengengrad langengrad",
     "lat": "lat latitude gpslat gpslatitude poslat ylat latwgs84 wgs84lat breitengrad",
@@ -55,10 +57,11 @@ _NAMES = {
     "height": "vehicleheight vheight objectheight",
     "class": "class vclass vehicleclass type typeid vehicletype vehtype agenttype objecttype"
     " objectclass category vehiclecategory kind label typ fahrzeugtyp fahrzeugklasse klasse"
-    " categorie classe clase tipo",
+    " categorie classe clase tipo art fahrzeugart",
 }
 _DEGREES = {"x": "lon", "y": "lat"}
 _ROLES = {name: role for role, names in _NAMES.items() for name in names.split()}
+_NUMBER = re.compile(r"(?:nr|no|num|nummer|number)$")  # after a word for a road user
 
 _UNITS = {
     # Words at the end of a column's name, or in brackets there, and the unit that they mean.
@@ -215,6 +218,24 @@ FORMS = (
     ),
     Form(
         "Vissim",
+        {
+            "time": Column("SIMSEK", "s"),
+            "id": Column("NR"),
+            **_place("KOORDVORNE x", "KOORDVORNE y"),
+        },
+        {
+            "z": Column("KOORDVORNE z", "m"),
+            "rear_x": Column("KOORDHINTEN x", "m"),
+            "rear_y": Column("KOORDHINTEN y", "m"),
+            "speed": Column("GESCHW", "km/h"),
+            **_size("LAENGE", "BREITE"),
+            "class": Column("FZTYP"),
+        },
+        point="front",
+        classes=_OF_VISSIM,
+    ),
+    Form(
+        "Vissim",
         {"time": Column("t", "s"), "id": Column("VehNr"), **_place("WorldX", "WorldY")},
         {
             "z": Column("WorldZ", "m"),
@@ -318,6 +339,8 @@ def _by_names(names: Iterable[str]) -> dict[str, Column]:
     for name in names:
         words, unit = _words(name)
         role = _ROLES.get(words)
+        if role is None and _ROLES.get(_NUMBER.sub("", words)) == "id":
+            role = "id"
         if role is not None:
             found.setdefault(role, Column(name, unit))
     if "time" in found:

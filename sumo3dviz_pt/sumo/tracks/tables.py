@@ -2,10 +2,12 @@
 
 The line that names the columns is the first that makes a table of trajectories; files of Vissim
 have remarks before it. Only columns that something is made from are kept, numbers as numbers.
+Text is UTF-8; what is not is read as old Windows programs write it.
 """
 
 from __future__ import annotations
 
+import codecs
 import csv
 import datetime as dt
 import gzip
@@ -27,6 +29,7 @@ from sumo3dviz_pt.files.atomic import open_plain
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.traffic import TableChoices
 from sumo3dviz_pt.sumo.tracks.columns import Form, form_of, missing_in
+from sumo3dviz_pt.sumo.tracks.headless import names_without_header
 from sumo3dviz_pt.sumo.values import is_plain, parse_time
 
 _HEAD = 16_384
@@ -37,7 +40,8 @@ _LONGEST = 1 << 16  # characters of a row
 _SHOWN = 8  # columns that a message names
 _PACKED, _PARQUET = b"\x1f\x8b", b"PAR1"
 _SEPARATORS = (";", "\t", ",", "|")
-_MARKS = ("$VEHICLE:", "$PEDESTRIAN:")  # stand before the columns of Vissim's records
+_MARK = re.compile(r"\$\w+:")  # before the columns of Vissim's records, in any language
+_WINDOWS = "windows-1252 where it is no UTF-8"
 _WORDS = frozenset({"id", "class"})
 _NOTHING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 _RATE = re.compile(r"frame\s*rate\D{1,6}(\d+(?:\.\d+)?)", re.IGNORECASE)
@@ -82,7 +86,7 @@ class Table:
         names: Of its columns.
         form: What these mean.
         separator: What stands between cells; empty for Parquet, a blank for any white space.
-        line: Of the names, from 1.
+        line: Of the names, from 1; 0 where no line names them.
     """
 
     file: Path
@@ -122,9 +126,11 @@ def table_in(file: Path, choices: TableChoices) -> Table | None:
 def _table(file: Path, lines: list[str], choices: TableChoices) -> Table | None:
     """Return the table whose columns one of the first lines names."""
     wrong: ConfigError | None = None
+    if known := names_without_header(lines[:-1]):
+        form = form_of(known, choices)
+        return None if form is None else Table(file, known, form, " ", 0)
     for number, line in enumerate(lines, start=1):
-        mark = next((mark for mark in _MARKS if line.startswith(mark)), "")
-        names, separator = _split(line.removeprefix(mark).lstrip("#\ufeff "))
+        names, separator = _split(_MARK.sub("", line, count=1).lstrip("#\ufeff "))
         if len(names) < 4 or not any(name[:1].isalpha() for name in names):
             continue
         try:
@@ -149,13 +155,23 @@ def why_no_table(file: Path, choices: TableChoices) -> str:
             lines = text.read(_HEAD).splitlines()
     except (OSError, EOFError, zlib.error, InputError):
         return ""
-    rows = [_split(line.lstrip("#\ufeff ")) for line in lines]
-    named = next((row for row, _ in rows if len(row) > 2 and all(c[:1].isalpha() for c in row)), [])
-    if not named or any("\0" in name or "<" in name for name in named):
+    if any("\0" in line for line in lines):
+        return ""
+    marked = next((line for line in lines if _MARK.match(line)), "")
+    texts = [_MARK.sub("", marked)] if marked else lines
+    rows = [_split(line.lstrip("#\ufeff "))[0] for line in texts]
+    named = next((row for row in rows if len(row) > 2 and all(c[:1].isalpha() for c in row)), [])
+    values = [row for row in rows if len(row) >= len(named) and any(c[:1].isdigit() for c in row)]
+    if not named or any("<" in name for name in named) or not (values or marked):
         return ""
     columns = ", ".join(map(cut, named[:_SHOWN])) + (", ..." if len(named) > _SHOWN else "")
-    why = f"none tells {' or '.join(missing_in(named, choices)) or 'anything'}"
-    why += "; say which one does in scenario.trajectories.columns, or rename it"
+    missing = missing_in(named, choices)
+    if marked and {"x", "y"} & set(missing):
+        why = "these records have no COORDFRONT and COORDREAR"
+        why += "; add them in Vissim's list of attributes"
+        return f"is a table with the columns {columns}: {why}"
+    why = f"none tells {' or '.join(missing) or 'anything'}"
+    why += "; rename the one that does, or name it in a scene's scenario.trajectories.columns"
     return f"is a table with the columns {columns}: {why}"
 
 
@@ -289,6 +305,16 @@ class _Clock:
             raise ValueError(str(cell)) from None
 
 
+def _as_windows(error: UnicodeError) -> tuple[str, int]:
+    """Decode bytes that are no UTF-8."""
+    if not isinstance(error, UnicodeDecodeError):
+        raise error
+    return error.object[error.start : error.end].decode("cp1252", errors="replace"), error.end
+
+
+codecs.register_error(_WINDOWS, _as_windows)
+
+
 @contextmanager
 def _text_of(file: Path) -> Iterator[TextIO]:
     """Open a text, plain or gzipped; what is not UTF-8 is read as well as can be."""
@@ -297,7 +323,7 @@ def _text_of(file: Path) -> Iterator[TextIO]:
     opened = gzip.open if packed else io.open
     with opened(file, "rb") as stream:
         yield io.TextIOWrapper(
-            cast(IO[bytes], stream), encoding="utf-8-sig", errors="replace", newline=""
+            cast(IO[bytes], stream), encoding="utf-8-sig", errors=_WINDOWS, newline=""
         )
 
 

@@ -1,5 +1,6 @@
 """`init` and `check` refuse, repair or note every kind of wrong file, in one clear sentence."""
 
+import gzip
 import re
 from itertools import cycle
 
@@ -44,7 +45,18 @@ FILES = {
     ),
     "a web page": ("<html><body>404</body></html>", FLAT, "its root element is <html>"),
     "a file of routes": ("<routes/>", FLAT, "its root element is <routes>, not <fcd-export>"),
-    "no XML": ("version https://git-lfs.github.com/spec/v1\n", FLAT, "is not well-formed XML"),
+    "no XML": ("version https://git-lfs.github.com/spec/v1\n", FLAT, "is no XML, and no table"),
+    "a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(range(256)), FLAT, "is a picture; name"),
+    "a grid of heights": ("ncols 2\nnrows 1\n1 2\n", FLAT, "is a grid of heights, for --heights"),
+    "words": ("To whom it may concern,\nthe log is lost.\n", FLAT, "is no XML, and no table"),
+    "numbers without names": ("1 2 3 4\n5 6 7 8\n", FLAT, "is no XML, and no table"),
+    "bytes": (bytes(range(256)) * 9, FLAT, "is no XML, and no table"),
+    "packed words": (gzip.compress(b"lost"), FLAT, "is no XML, and no table"),
+    "Vissim without places": (
+        "$VISION\n$VEHICLE:NO;SIMSEC;SPEED;POS\n1;0;50;2\n",
+        FLAT,
+        "have no COORDFRONT and COORDREAR; add them in Vissim's list of attributes",
+    ),
     "a number that is none": (
         RIGHT.replace('x="40.0"', 'x="nan"', 1),
         FLAT,
@@ -170,3 +182,18 @@ def test_odd_logs_are_noted(kind, command, tmp_path, capsys):
 def test_what_is_fine_is_read_without_a_word(kind, command, tmp_path, capsys):
     code, said = said_by(command, tmp_path, SILENT[kind], FLAT, capsys)
     assert code == 0 and not notes_about(("fcd.xml", "n.net.xml"), said)
+
+
+@pytest.mark.parametrize(
+    "option", ["", "--network", "--trajectories", "--signals", "--additional", "--heights"]
+)
+def test_every_file_that_init_is_given_must_be_there(option, tmp_path, capsys):
+    """One sentence that names it, and no scene file."""
+    (tmp_path / "fcd.xml").write_text(RIGHT, encoding="utf-8")
+    (tmp_path / "n.net.xml").write_text(FLAT, encoding="utf-8")
+    gone = str(tmp_path / "gone.any")
+    named = [str(tmp_path), option, gone] if option else [gone]
+    assert main(["init", *named, "-o", str(tmp_path / "new.yaml")]) == 2
+    (sentence,) = complaints(capsys.readouterr().err)
+    assert "gone.any: " in sentence and "does not exist; " in sentence and "Errno" not in sentence
+    assert not (tmp_path / "new.yaml").exists()

@@ -17,6 +17,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.recording import maps
 from sumo3dviz_pt.recording.maps import is_map, make_of_map
 from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.sumo.repairs import crossings_at_grade
 
 needs_sumo = pytest.mark.skipif(
     find_spec("sumo") is None and shutil.which("netconvert") is None, reason="needs SUMO"
@@ -97,6 +98,58 @@ def test_a_map_of_openstreetmap_becomes_a_scene_with_traffic(tmp_path, capsys):
     assert any(lane.allowed == {"pedestrian"} for lane in scenario.network.lanes.values())
     assert sum(1 for each in scenario.polygons if "building" in each.type) == 4
     assert "next: sumo3dviz-pt check" in capsys.readouterr().out
+
+
+def two_roads(file: Path, *, joined: bool = True, height: str = "") -> Path:
+    """Write a map with a bridge over a street; a ring road joins the two, or nothing does."""
+    places = [(0, -40), (0, -8), (0, 8), (0, 40), (-20, 0), (20, 0)]
+    text = ['<osm version="0.6">']
+    for number, (north, east) in enumerate(places, start=1):
+        lat, lon = 48.15 + 1e-4 * north, 11.57 + 1e-4 * east
+        text.append(
+            f'<node id="{number}" lat="{lat:.5f}" lon="{lon:.5f}" version="1">{height}</node>'
+        )
+    ways = [((1, 2), ()), ((2, 3), (("bridge", "yes"), ("layer", "1"))), ((3, 4), ())]
+    ways += [((5, 6), ()), *([((1, 5, 4, 6, 1), ())] if joined else [])]
+    for number, (refs, tags) in enumerate(ways, start=1):
+        text.append(f'<way id="{number}" version="1"><tag k="highway" v="tertiary"/>')
+        text += [f'<nd ref="{ref}"/>' for ref in refs]
+        text += [f'<tag k="{key}" v="{value}"/>' for key, value in tags]
+        text.append("</way>")
+    file.write_text("\n".join([*text, "</osm>", ""]), encoding="utf-8")
+    return file
+
+
+@needs_sumo
+def test_a_bridge_without_heights_lies_above_what_it_crosses(tmp_path):
+    """By its layer, on ramps that one can drive; measured heights stay as they are."""
+    made = make_of_map(two_roads(tmp_path / "a.osm"), tmp_path / "a", traffic=None, driven=True)
+    network = read_network(made.network)
+    assert not crossings_at_grade(network)
+    lines = [lane.shape for lane in network.lanes.values()]
+    steps = np.concatenate([np.diff(line, axis=0) for line in lines])
+    assert max(line[:, 2].max() for line in lines) > 4.5
+    along = np.linalg.norm(steps[:, :2], axis=1)
+    assert (np.abs(steps[:, 2]) <= 0.12 * along + 0.02).all()
+    high = two_roads(tmp_path / "b.osm", height='<tag k="ele" v="500"/>')
+    network = read_network(make_of_map(high, tmp_path / "b", traffic=None, driven=True).network)
+    assert {float(z) for lane in network.lanes.values() for z in lane.shape[:, 2]} == {500.0}
+
+
+@needs_sumo
+def test_roads_that_nothing_joins_are_kept_where_there_are_no_others(tmp_path):
+    file = two_roads(tmp_path / "a.osm", joined=False)
+    made = make_of_map(file, tmp_path / "made", traffic=60.0)
+    assert made.simulation is not None and made.simulation.is_file()
+    assert len(read_network(made.network).edges) >= 4
+
+
+@needs_sumo
+def test_a_map_without_streets_is_refused_in_one_sentence(tmp_path):
+    file = tmp_path / "a.osm"
+    file.write_text('<osm version="0.6"><node id="1" lat="48" lon="11"/></osm>', encoding="utf-8")
+    with pytest.raises(InputError, match=r"a.osm: .*no street; give a map"):
+        make_of_map(file, tmp_path / "made", traffic=60.0)
 
 
 @needs_sumo

@@ -139,7 +139,11 @@ def test_degrees_need_a_projection(tmp_path: Path) -> None:
     [
         ("a.txt", b"nothing", "is no height model; give a GeoTIFF"),
         ("a.tif", b"II*\0" + struct.pack("<I", 8), "cannot be read"),
-        ("a.asc", b"ncols 2\nnrows 2\ncellsize 1\n1 2 3", "is no ASCII grid"),
+        (
+            "a.asc",
+            b"ncols 2\nnrows 2\ncellsize 1\n1 2 3",
+            r"ASCII grid \(it has 3 heights, and its head promises 4 \(2 rows of 2\)\)",
+        ),
         ("a.hgt", b"\0\0" * 9, "is no tile of SRTM"),
     ],
 )

@@ -38,6 +38,12 @@ PLAIN = TableChoices()
         ("Speed (km/h)", "speed", "km/h"),
         ("speed_kmh", "speed", "km/h"),
         ("vehicleType", "class", ""),
+        ("Fahrzeug-Nr", "id", ""),
+        ("Rechtswert", "x", ""),
+        ("Hochwert", "y", ""),
+        ("Ostwert [m]", "x", "m"),
+        ("Richtung [°]", "angle", "deg"),
+        ("Fahrzeugart", "class", ""),
     ],
 )
 def test_names_and_units(name: str, role: str, unit: str) -> None:
@@ -107,6 +113,21 @@ def test_a_clock_a_comma_and_empty_cells(tmp_path: Path) -> None:
     np.testing.assert_allclose(middle, [3.5, 1.25], atol=1e-3)
 
 
+def test_letters_of_old_windows(tmp_path: Path) -> None:
+    """Names and classes in its encoding, guessed or given by hand."""
+    file = tmp_path / "spuren.csv"
+    head = "Zeit [s];Fahrzeug-Nr;Rechtswert;Hochwert;Richtung [°];Länge [m];Fahrzeugart"
+    rows = [f"{s},0;7;0,0;{12 * s},0;0,0;4,5;Fußgänger" for s in range(5)]
+    file.write_bytes("\n".join([head, *rows, ""]).encode("cp1252"))
+    by_hand = TableChoices({"angle": TableColumn("Richtung [°]", "deg", "north", "right")})
+    for choices in (PLAIN, by_hand):
+        made = converted(file, choices)
+        assert made is not None
+        (trace,) = read_trajectories(made.files[:1]).traces
+        assert trace.key == "person:7"
+        np.testing.assert_allclose(trace.yaws, np.pi / 2, atol=1e-6)
+
+
 def test_loggers_with_times_of_their_own_meet(tmp_path: Path) -> None:
     """Two cars that are logged once a second, at other fractions of it."""
     file = tmp_path / "gps.csv"
@@ -143,8 +164,8 @@ def test_the_plainest_table_is_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("head", "words"),
     [
-        ("when,whom,x,y", "columns when, whom, x, y: none tells the time or who it is; say which"),
-        ("time,id,lat", "columns time, id, lat: none tells x or y; say which"),
+        ("when,whom,x,y", "columns when, whom, x, y: none tells the time or who it is; rename"),
+        ("time,id,lat", "columns time, id, lat: none tells x or y; rename"),
     ],
 )
 def test_what_a_table_lacks_is_said(tmp_path: Path, head: str, words: str) -> None:

@@ -18,11 +18,13 @@ from table_writers import (
     common_road,
     drone,
     feet,
+    nameless,
     open_scenario,
     own_centres,
     own_metres,
     parquet,
     vissim,
+    vissim_german,
 )
 
 from sumo3dviz_pt.errors import InputError
@@ -62,7 +64,9 @@ FORMS: dict[str, tuple[Callable[[Path, list[Row]], Path], TableChoices]] = {
     "own, middle": (own_centres, PLAIN),
     "inD": (drone, PLAIN),
     "NGSIM": (feet, PLAIN),
+    "NGSIM without names": (nameless, PLAIN),
     "Vissim": (vissim, PLAIN),
+    "Vissim, German": (vissim_german, PLAIN),
     "Parquet": (parquet, PLAIN),
     "CommonRoad": (common_road, PLAIN),
     "OpenSCENARIO": (open_scenario, PLAIN),
@@ -88,7 +92,7 @@ def test_every_form_gives_the_same_traffic(name: str, rows: list[Row], tmp_path:
         assert types[trace.type_id].length == pytest.approx(own[0].length, abs=0.051)
         off += _differences(trace, own)
     assert len(off) > 1000
-    if name == "NGSIM":  # it has no headings, so they follow the way of the front
+    if name.startswith("NGSIM"):  # it has no headings, so they follow the way of the front
         assert np.median(off) < np.radians(1.0) and np.quantile(off, 0.95) < np.radians(15.0)
     else:
         assert max(off) < np.radians(0.2)
@@ -97,7 +101,7 @@ def test_every_form_gives_the_same_traffic(name: str, rows: list[Row], tmp_path:
 def _keys(name: str, rows: list[Row]) -> dict[str, str]:
     """Return the ids under which a form has road users, by their own."""
     own = dict.fromkeys(row.id for row in rows)
-    numbered = name in ("inD", "NGSIM")
+    numbered = name in ("inD", "NGSIM", "NGSIM without names")
     return {key: str(number) if numbered else key for number, key in enumerate(own)}
 
 

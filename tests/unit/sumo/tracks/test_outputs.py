@@ -142,6 +142,12 @@ def test_a_lane_of_another_network_is_named(tmp_path, steps):
         in_sumos_form(_NETWORK, [file], TableChoices())
 
 
+def test_places_along_lanes_are_read_by_name(tmp_path, steps):
+    (tmp_path / "net.net.xml.gz").write_bytes(_NETWORK.read_bytes())
+    file = _lanes(tmp_path, steps)
+    assert [made.table for made in find_scenario(file).tables] == [file]
+
+
 def test_a_folder_with_one_output_is_a_scenario(tmp_path, steps):
     """The vehicle log wins where there is one."""
     (tmp_path / "net.net.xml.gz").write_bytes(_NETWORK.read_bytes())
