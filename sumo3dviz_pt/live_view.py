@@ -188,6 +188,7 @@ class Observer:
         self._camera = camera_settings(self._job, camera)[1] if named else None
         self._ground = loop_ground(connection, self._job)
         self._reader = StepReader(connection, settings_of(connection))
+        self._seen: float | None = None
         self._log = self._new_log()
         self._live: Live | None = None
 
@@ -243,7 +244,7 @@ class Observer:
         """Return a window in which nothing is yet."""
         from sumo3dviz_pt.recording.live_log import LiveLog
 
-        self._seen: float | None = None
+        self._seen = None
         return LiveLog(self._job, self._ground, delay=0.0)
 
     def _opened(self, ground: Ground) -> Live:

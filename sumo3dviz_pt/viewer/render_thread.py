@@ -273,6 +273,8 @@ class RenderThread:
         ground = self.live.ground
         for client in self._clients:
             client.state = replace(client.state, time=within(client.state.time, self.live))
+        if news.level == "error":
+            self._trouble = self._trouble or news.stopped
         self._tell_all("span", **span_said(ground, trouble=self._trouble))
         if news.stopped:
             text = f"{news.stopped}; what is there can still be seen"
