@@ -143,6 +143,12 @@ _TRIED = 300
 _FITS = 0.8
 """Share of these steps that must lie on lanes for an explanation to be said."""
 
+_FIT_NOT = 0.5
+"""Largest share of steps on lanes as they are logged for places to be called swapped or so."""
+
+_EXTENT = 20.0
+"""Smallest extent of a log after a change; on one spot everything fits [m]."""
+
 _RATIOS = (0.7, 1.4)
 """Logged speeds over distances by which an explanation is confirmed."""
 
@@ -367,10 +373,15 @@ def _explained(sample: LogSample, lane_map: LaneMap, shift: Floats, network: Net
     """Return the change after which the log lies on the lanes, as a clause, or nothing."""
     some = sample.where(np.unique(np.linspace(0, len(sample) - 1, _TRIED).astype(int)))
     places = some.places[:, :2]
-    for words, undo in _changes(shift, network):
+    # A log that is shifted along roads stays on them.
+    astray = lane_map.on_lanes(places, some.moves).mean() <= _FIT_NOT
+    changes = _shifts(shift, network) if astray or shift.any() else []
+    for words, undo in [*changes, *(_misreadings(network) if astray else [])]:
         change = partial(_in_files, undo, network.location)
         moves = change(some.moves) - change(np.zeros((1, 2)))
-        fits = lane_map.on_lanes(change(places), moves).mean() >= _FITS
+        moved = change(places)
+        fits = np.ptp(moved, axis=0).max() >= _EXTENT
+        fits = fits and lane_map.on_lanes(moved, moves).mean() >= _FITS
         if fits and _as_fast(moves, some):
             return words
     return ""
@@ -396,8 +407,8 @@ def _in_files(change: _Change, location: Location, places: Floats) -> Floats:
     return location.inside(change(location.outside(places)))
 
 
-def _changes(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
-    """Return what may have happened to a log, and what undoes it in its file."""
+def _shifts(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
+    """Return by what a log may be shifted, and what undoes it in its file."""
     location = network.location
     offset = location.outside(location.net_offset)
     # A shift by the offset is likelier to be that than another one.
@@ -409,9 +420,15 @@ def _changes(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
         changes.clear()
     if shift.any():
         changes.append((f"the log lies {in_compass(shift)} of the network", lambda p: p - shift))
+    return changes
+
+
+def _misreadings(network: Network) -> list[tuple[str, _Change]]:
+    """Return what a log's coordinates may be, and what undoes it in its file."""
+    outside = network.location.outside
     shapes = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
-    low, high = (location.outside(end) for end in (shapes.min(axis=0), shapes.max(axis=0)))
-    changes += [
+    low, high = (outside(end) for end in (shapes.min(axis=0), shapes.max(axis=0)))
+    return [
         ("x and y seem to be swapped", lambda p: p[:, ::-1]),
         ("y seems to count downwards, as in pictures", lambda p: p * [1, -1]),
         (
@@ -422,7 +439,6 @@ def _changes(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
         ("its places seem to be kilometres, not metres", lambda p: p * 1e3),
         ("its places seem to be centimetres, not metres", lambda p: p * 1e-2),
     ]
-    return changes
 
 
 def in_compass(shift: Floats) -> str:

@@ -78,3 +78,25 @@ def test_a_teleport_is_no_row_astray(tmp_path, caplog):
     with caplog.at_level(logging.WARNING):
         read(tmp_path, found)
     assert "far from the rows" not in caplog.text
+
+
+def test_nothing_is_guessed_of_places_that_fit(tmp_path):
+    """A log of renamed lanes on a network that is the same with x and y swapped."""
+    net = FLAT.replace("0,30,0 400,30,0", "0,300,0 400,300,0").replace("300,-100,0", "300,0,0")
+    net = net.replace("300,200,0", "300,400,0")
+    found = changed(
+        x=lambda r: r["x"],
+        y=lambda r: 300.0 if r["lane"] == "we_0" else r["y"] + 100.0,
+        lane=lambda r: "old_" + r["lane"],
+    )
+    with pytest.raises(InputError, match=r'lanes that it does not have, such as "old_\w+"; use'):
+        read(tmp_path, found, net=net)
+
+
+def test_a_unit_is_not_guessed_where_it_puts_everybody_on_one_spot(tmp_path):
+    """Places off the roads, whose hundredth part lies where a road begins."""
+    net = FLAT.replace("0,30,0 400,30,0", "0,0,0 400,0,0")
+    found = no_lanes(changed(x=lambda r: r["x"] + 60.0, y=lambda r: r["y"] + 60.0))
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, found, net=net)
+    assert "centimetres" not in str(caught.value) and "on its roads" in str(caught.value)
