@@ -25,9 +25,10 @@ from sumo3dviz_pt.farm.state import (
     read_state,
 )
 from sumo3dviz_pt.installation.dependencies import threads
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.model.progress import Doing, announce
 from sumo3dviz_pt.pipeline.costs import time_in_words
-from sumo3dviz_pt.pipeline.films.frames import counted, frame_file, listed
+from sumo3dviz_pt.pipeline.films.frames import frame_file, listed
 from sumo3dviz_pt.pipeline.steps import WorkStep
 
 _RECENT = 900.0
@@ -165,7 +166,8 @@ def problems_of(state: FarmState) -> tuple[Problem, ...]:
             problems.append(
                 Problem(
                     f"{film.path}: set aside after {plan.tries} tries:"
-                    f" {counted(len(frames))} ({listed(frames)}): {_why_aside(state, number)}",
+                    f" {counted(len(frames), 'frame')} ({listed(frames)}):"
+                    f" {_why_aside(state, number)}",
                     _log_of(state, number),
                 )
             )

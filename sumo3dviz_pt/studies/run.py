@@ -19,9 +19,10 @@ from pydantic import Field
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.values import Target
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.pipeline.costs import time_in_words
 from sumo3dviz_pt.pipeline.films.film import check_output, check_rides, prepared, render_film
-from sumo3dviz_pt.pipeline.films.frames import counted, frame_file, frame_numbers, frames_folder
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, ShotFilm
 from sumo3dviz_pt.pipeline.films.reuse import discard
 from sumo3dviz_pt.pipeline.production import Request, check_choices
@@ -414,7 +415,7 @@ def _film(stimulus: Stimulus, *, there: bool) -> str:
         else f"about {time_in_words(3600 * cost_of_film(stimulus).cpu_hours)} of CPU time"
     )
     return (
-        f"  {stimulus.name:<32} {shot}, {counted(frames_of(stimulus))}, {width}x{height},"
+        f"  {stimulus.name:<32} {shot}, {counted(frames_of(stimulus), 'frame')}, {width}x{height},"
         f" {stimulus.job.quality}; {work}"
     )
 

@@ -421,7 +421,8 @@ def find_scenario(
     if not path.exists():
         raise InputError("does not exist; give a .sumocfg or a folder", file=path)
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
-    if configuration is not None and _is_told(path):
+    told = path.is_file() and (is_log(path) or is_table(path) or root_of(path) in LANE_ROOTS)
+    if told:
         configuration, trajectories = None, trajectories or (path,)
     elif configuration is not None and (why := _no_table(path)):
         raise InputError(why, file=path)
@@ -454,11 +455,6 @@ def find_scenario(
         vehicle_types=(inputs + survey).vehicle_types,
         missing=named.missing(),
     )
-
-
-def _is_told(file: Path) -> bool:
-    """Whether a file itself tells where vehicles are."""
-    return is_log(file) or is_table(file) or (may_be_xml(file) and root_of(file) in LANE_ROOTS)
 
 
 def files_behind(place: Path) -> tuple[Path, ...]:

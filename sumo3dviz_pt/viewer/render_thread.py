@@ -28,7 +28,7 @@ from sumo3dviz_pt.viewer import messages
 from sumo3dviz_pt.viewer.client import HALVES, Client, Projector, part_of
 from sumo3dviz_pt.viewer.keyframes import ViewerEye, camera_yaml, path_yaml, save_camera
 from sumo3dviz_pt.viewer.messages import Message
-from sumo3dviz_pt.viewer.running import Running, WindowThread, first_ground, span_said
+from sumo3dviz_pt.viewer.running import News, Running, WindowThread, first_ground, span_said
 from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed, within
 
 log = logging.getLogger(__name__)
@@ -263,8 +263,11 @@ class RenderThread:
             speed = max((state.speed for state in states if state.playing), default=1.0)
             self._windows.follow(shown, speed=speed)
         news = self._windows.taken()
-        if news is None:
-            return
+        if news is not None:
+            self._take(news)
+
+    def _take(self, news: News) -> None:
+        """Put a window in place, and say so to all pages."""
         if self.live.carry_on(news.window):
             try:
                 self._rebuild("making room for more road users")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.pipeline.films.frames import counted
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.pipeline.provenance import differences
 from sumo3dviz_pt.studies.certificate.acts import Acts, key_of, swaps_log
 
@@ -146,7 +146,7 @@ def _cameras(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     if a.get("lens") != b.get("lens"):
         lens = f", with lenses {_lens(a)} and {_lens(b)}"
     yield (
-        f"the camera is another in {counted(len(unlike))}, in frame {unlike[0]} by"
+        f"the camera is another in {counted(len(unlike), 'frame')}, in frame {unlike[0]} by"
         f" {100 * apart:.3g} cm and {np.degrees(np.arccos(cosine)):.3g} deg{lens}"
     )
 
@@ -253,7 +253,7 @@ def _weather(one: Account, other: Account, acts: Acts) -> Iterator[str]:
     pairs = _frames(one, other)
     unlike = [n for n, (a, b) in enumerate(pairs) if a.get("weather") != b.get("weather")]
     if unlike and not (acts.light or acts.anything):
-        yield f"the weather is another in {counted(len(unlike))}, the first is {unlike[0]}"
+        yield f"the weather is another in {counted(len(unlike), 'frame')}, the first is {unlike[0]}"
 
 
 def _drawn_over(one: Account, other: Account, acts: Acts) -> Iterator[str]:

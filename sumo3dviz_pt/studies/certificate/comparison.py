@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.model.scene import LENS_THAT_SHINES
-from sumo3dviz_pt.pipeline.films.frames import counted
 from sumo3dviz_pt.studies.certificate.acts import Acts
 from sumo3dviz_pt.studies.certificate.evidence import (
     PAINT,
@@ -538,7 +538,7 @@ def _misplaced(comparisons: Sequence[Comparison], things: Sequence[ThingDifferen
     pixels = sum(int(each.wrong.sum()) for each in wrong)
     return [
         f"shape or colour differs where the factor does not act, in {pixels}"
-        f" pixel{'s' if pixels > 1 else ''} of {counted(len(wrong))}, the first is"
+        f" pixel{'s' if pixels > 1 else ''} of {counted(len(wrong), 'frame')}, the first is"
         f" {wrong[0].number}: {', '.join(names[:_FEW])}{more}"
     ]
 
@@ -550,8 +550,8 @@ def _overdrawn(comparisons: Sequence[Comparison]) -> list[str]:
         return []
     pixels = sum(int(each.overlays.sum()) for each in unlike)
     return [
-        f"something else is drawn over the film, in {pixels} pixels of {counted(len(unlike))}, the"
-        f" first is {unlike[0].number}"
+        f"something else is drawn over the film, in {pixels} pixels of"
+        f" {counted(len(unlike), 'frame')}, the first is {unlike[0].number}"
     ]
 
 
