@@ -36,7 +36,7 @@ from sumo3dviz_pt.sumo.stream import (
     remedy,
     root_of,
 )
-from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table, why_no_table
+from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table, tells_places, why_no_table
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -421,7 +421,7 @@ def find_scenario(
     if not path.exists():
         raise InputError("does not exist; give a .sumocfg or a folder", file=path)
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
-    if configuration is not None and _is_told(path):
+    if configuration is not None and tells_places(path):
         configuration, trajectories = None, trajectories or (path,)
     elif configuration is not None and (why := _no_table(path)):
         raise InputError(why, file=path)
@@ -454,11 +454,6 @@ def find_scenario(
         vehicle_types=(inputs + survey).vehicle_types,
         missing=named.missing(),
     )
-
-
-def _is_told(file: Path) -> bool:
-    """Whether a file itself tells where vehicles are."""
-    return is_log(file) or is_table(file) or (may_be_xml(file) and root_of(file) in LANE_ROOTS)
 
 
 def files_behind(place: Path) -> tuple[Path, ...]:
@@ -519,7 +514,9 @@ def _path(folder: Path, name: str) -> Path:
     """Return a file that SUMO names; files written on Windows may hold backslashes."""
     name = replaced(name.strip())
     plain = folder / name
-    return plain if plain.exists() else folder / name.replace("\\", "/")
+    path = plain if plain.exists() else folder / name.replace("\\", "/")
+    short = Path(os.path.normpath(path))  # where a folder is a link, `..` leads elsewhere
+    return short if path.exists() and short.exists() and short.samefile(path) else path
 
 
 def _signal_outputs(inputs: list[Path]) -> list[Path]:
