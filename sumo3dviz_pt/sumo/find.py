@@ -94,7 +94,6 @@ def _note(file: Path, text: str) -> None:
 _CLOCK = "TIME"
 """A word in what is added that SUMO replaces by the date and time of its run."""
 
-
 _ANY = "*"
 """What stands for something that each run of SUMO has anew."""
 
