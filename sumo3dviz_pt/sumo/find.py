@@ -36,7 +36,7 @@ from sumo3dviz_pt.sumo.stream import (
     remedy,
     root_of,
 )
-from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table, why_no_table
+from sumo3dviz_pt.sumo.tracks import LANE_ROOTS, in_sumos_form, is_table, tells_places, why_no_table
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -93,7 +93,6 @@ def _note(file: Path, text: str) -> None:
 
 _CLOCK = "TIME"
 """A word in what is added that SUMO replaces by the date and time of its run."""
-
 
 _ANY = "*"
 """What stands for something that each run of SUMO has anew."""
@@ -421,8 +420,7 @@ def find_scenario(
     if not path.exists():
         raise InputError("does not exist; give a .sumocfg or a folder", file=path)
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
-    told = path.is_file() and (is_log(path) or is_table(path) or root_of(path) in LANE_ROOTS)
-    if told:
+    if configuration is not None and tells_places(path):
         configuration, trajectories = None, trajectories or (path,)
     elif configuration is not None and (why := _no_table(path)):
         raise InputError(why, file=path)
@@ -515,7 +513,9 @@ def _path(folder: Path, name: str) -> Path:
     """Return a file that SUMO names; files written on Windows may hold backslashes."""
     name = replaced(name.strip())
     plain = folder / name
-    return plain if plain.exists() else folder / name.replace("\\", "/")
+    path = plain if plain.exists() else folder / name.replace("\\", "/")
+    short = Path(os.path.normpath(path))  # where a folder is a link, `..` leads elsewhere
+    return short if path.exists() and short.exists() and short.samefile(path) else path
 
 
 def _signal_outputs(inputs: list[Path]) -> list[Path]:

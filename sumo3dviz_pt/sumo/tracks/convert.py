@@ -52,6 +52,11 @@ def is_table(file: Path) -> bool:
     return is_scenario(file) or table_in(file, TableChoices()) is not None
 
 
+def tells_places(file: Path) -> bool:
+    """Whether a file itself tells where vehicles are: a log, another output of SUMO, a table."""
+    return is_log(file) or is_table(file) or _is_of_lanes(file)
+
+
 def in_sumos_form(
     network: Path | None, logs: Sequence[Path], choices: TableChoices, **others: Any
 ) -> ScenarioFiles:

@@ -66,7 +66,7 @@ CASES = {
     ),
     "log cut off": (rewrite("fcd.xml", lambda d: d[:600]), STILL, ("fcd.xml:",)),
     "gzip cut off": (packed, STILL, ("fcd.xml.gz",)),
-    "log is no xml": (rewrite("fcd.xml", lambda _: b"hello"), STILL, ("fcd.xml:1",)),
+    "log is no xml": (rewrite("fcd.xml", lambda _: b"hello"), STILL, ("fcd.xml: is no XML",)),
     "log is a network": (
         scene("trajectories: fcd.xml", "trajectories: net.net.xml"),
         STILL,

@@ -138,6 +138,17 @@ def test_configuration_may_point_outside_its_folder(tmp_path):
     assert names(files.trajectories) == ["log"]
 
 
+def test_names_that_go_up_are_short_in_messages_unless_links_lead_elsewhere(tmp_path):
+    lay(tmp_path, sim__run_sumocfg=config(net_file="../n", fcd_output="../log"), n=NET, log=CARS)
+    files = find_scenario(tmp_path / "sim" / "run.sumocfg")
+    assert (files.network, *files.trajectories) == (tmp_path / "n", tmp_path / "log")
+    lay(tmp_path, far__sim__run_sumocfg=config(net_file="../n", fcd_output="../log"))
+    lay(tmp_path, far__n=NET, far__log=CARS)
+    (tmp_path / "link").symlink_to(tmp_path / "far" / "sim", target_is_directory=True)
+    linked = find_scenario(tmp_path / "link" / "run.sumocfg").network
+    assert linked.samefile(tmp_path / "far" / "n")
+
+
 def test_configurations_of_other_tools_are_no_scenarios(tmp_path):
     lay(tmp_path, n=NET, log=CARS, router_duarcfg=config(net_file="gone"))
     assert find_scenario(tmp_path).missing == ()
