@@ -28,7 +28,7 @@ from sumo3dviz_pt.viewer import messages
 from sumo3dviz_pt.viewer.client import HALVES, Client, Projector, part_of
 from sumo3dviz_pt.viewer.keyframes import ViewerEye, camera_yaml, path_yaml, save_camera
 from sumo3dviz_pt.viewer.messages import Message
-from sumo3dviz_pt.viewer.running import Running, WindowThread, first_ground, span_said
+from sumo3dviz_pt.viewer.running import News, Running, WindowThread, first_ground, span_said
 from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed, within
 
 log = logging.getLogger(__name__)
@@ -270,12 +270,15 @@ class RenderThread:
                 self._rebuild("making room for more road users")
             except Sumo3dvizError as error:
                 self._tell_all("note", level="error", text=str(error))
-        ground = self.live.ground
         for client in self._clients:
             client.state = replace(client.state, time=within(client.state.time, self.live))
+        self._pass_on(news)
+
+    def _pass_on(self, news: News) -> None:
+        """Tell all pages of a window that is in place."""
         if news.level == "error":
             self._trouble = self._trouble or news.stopped
-        self._tell_all("span", **span_said(ground, trouble=self._trouble))
+        self._tell_all("span", **span_said(self.live.ground, trouble=self._trouble))
         if news.stopped:
             text = f"{news.stopped}; what is there can still be seen"
             self._tell_all("note", level=news.level, text=text)
