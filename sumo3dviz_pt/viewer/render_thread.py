@@ -273,12 +273,15 @@ class RenderThread:
                 self._rebuild("making room for more road users")
             except Sumo3dvizError as error:
                 self._tell_all("note", level="error", text=str(error))
-        ground = self.live.ground
         for client in self._clients:
             client.state = replace(client.state, time=within(client.state.time, self.live))
+        self._pass_on(news)
+
+    def _pass_on(self, news: News) -> None:
+        """Tell all pages of a window that is in place."""
         if news.level == "error":
             self._trouble = self._trouble or news.stopped
-        self._tell_all("span", **span_said(ground, trouble=self._trouble))
+        self._tell_all("span", **span_said(self.live.ground, trouble=self._trouble))
         if news.stopped:
             text = f"{news.stopped}; what is there can still be seen"
             self._tell_all("note", level=news.level, text=text)

@@ -122,6 +122,5 @@ def test_pages_are_told_who_has_entered_last_and_is_there():
     )
     ground = Ground(None, None, (*users, user("never")), 0.0, 30.0, growing=True)
     assert span_said(ground) == {
-        "begin": 0.0, "end": 30.0, "running": True, "trouble": "",
-            "users": ["new", "old"],
+        "begin": 0.0, "end": 30.0, "running": True, "trouble": "", "users": ["new", "old"]
     }  # fmt: skip
