@@ -16,6 +16,7 @@ from sumo3dviz_pt.cli.options import (
     sumo_time,
 )
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.pipeline.costs import spent
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def write(options: argparse.Namespace, job: Job, times: tuple[float, float], tar
     index = target / "index.html" if target.is_dir() else target
     files = [index] if target.is_file() else sorted(target.iterdir())
     size = sum(file.stat().st_size for file in files) / 1e6
-    moments = f"{len(scene.times)} times" if len(scene.times) > 1 else "one time"
+    moments = counted(len(scene.times), "time")
     beside = [f" and {folder}" for folder in order.pictures if folder.is_dir()]
     print(
         f"wrote {index}{''.join(beside)}: {scene.triangles:,} triangles, {moments}, {size:.0f} MB"
