@@ -74,9 +74,9 @@ def damaged_bytes(chance: random.Random, content: bytes) -> bytes:
 
 
 def one_sentence(said: str, *names: str) -> bool:
-    """Whether a command said one thing that names a file."""
-    lines = [line for line in said.splitlines() if line.strip()]
-    return len(lines) == 1 and any(name in lines[0] for name in names) and len(said) < 600
+    """Whether a command said one thing that names a file, notes apart."""
+    lines = [line for line in said.splitlines() if line.strip() and ": note: " not in line]
+    return len(lines) == 1 and any(name in lines[0] for name in names) and len(lines[0]) < 600
 
 
 # Frames ------------------------------------------------------------------------------------

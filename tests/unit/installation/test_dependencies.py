@@ -83,7 +83,7 @@ def test_missing_packages_are_named_with_the_command_that_brings_them(
 
 
 def test_a_command_installs_the_versions_that_we_take() -> None:
-    assert '"shapely<3,>=2.0.4"' in dependencies._pip_command(["shapely"])
+    assert '"shapely<3,>=2.1"' in dependencies._pip_command(["shapely"])
 
 
 def test_what_cannot_be_loaded_is_said_by_its_package(
