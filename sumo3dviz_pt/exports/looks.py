@@ -141,7 +141,8 @@ def pieces_of(part: Part, bsdf: Bsdf, poses: Sequence[Floats] = ()) -> list[Piec
         poses: Its mesh's points in the poses that it takes, (n, 3) each [m].
     """
     mesh, (look, kind) = part.mesh, _look_of(bsdf)
-    look = replace(look, name=Path(part.material).stem)  # some are pictures of users
+    # Some are pictures of users.
+    look = replace(look, name=Path(part.material).stem.rpartition(":")[2])
     if not len(mesh.faces):
         return []
     tinted = is_tinted(bsdf)

@@ -60,14 +60,15 @@ def test_numbers_are_sound_and_everything_asked_for_is_there(scene):
 def test_things_are_found_by_their_names(scene):
     data = gltf(scene)
     said = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
-    assert {"asphalt", "road paint", "lens"} <= {each["name"] for each in said["materials"]}
+    names = {each["name"] for each in said["materials"]}
+    assert {"asphalt", "lens", "paint"} <= names and all(names)
     assert {"roads", "vehicle"} <= {each["name"] for each in said["meshes"]}
 
 
 @pytest.mark.parametrize("who", ["late", "nobody"])
 def test_a_camera_whose_vehicle_is_not_there_is_left_out_alone(town, who):
-    ride = "{mode: lagrangian, vehicle: " + who + ", view: driver}"
-    job = load_job(town, [f"cameras.seat={ride}"])
+    ride = {"mode": "lagrangian", "vehicle": who, "view": "driver"}
+    job = load_job(town, {"cameras.seat": ride})
     made = exported(job, np.array([4.0]))
     assert {camera.name for camera in made.cameras} == {"post", "driver"}
     assert f"left out camera seat: {who} is not on the road all the time" in made.notes
