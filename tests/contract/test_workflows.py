@@ -18,6 +18,7 @@ BY_TAG: frozenset[str] = frozenset()
 
 WRITES = {
     ("codeql", "analyze"): {"security-events"},
+    ("nightly", "tell"): {"issues"},
     ("release", "attest"): {"id-token", "attestations"},
     ("release", "index"): {"id-token"},
     ("release", "page"): {"contents"},
