@@ -48,7 +48,8 @@ class Draped:
     """
 
     def __init__(self, filename: str, metres: tuple[float, float]) -> None:
-        self._metres = mi.Vector2f(*metres)
+        # Opaque, so that pictures of all sizes share kernels.
+        self._metres = mi.Vector2f(*(dr.opaque(mi.Float, length) for length in metres))
         self._fine: Any = mi.load_dict({"type": "bitmap", "filename": filename})
         image = mi.Bitmap(filename).convert(
             mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False
