@@ -72,17 +72,23 @@ def in_sumos_form(
         InputError: If a table is damaged, or there is neither network nor table.
         ConfigError: If a table lacks a column that a user names.
     """
+    first: dict[Path, MadeOfTable | None] = {}
+    if network is None:
+        # The largest table tells the ways, and all lie on them.
+        largest = max(logs, key=lambda log: log.stat().st_size)
+        first[largest] = ways = converted(largest, choices, paved=True)
+        if ways is None:
+            raise InputError("no network (.net.xml) was found; name it by --network", file=logs[0])
+        network = next(file for file in ways.files if file.name == _NETWORK)
     made = [
-        _of_lanes(log, network)
-        if network is not None and _is_of_lanes(log)
-        else converted(log, choices, network=network, paved=network is None)
+        first[log]
+        if log in first
+        else _of_lanes(log, network)
+        if _is_of_lanes(log)
+        else converted(log, choices, network=network)
         for log in logs
     ]
     tables = tuple(each for each in made if each is not None)
-    if network is None:
-        if not tables:
-            raise InputError("no network (.net.xml) was found; name it by --network", file=logs[0])
-        network = next(file for file in tables[0].files if file.name == _NETWORK)
     own = tuple(file for each in tables for file in each.files if file.name == _TYPES)
     full = tuple(log for log in logs if may_be_xml(log) and root_of(log) == FULL)
     pairs = zip(logs, made, strict=True)

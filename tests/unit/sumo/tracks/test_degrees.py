@@ -81,6 +81,19 @@ def test_without_a_network_the_place_on_the_earth_stays(tmp_path: Path) -> None:
     np.testing.assert_allclose(moved, steps, rtol=0.02)
 
 
+def test_two_tables_without_a_network_meet_on_the_ways_of_the_larger_one(tmp_path: Path) -> None:
+    """As of vehicles and of people; each alone would have another middle."""
+    cars = table(tmp_path)
+    walker = cars.read_text(encoding="utf-8").replace(",car,", ",walker,").splitlines()
+    people = tmp_path / "people.csv"
+    people.write_text("\n".join([*walker[:1], *walker[30:], ""]), encoding="utf-8")
+    files = in_sumos_form(None, [people, cars], PLAIN)
+    assert len(files.tables) == 2 and len({str(log) for log in files.trajectories}) == 2
+    (second,), (first,) = (read_trajectories([log]).traces for log in files.trajectories)
+    same = first.positions[-len(second.times) :] - second.positions
+    assert np.abs(same[:, :2]).max() < 0.01
+
+
 def test_a_column_that_a_user_names(tmp_path: Path) -> None:
     columns = {"x": TableColumn("east", "deg"), "y": TableColumn("north", "deg")}
     file = table(tmp_path, "time,id,north,east,heading")
