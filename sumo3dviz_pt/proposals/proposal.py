@@ -508,7 +508,7 @@ def propose(
     """
     from sumo3dviz_pt.motion.breaches import lawfulness_of
     from sumo3dviz_pt.sumo import find_scenario, read_scenario, with_use
-    from sumo3dviz_pt.sumo.land.pictures import view_with_picture
+    from sumo3dviz_pt.sumo.land.pictures import pictures_beside, view_with_picture
 
     announce(Doing.READ)
     if template is not None:
@@ -531,6 +531,8 @@ def propose(
     # All that the user should know.
     notes = [f"missing, and done without: {path}" for path in files.missing]
     drawn = lawfulness_of(content).text
+    for file in () if land.picture else pictures_beside(scenario):
+        notes.append(f"ground: {{picture: {file.name}}} would lay that picture on the land")
     notes += [*guess_notes(content.guesses), *([drawn] if drawn else []), *_notes(proposal)]
     text = scene_text(files, content, proposal, output=output, misfit=own.allow_misfit, land=land)
     return text, notes

@@ -22,12 +22,13 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import GroundPicture, Location, Network
 from sumo3dviz_pt.model.traffic import LandFiles
 from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS
-from sumo3dviz_pt.sumo.land.rasters import placing_of, way_to, world_file
+from sumo3dviz_pt.sumo.land.rasters import WORLD_FILES, placing_of, way_to, world_file
 from sumo3dviz_pt.sumo.stream import may_be_xml, read_elements, root_of
 
 _SIDE = 8192  # pixels of a picture's side, at most
 _AROUND = 1500.0  # land that is kept around a network [m]
 _MOST = 2_000_000_000
+_PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 _NAME, _TIFF = "picture.png", (b"II", b"MM")
 
 Box = tuple[float, float, float, float]
@@ -72,6 +73,18 @@ def view_with_picture(place: Path) -> Path | None:
             if _decal(file)[0].is_file():
                 return file
     return None
+
+
+def pictures_beside(place: Path) -> list[Path]:
+    """Return pictures whose world files lie beside a scenario.
+
+    Args:
+        place: A folder, or a file in it.
+    """
+    folder = place if place.is_dir() else place.parent
+    named = {file.stem for file in folder.iterdir() if file.suffix.lower() in WORLD_FILES}
+    files = (file for file in sorted(folder.iterdir()) if file.suffix.lower() in _PICTURES)
+    return [file for file in files if file.stem in named]
 
 
 def _views_of(configuration: Path) -> list[Path]:

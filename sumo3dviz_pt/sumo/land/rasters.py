@@ -82,9 +82,13 @@ def _placed(file: Path, tags: Any, *, centred: bool) -> tuple[float, float, floa
     return float(x + half * dx), float(y - half * dy), float(dx), float(dy)
 
 
+WORLD_FILES = (".tfw", ".tifw", ".pgw", ".jgw", ".wld")
+"""Endings of world files, which say where the picture beside them lies."""
+
+
 def world_file(file: Path) -> tuple[float, float, float, float]:
     """Return where a picture lies by the world file beside it."""
-    for suffix in (".tfw", ".tifw", ".pgw", ".jgw", ".wld"):
+    for suffix in WORLD_FILES:
         beside = file.with_suffix(suffix)
         if beside.is_file():
             numbers = [float(word) for word in beside.read_text(encoding="ascii").split()]

@@ -119,6 +119,17 @@ def test_none_and_damaged(tmp_path: Path) -> None:
         picture_of(LandFiles(None, tmp_path / "b.png", ((0.0, 0.0), (1.0, 1.0))), network())
 
 
+def test_pictures_that_say_where_they_lie_are_found(tmp_path: Path) -> None:
+    from sumo3dviz_pt.sumo.land.pictures import pictures_beside
+
+    for name in ("aerial.JPG", "plan.png", "logo.png"):
+        (tmp_path / name).write_bytes(b"")
+    (tmp_path / "aerial.jgw").write_text("1 0 0 -1 0 0", encoding="ascii")
+    (tmp_path / "plan.pgw").write_text("1 0 0 -1 0 0", encoding="ascii")
+    found = [tmp_path / "aerial.JPG", tmp_path / "plan.png"]
+    assert pictures_beside(tmp_path) == pictures_beside(tmp_path / "a.sumocfg") == found
+
+
 @pytest.mark.parametrize("inside", [False, True], ids=["named", "in a folder"])
 def test_view_settings_with_a_picture_are_found(tmp_path, inside):
     from sumo3dviz_pt.sumo.land.pictures import view_with_picture
