@@ -36,8 +36,9 @@ log = logging.getLogger(__name__)
 MOST_SPP = 512
 """Samples a pixel after which a standing picture is not improved any more."""
 
-_LONGEST = 0.25
-"""Longest time that passes in one step [s]: after a pause no client jumps."""
+_LONGEST = 1.0
+"""Longest time that passes in one step [s]: slow pictures show traffic as fast as it is, and after
+a pause no client jumps."""
 
 _RESTING = 8
 """Samples a pixel of a place without detail, after which the scene is built again there."""

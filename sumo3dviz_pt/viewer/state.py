@@ -85,6 +85,11 @@ class ViewerState:
         return ViewerEye.of(self.view(live)).said(live.location)
 
 
+_HELD = 0.25
+"""Longest time for which a key counts between two pictures [s], or one would walk past what one
+wants to see."""
+
+
 def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
     """Return the state after some time.
 
@@ -109,6 +114,7 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
             state = replace(state, flying=False, eye=ViewerEye.of(state.view(live)))
     if state.flying or not state.keys:
         return state
+    seconds = min(seconds, _HELD)
     if state.ride is not None:
         before = ViewerEye(np.zeros(3), *state.ride.gaze)
         return _looking(state, before, moved(before, state.keys & _LOOK, seconds))

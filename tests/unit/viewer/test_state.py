@@ -102,6 +102,17 @@ def test_time_runs_at_the_speed_that_was_asked_for():
     assert state.time == pytest.approx(454.0, abs=0.05)
 
 
+def test_after_a_pause_keys_move_less_than_time():
+    """A slow machine shows traffic as fast as it is, but nobody walks past what comes late."""
+    window = window_of(400.0, 500.0)
+    window.ground_at = lambda place: 0.0
+    walking = replace(HERE, time=450.0, playing=True, keys=frozenset({"KeyW"}))
+    slow, quick = (advanced(walking, seconds, window) for seconds in (0.9, 0.25))
+    assert slow.time == pytest.approx(450.9, abs=0.04)
+    assert quick.eye.position.tolist() != HERE.eye.position.tolist()
+    assert slow.eye.position.tolist() == quick.eye.position.tolist()
+
+
 def test_a_page_that_plays_keeps_up_with_a_loop_of_somebody():
     window = window_of(400.0, 480.0, growing=True, behind=6.0)
     state = advanced(replace(HERE, time=455.0, playing=True), 0.1, window)
