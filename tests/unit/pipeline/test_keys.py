@@ -64,6 +64,7 @@ ELSEWHERE = {
     "scenario.additional": "likewise",
     "scenario.vehicle_types": "likewise",
     "scenario.allow_misfit": "it lets a log pass, and changes nothing of it",
+    "schema_version": "it says how the file is read",
     "template": "its keys are keys of the scene",
     "quality": "its values count: see below",
     "shots": "the window that is rendered counts, whoever asks for it",
