@@ -224,7 +224,7 @@ def exported(job: Job, times: Floats) -> ExportedScene:
 
 
 def _with_riders(job: Job, ground: Ground) -> tuple[Job, list[str]]:
-    """Return a job without cameras that ride with who is never there, and notes about them."""
+    """Return a job without the cameras whose road user is never there, and a note on each."""
     from sumo3dviz_pt.model.trajectory import find_trajectory
 
     cameras, notes = dict(job.cameras), []

@@ -18,6 +18,7 @@ from typing import Any
 
 from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.files.atomic import write_atomically
+from sumo3dviz_pt.model.numbers import counted
 from sumo3dviz_pt.pipeline.accounts import weather_report
 from sumo3dviz_pt.pipeline.conditions import sun_report
 from sumo3dviz_pt.pipeline.reading import scenario_files
@@ -84,18 +85,18 @@ def _design(plan: StudyPlan) -> Iterator[str]:
         "choices": "choice tasks with a small D-error",
     }
     kind = kinds[design] if isinstance(design, str) else f"a design table ({design.form})"
-    count = _many(len(plan.stimuli), "film")
+    count = counted(len(plan.stimuli), "film")
     yield f"Participants were shown films of a simulation of traffic; there were {count}."
-    yield f"They followed {kind} of {_many(len(plan.factors), 'factor')}:"
+    yield f"They followed {kind} of {counted(len(plan.factors), 'factor')}:"
     factors = [
         f"{_about(name, factor.about)} (levels {_some(factor.levels)})"
         for name, factor in settings.factors.items()
     ]
     yield f"{_some(factors, separator='; ')}."
-    trials = f"{_many(len(plan.profiles), 'combination')} of levels in"
-    yield f"The design had {trials} {_many(len(plan.designed), 'trial')}."
+    trials = f"{counted(len(plan.profiles), 'combination')} of levels in"
+    yield f"The design had {trials} {counted(len(plan.designed), 'trial')}."
     yield (
-        f"{_many(len(plan.playlists), 'playlist')} with the order `{settings.playlists.order}`"
+        f"{counted(len(plan.playlists), 'playlist')} with the order `{settings.playlists.order}`"
         f" {'was' if len(plan.playlists) == 1 else 'were'} drawn with the seed {settings.seed}."
     )
 
@@ -122,7 +123,7 @@ def _traffic(plan: StudyPlan) -> Iterator[str]:
         yield f"Motion between its samples was computed by the smoother `{name}`{_error(name)}."
     changed = sum(each.job.traffic is not None for each in plan.stimuli)
     if changed:
-        yield f"Recorded rides were changed in {_many(changed, 'film')}, as the scene file says."
+        yield f"Recorded rides were changed in {counted(changed, 'film')}, as the scene file says."
 
 
 def _error(smoother: str) -> str:
@@ -190,7 +191,7 @@ def _checks(plan: StudyPlan, certificate: Certificate | None) -> Iterator[str]:
         yield "Films were not compared with each other."
         return
     claims = [pair.claim for pair in certificate.pairs]
-    pairs = _many(len(claims), "pair")
+    pairs = counted(len(claims), "pair")
     yield (
         f"Records of all frames, and pixels of up to {plan.file.settings.certificate.frames} frames"
         f" a film, were compared for {pairs} of films that should differ in one factor only."
@@ -198,9 +199,9 @@ def _checks(plan: StudyPlan, certificate: Certificate | None) -> Iterator[str]:
     yield f"In {claims.count('proven')} of {pairs} only what the factor acts on differed."
     for claim, words in (("failed", "failed"), ("not judged", "could not be judged")):
         if number := sum(each == claim for each in claims):
-            yield f"{_many(number, 'pair')} {words}."
+            yield f"{counted(number, 'pair')} {words}."
     if certificate.faults:
-        yield f"{_many(len(certificate.faults), 'fault')} of files or films stood against this."
+        yield f"{counted(len(certificate.faults), 'fault')} of files or films stood against this."
 
 
 def _availability(plan: StudyPlan, account: Mapping[str, Any], digest: str) -> Iterator[str]:
@@ -222,11 +223,6 @@ def _availability(plan: StudyPlan, account: Mapping[str, Any], digest: str) -> I
         if (licence or authors)
         else "The films are cited as `CITATION.cff` says."
     )
-
-
-def _many(count: int, what: str) -> str:
-    """Return a number of things in words."""
-    return f"1 {what}" if count == 1 else f"{count} {what}s"
 
 
 def _some(names: Iterable[str], *, separator: str = ", ") -> str:

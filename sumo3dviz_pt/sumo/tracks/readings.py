@@ -133,6 +133,8 @@ def _checked(cells: Cells, location: Location | None, file: Path) -> Location:
     if (np.abs(longitudes) > 180.0).any() or (np.abs(latitudes) > 89.0).any():
         message = "a longitude or latitude is none on the Earth; say what the columns are"
         raise InputError(f"{message} (scenario.trajectories.columns)", file=file)
+    if not (np.isfinite(longitudes) & np.isfinite(latitudes)).any():
+        raise InputError("nobody in it has a place; write it again", file=file)
     if location is None:
         middle = f"+lat_0={np.nanmedian(latitudes):.3f} +lon_0={np.nanmedian(longitudes):.3f}"
         return Location(projection=f"+proj=tmerc {middle} +ellps=WGS84")

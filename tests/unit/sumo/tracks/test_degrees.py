@@ -110,6 +110,9 @@ def test_degrees_that_cannot_be_placed(tmp_path: Path) -> None:
     file.write_text("time,id,lat,lon\n0,a,52,13\n1,a,95,13\n", encoding="utf-8")
     with pytest.raises(InputError, match="none on the Earth"):
         converted(file, PLAIN)
+    file.write_text("time,id,lat,lon\n0,a,,\n1,a,,\n", encoding="utf-8")
+    with pytest.raises(InputError, match="nobody in it has a place"):
+        converted(file, PLAIN)
 
 
 def test_rows_of_pneuma_hold_a_road_user_each(tmp_path: Path) -> None:
