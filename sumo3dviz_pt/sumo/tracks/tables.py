@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from operator import itemgetter
 from pathlib import Path
-from typing import IO, Any, TextIO, cast
+from typing import Any, TextIO, cast
 
 import numpy as np
 
@@ -317,14 +317,15 @@ codecs.register_error(_WINDOWS, _as_windows)
 
 @contextmanager
 def _text_of(file: Path) -> Iterator[TextIO]:
-    """Open a text, plain or gzipped; what is not UTF-8 is read as well as can be."""
+    """Open a text, plain or gzipped: UTF-16 by its mark, all else as well as can be."""
     with open_plain(file) as raw:
         packed = raw.read(2) == _PACKED
     opened = gzip.open if packed else io.open
-    with opened(file, "rb") as stream:
-        yield io.TextIOWrapper(
-            cast(IO[bytes], stream), encoding="utf-8-sig", errors=_WINDOWS, newline=""
-        )
+    with opened(file, "rb") as plain:
+        stream = cast(io.BufferedReader, plain)
+        is_wide = stream.peek(2)[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        encoding = "utf-16" if is_wide else "utf-8-sig"
+        yield io.TextIOWrapper(stream, encoding=encoding, errors=_WINDOWS, newline="")
 
 
 def _lines(text: TextIO, table: Table) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 from pathlib import Path
 
@@ -113,12 +114,14 @@ def test_a_clock_a_comma_and_empty_cells(tmp_path: Path) -> None:
     np.testing.assert_allclose(middle, [3.5, 1.25], atol=1e-3)
 
 
-def test_letters_of_old_windows(tmp_path: Path) -> None:
-    """Names and classes in its encoding, guessed or given by hand."""
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16", "utf-16-be"])
+def test_letters_of_windows(tmp_path: Path, encoding: str) -> None:
+    """Names and classes in its old encoding, and in that of its tables today; roles by hand."""
     file = tmp_path / "spuren.csv"
     head = "Zeit [s];Fahrzeug-Nr;Rechtswert;Hochwert;Richtung [°];Länge [m];Fahrzeugart"
     rows = [f"{s},0;7;0,0;{12 * s},0;0,0;4,5;Fußgänger" for s in range(5)]
-    file.write_bytes("\n".join([head, *rows, ""]).encode("cp1252"))
+    mark = codecs.BOM_UTF16_BE if encoding == "utf-16-be" else b""
+    file.write_bytes(mark + "\n".join([head, *rows, ""]).encode(encoding))
     by_hand = TableChoices({"angle": TableColumn("Richtung [°]", "deg", "north", "right")})
     for choices in (PLAIN, by_hand):
         made = converted(file, choices)
