@@ -340,17 +340,17 @@ class Live:
         """Build the scene again; the old one stays if that fails.
 
         Args:
-            job: Another look.
+            job: Another look; None makes room for the traffic of now.
             eyes: Places with detail, (n, 3) [m].
             riding: A camera in a vehicle whose cabin is still closed.
 
         Raises:
             ConfigError: If a choice does not exist.
         """
+        shot = self._under_sky_of(job) if job and eyes is None and riding is None else None
         job, eyes = job or self.job, self._eyes if eyes is None else eyes
         seats = self._riding if riding is None else (*self._riding, riding)
-        unmoved = eyes is self._eyes and seats is self._riding
-        shot = (self._under_sky_of(job) if unmoved else None) or self._built(job, eyes, seats)
+        shot = shot or self._built(job, eyes, seats)
         self.job, self._eyes, self._riding, self.shot = job, eyes, seats, shot
         self._open()
 

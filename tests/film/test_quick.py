@@ -1,5 +1,7 @@
 """Quick pictures show what a film's frame shows, wherever the camera is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import view_at, write_scenario
@@ -61,6 +63,22 @@ def test_it_shows_what_a_still_shows(live):
     off = blurred(shown) - blurred(still)
     assert abs(off.mean()) < 1.0 and np.sqrt((off**2).mean()) < 8.0
     assert blurred(still).std() > 15.0, "there is something to see"
+
+
+def test_room_is_made_once_for_who_comes_later(live):
+    """A body that nobody thought of lacks room until the scene is built again, and then no more."""
+    everyone, ground = live.ground, live.ground
+    drivers = tuple(each for each in ground.trajectories if each.kind == "vehicle")
+    opened = Live(live.job, replace(ground, trajectories=drivers), size=SMALL, variant="llvm")
+    try:
+        assert opened.carry_on(opened.carried_on(everyone))
+        opened.rebuild()
+        assert not opened.carry_on(opened.carried_on(everyone))
+        (walker,) = (each for each in ground.trajectories if each.kind == "person")
+        frame = opened.frame_at(walker.pieces[0].begin + 1.0, opened.home)
+        assert walker.key in {mover.id for mover in (*frame.deforming, *frame.far)}
+    finally:
+        opened.close()
 
 
 def test_all_sizes_show_the_same(live):
