@@ -14,9 +14,10 @@ somebody asks what pixels show.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -375,8 +376,9 @@ _LEAST_SPARE, _MOST_TYPES, _FEW = 100, 24, 6
 """Road users for whom there is room beside those who are there, types that they may be of beside
 those that were seen, and how many of each of these."""
 
-_DRAWS = 400
-"""Of a type, so many are thought up to find which bodies they may show, and how often."""
+_DRAWS, _DRAWS_OF_PEOPLE = 400, 2000
+"""Of a type, so many are thought up to find which bodies they may show, and how often; few people
+are dressed for another season, in many ways."""
 
 _SIDE_BY_SIDE = 3
 """Of those who may come, so many of one body are drawn in detail at once."""
@@ -426,17 +428,24 @@ def _spares(world: World, fleet: Fleet, times: tuple[float, float]) -> _Spares:
     ]
     fresh = [pair for pair in others if pair not in rooms][:_MOST_TYPES]
     rooms |= dict.fromkeys(fresh, float(count if not seen else _FEW))
+    draws = [_DRAWS_OF_PEOPLE if kind == "person" else _DRAWS for kind, _ in rooms]
     coming = [
         Trajectory(f"spare {number}", kind, type_id, ())
-        for kind, type_id in rooms
-        for number in range(_DRAWS)
+        for (kind, type_id), count in zip(rooms, draws, strict=True)
+        for number in range(count)
     ]
-    return _Spares(everyone(world, coming), np.repeat(list(rooms.values()), _DRAWS) / _DRAWS)
+    shares = np.array([*rooms.values()]) / draws
+    return _Spares(everyone(world, coming), np.repeat(shares, draws))
 
 
 def _at_most(few: int, counts: Mapping[str, int]) -> Counter[str]:
     """Return the same counts, but none above a few."""
     return Counter({name: min(count, few) for name, count in counts.items()})
+
+
+def _one_each(names: Iterable[Iterable[str]]) -> Counter[str]:
+    """Return a count of one for each name."""
+    return Counter(set(chain.from_iterable(names)))
 
 
 def _most_far(fleet: Fleet, drawn: Sequence[Drawn], times: Floats) -> Counter[str]:
@@ -501,10 +510,13 @@ def _room(
         near |= Counter(cockpit.names)
     deforming = Counter(plan.slots.deforming)
     if spares is not None:
-        most += spares.counts("far")
+        # One of each body here, wherever it is, or the next window would lack room again.
+        most = (most | _one_each(body.far for body in bodies)) + spares.counts("far")
         near |= _at_most(_SIDE_BY_SIDE, spares.counts("near"))
+        near |= _one_each(body.near for body in bodies)
         if sum(near.values()) > crowd.MOST_SLOTS:
             near = _at_most(1, near)
         deforming |= _at_most(1, spares.counts("deforming"))
+        deforming |= _one_each(body.deforming for body in bodies)
     slots = Slots(*(dict(sorted(each.items())) for each in (near, most, deforming)))
     return replace(plan, slots=slots)

@@ -65,16 +65,21 @@ def test_it_shows_what_a_still_shows(live):
     assert blurred(still).std() > 15.0, "there is something to see"
 
 
-def test_room_is_made_once_for_who_comes_later(live):
-    """A body that nobody thought of lacks room until the scene is built again, and then no more."""
-    everyone, ground = live.ground, live.ground
-    drivers = tuple(each for each in ground.trajectories if each.kind == "vehicle")
-    opened = Live(live.job, replace(ground, trajectories=drivers), size=SMALL, variant="llvm")
+@pytest.mark.parametrize("eyes", [None, [[0.0, 0.0, 5.0]], [[9e3, 0.0, 5.0]]])
+def test_room_is_made_once_for_who_comes_later(live, eyes):
+    """A body that nobody thought of lacks room until the scene is built again, and then no more,
+    not even where nobody looks."""
+    everyone = replace(live.ground, growing=eyes is not None)
+    (walker,) = (each for each in everyone.trajectories if each.kind == "person")
+    looks = {"models": {"pedestrian": ["woman_bob"]}, "by_id": {walker.id: {"model": "man_suit"}}}
+    job = type(live.job).model_validate({**live.job.model_dump(), "vehicles": looks})
+    drivers = tuple(each for each in everyone.trajectories if each.kind == "vehicle")
+    few = replace(live.ground, trajectories=drivers)
+    opened = Live(job, few, size=SMALL, variant="llvm")
     try:
         assert opened.carry_on(opened.carried_on(everyone))
-        opened.rebuild()
+        opened.rebuild(eyes=None if eyes is None else np.array(eyes))
         assert not opened.carry_on(opened.carried_on(everyone))
-        (walker,) = (each for each in ground.trajectories if each.kind == "person")
         frame = opened.frame_at(walker.pieces[0].begin + 1.0, opened.home)
         assert walker.key in {mover.id for mover in (*frame.deforming, *frame.far)}
     finally:
