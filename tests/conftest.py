@@ -21,8 +21,10 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     base = tmp_path_factory.getbasetemp()
     with pytest.MonkeyPatch.context() as patch:
         # Tests that run side by side have folders of their own below a common one.
-        folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
-        folder.mkdir(exist_ok=True)
+        own = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "cache"
+        # CI's runs of tests, one after the other, name a folder that all of them fill.
+        folder = Path(os.environ.get("SUMO3DVIZ_PT_TESTS_CACHE") or own)
+        folder.mkdir(parents=True, exist_ok=True)
         patch.setenv("SUMO3DVIZ_PT_CACHE", str(folder))
         yield folder
 

@@ -218,7 +218,7 @@ class Page:
         assert not failed, f"{expression}: {failed.get('exception', failed).get('description')}"
         return answer["result"].get("value")
 
-    def wait_for(self, expression: str, *, seconds: float = 30.0) -> Any:
+    def wait_for(self, expression: str, *, seconds: float = 60.0) -> Any:
         """Wait until an expression is true, and return its value."""
         deadline = time.monotonic() + seconds
         while not (value := self.evaluate(expression)):

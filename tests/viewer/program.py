@@ -78,7 +78,7 @@ class Program:
         status = Path(f"/proc/{self._process.pid}/status").read_text(encoding="utf-8")
         return next(int(line.split()[1]) / 1024 for line in status.splitlines() if "VmRSS" in line)
 
-    def stop(self, *, seconds: float = 30.0) -> int:
+    def stop(self, *, seconds: float = 60.0) -> int:
         """Ask it to end, as Ctrl-C and `kill` do; its exit code."""
         self._process.terminate()
         try:

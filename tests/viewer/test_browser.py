@@ -444,9 +444,9 @@ def test_after_a_restart_the_page_goes_on_where_it_was(browser, scene) -> None:
         page.hold("KeyD", seconds=0.3)
         was = settled(page)
         first.kill()
-        page.wait_for("document.body.innerText.includes('does not answer')", seconds=10.0)
+        page.wait_for("document.body.innerText.includes('does not answer')", seconds=60.0)
     with Program(scene, *size, "--token", "again", port=first.port) as second:
-        page.wait_for("document.body.dataset.line === 'open'", seconds=20.0)
+        page.wait_for("document.body.dataset.line === 'open'", seconds=60.0)
         page.wait_for("viewer.frame.seq < 20 && viewer.frame.time === 6", seconds=60.0)
         now = settled(page)
         np.testing.assert_allclose(now.position, was.position, atol=2e-3)
@@ -454,9 +454,9 @@ def test_after_a_restart_the_page_goes_on_where_it_was(browser, scene) -> None:
         assert "does not answer" not in page.evaluate("document.body.innerText")
         assert second.stop() == 0
         assert "Traceback" not in second.said
-        page.wait_for("document.body.innerText.includes('was stopped')", seconds=10.0)
+        page.wait_for("document.body.innerText.includes('was stopped')", seconds=60.0)
     with Program(scene, *size, "--token", "other", port=first.port):
-        page.wait_for("document.body.innerText.includes('address has changed')", seconds=20.0)
+        page.wait_for("document.body.innerText.includes('address has changed')", seconds=60.0)
     page.close()
 
 

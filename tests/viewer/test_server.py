@@ -247,7 +247,7 @@ class Talk:
                     return found
                 await self.say(ack=found["seq"])
 
-    async def following(self, seconds: float = 30.0) -> dict:
+    async def following(self, seconds: float = 60.0) -> dict:
         """The next message; with a frame comes its picture."""
         said = json.loads(await self.line.receive_str(timeout=seconds))
         if said["kind"] == "frame":
@@ -393,7 +393,7 @@ def test_a_client_that_talks_too_much_is_cut_off(server) -> None:
     async def work(talk: Talk) -> None:
         await talk.line.send_str('"' + "x" * 100_000 + '"')
         while not talk.line.closed:
-            await talk.line.receive(timeout=30.0)
+            await talk.line.receive(timeout=60.0)
         assert talk.line.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
 
     visit(server, work)
@@ -458,9 +458,9 @@ def test_at_the_end_pages_hear_why_and_nothing_is_left(scene) -> None:
     async def work(talk: Talk) -> None:
         await talk.frame()
         closing = asyncio.create_task(asyncio.to_thread(server.close))
-        message = await talk.line.receive(timeout=10.0)
+        message = await talk.line.receive(timeout=60.0)
         while message.type is not aiohttp.WSMsgType.CLOSE:
-            message = await talk.line.receive(timeout=10.0)
+            message = await talk.line.receive(timeout=60.0)
         assert message.data == aiohttp.WSCloseCode.GOING_AWAY
         assert message.extra == "The viewer was stopped."
         await talk.line.close()

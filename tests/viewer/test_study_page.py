@@ -176,7 +176,7 @@ class Visit:
     def __exit__(self, *_):
         self.page.close()
 
-    def press(self, words, *, seconds=30.0):
+    def press(self, words, *, seconds=60.0):
         """Click a button by its words as a finger does, as soon as it is open."""
         self.page.wait_for(
             "(() => { const open = [...document.querySelectorAll('button')].find("
