@@ -134,13 +134,13 @@ def test_files_that_they_run_exist(path: Path) -> None:
 
 def test_the_release_is_built_by_known_files_of_tools() -> None:
     """Each tool and all that it needs has a version and hashes, and pip is told to insist."""
-    folder = ROOT / "tools" / "release"
-    asked = re.findall(r"^[\w-]+==[\d.]+$", text_of(folder / "requirements.in"), re.M)
-    made = text_of(folder / "requirements.txt")
-    packages = re.split(r"^(?=\w)", made, flags=re.M)[1:]
-    assert all(re.match(r"[\w.-]+==\S+ .*\\\n {4}--hash=sha256:", text) for text in packages)
-    named = {text.split(" ")[0] for text in packages}
-    assert len(asked) > 4 and set(asked) <= named
+    for name in ("requirements", "fuzz"):
+        written = text_of(ROOT / "tools" / "release" / f"{name}.in")
+        asked = re.findall(r"^[\w-]+==[\d.]+$", written, re.M)
+        made = text_of(ROOT / "tools" / "release" / f"{name}.txt")
+        packages = re.split(r"^(?=\w)", made, flags=re.M)[1:]
+        assert all(re.match(r"[\w.-]+==\S+ .*\\\n {4}--hash=sha256:", text) for text in packages)
+        assert asked and set(asked) <= {text.split(" ")[0] for text in packages}
     release = text_of(ROOT / ".github" / "workflows" / "release.yml")
     for command in ("build --no-isolation", "twine check --strict", "check-wheel-contents"):
         assert command in release
@@ -151,7 +151,7 @@ def test_files_of_requirements_are_installed_by_their_hashes() -> None:
     texts = [text_of(path) for path in (*WORKFLOWS, ROOT / "tools" / "release" / "oldest.sh")]
     used = [line for text in texts for line in text.splitlines() if "install" in line]
     by_file = [line for line in used if " -r " in line]
-    assert len(by_file) == 4 and all("--require-hashes -r" in line for line in by_file)
+    assert len(by_file) == 5 and all("--require-hashes -r" in line for line in by_file)
 
 
 def test_images_are_taken_by_digest() -> None:
