@@ -140,6 +140,10 @@ Speed = Annotated[Fraction, PlainValidator(_within(*_SPEEDS)), _SHORT, _schema(*
 """SUMO's seconds per second of film."""
 
 
+AskedRatio = Annotated[Ratio, PlainValidator(ratio_of)]
+"""A ratio as a command or a program gives it; pydantic's own check of fractions falls over some."""
+
+
 def asked_rate(value: Ratio) -> Fraction:
     """Return a frame rate that a command or a program asks for.
 

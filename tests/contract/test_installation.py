@@ -55,7 +55,7 @@ def test_the_container_installs_the_wheel_with_the_extras_asked_for(
     tmp_path: Path, extras: str, end: str
 ) -> None:
     text = (ROOT / "Containerfile").read_text("utf-8")
-    (words,) = re.findall(r'^RUN pip install --no-cache-dir (".*") &&', text, re.M)
+    (words,) = re.findall(r'^RUN pip install --no-cache-dir -c \S+ (".*") &&', text, re.M)
     wheel = tmp_path / "sumo3dviz_pt-1-py3-none-any.whl"
     wheel.touch()
     line = f"echo {words.replace('/wheels', tmp_path.as_posix())}"

@@ -44,7 +44,8 @@ def test_condas_recipe_has_pips_requirements() -> None:
         wanted[CONDA.get(name, name.lower())] = limits
     run = [item for item in recipe()["requirements"]["run"] if isinstance(item, str)]
     found = dict(item.split(" ", 1) for item in run)
-    assert found.pop("python") == project()["requires-python"]
+    assert found.pop("python") == ">=${{ python_min }}"
+    assert f">={recipe()['context']['python_min']}" == project()["requires-python"]
     assert found == wanted
 
 
@@ -54,13 +55,27 @@ def test_condas_recipe_has_the_shared_libraries(system: str) -> None:
     (then,) = [item["then"] for item in chosen if item["if"] == system]
     platform = {"osx": "darwin", "win": "win32"}.get(system, system)
     (manager,) = [one for one in MANAGERS if one.name == "conda" and platform in one.systems]
-    assert ([then] if isinstance(then, str) else then) == [*manager.packages.values()]
+    assert then == [f"__{system}", *manager.packages.values()]
+    forge = yaml.safe_load(text_of(ROOT / "conda" / "recipe" / "conda-forge.yml"))
+    assert f"{system}_64" in forge["noarch_platforms"]
+
+
+def test_condas_packages_hold_no_program_of_one_processor() -> None:
+    """What is the same everywhere may be named so: `noarch`."""
+    assert recipe()["build"]["noarch"] == "python"
+    heads = (b"\x7fELF", b"MZ", b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe", b"!<arch>")
+    for folder in ("sumo3dviz_pt", "assets", "scene_templates", "examples"):
+        for path in (ROOT / folder).rglob("*"):
+            if path.is_file() and "__pycache__" not in path.parts:
+                with path.open("rb") as file:
+                    assert not file.read(7).startswith(heads), path
 
 
 def test_condas_recipe_is_of_this_package() -> None:
     made = recipe()
     scripts = [f"{name} = {target}" for name, target in project()["scripts"].items()]
-    assert made["context"] == {"name": project()["name"], "version": sumo3dviz_pt.__version__}
+    of_ours = {"name": project()["name"], "version": sumo3dviz_pt.__version__}
+    assert of_ours.items() <= made["context"].items()
     assert made["build"]["python"]["entry_points"] == scripts
     assert made["about"]["license"] == project()["license"]
     assert made["about"]["license_file"] == project()["license-files"]

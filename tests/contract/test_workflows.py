@@ -132,9 +132,29 @@ def test_files_that_they_run_exist(path: Path) -> None:
     assert all((ROOT / name).is_file() for name in named), named
 
 
-def test_the_release_is_built_by_known_versions_of_tools() -> None:
-    tools = text_of(ROOT / "tools" / "release" / "requirements.txt").splitlines()
-    assert all(re.fullmatch(r"[\w-]+==[\d.]+", line) for line in tools[1:]) and len(tools) > 4
+def test_the_release_is_built_by_known_files_of_tools() -> None:
+    """Each tool and all that it needs has a version and hashes, and pip is told to insist."""
+    for name in ("requirements", "fuzz"):
+        written = text_of(ROOT / "tools" / "release" / f"{name}.in")
+        asked = re.findall(r"^[\w-]+==[\d.]+$", written, re.M)
+        made = text_of(ROOT / "tools" / "release" / f"{name}.txt")
+        packages = re.split(r"^(?=\w)", made, flags=re.M)[1:]
+        assert all(re.match(r"[\w.-]+==\S+ .*\\\n {4}--hash=sha256:", text) for text in packages)
+        assert asked and set(asked) <= {text.split(" ")[0] for text in packages}
     release = text_of(ROOT / ".github" / "workflows" / "release.yml")
-    for command in ("twine check --strict", "check-wheel-contents", "cyclonedx-py", "sha256sum"):
+    for command in ("build --no-isolation", "twine check --strict", "check-wheel-contents"):
         assert command in release
+    assert "cyclonedx-py" in release and "sha256sum" in release
+
+
+def test_files_of_requirements_are_installed_by_their_hashes() -> None:
+    texts = [text_of(path) for path in (*WORKFLOWS, ROOT / "tools" / "release" / "oldest.sh")]
+    used = [line for text in texts for line in text.splitlines() if "install" in line]
+    by_file = [line for line in used if " -r " in line]
+    assert len(by_file) == 5 and all("--require-hashes -r" in line for line in by_file)
+
+
+def test_images_are_taken_by_digest() -> None:
+    bases = re.findall(r"^FROM (\S+)", text_of(ROOT / "Containerfile"), re.M)
+    assert bases and len(set(bases)) == 1
+    assert all(re.fullmatch(r"[\w./-]+:[\w.-]+@sha256:[0-9a-f]{64}", base) for base in bases)

@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 folder=${OLDEST:-$(mktemp -d)}
 python=${PYTHON:-python3.11}
 "$python" -m venv "$folder/tools"
-"$folder/tools/bin/pip" install -q "$(grep '^uv==' tools/release/requirements.txt)"
+"$folder/tools/bin/pip" install -q --require-hashes -r <(sed -n '/^uv==/,/[^\\]$/p' tools/release/requirements.txt)
 "$python" -m venv "$folder/venv"
 "$folder/tools/bin/uv" pip install --python "$folder/venv/bin/python" --resolution lowest-direct -e ".[test]"
 "$folder/venv/bin/sumo3dviz-pt" doctor --install --yes </dev/null

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.errors import settle
 from sumo3dviz_pt.job.settings import Job, ShotSettings
-from sumo3dviz_pt.job.values import Seconds, Target, Whole, asked_rate, asked_speed
+from sumo3dviz_pt.job.values import AskedRatio, Seconds, Target, Whole, asked_rate, asked_speed
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.numbers import Ratio
 from sumo3dviz_pt.pipeline.production import Request, frame_times
@@ -96,11 +96,11 @@ class FilmOrder:
     path: Target
     start: Seconds | None = None
     end: Seconds | None = None
-    fps: Ratio | None = None
+    fps: AskedRatio | None = None
     frames: tuple[Whole, Whole] | None = None
     resume: bool = False
     discard_frames: bool = False
-    speed: Ratio | None = None
+    speed: AskedRatio | None = None
     overwrite: bool = False
     final_exr: bool = False
     shot: Whole | None = None
