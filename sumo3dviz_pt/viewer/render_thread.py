@@ -184,8 +184,8 @@ class RenderThread:
         behind = ground.growing and ground.behind < np.inf
         state = ViewerState(ViewerEye.of(live.home), ground.end if behind else ground.begin)
         client = Client(state, deliver, wake=self._wake, leave=self._forget)
-        client.tell("scene", **self.about)
-        with self._changed:
+        with self._changed:  # what is told to all from now on is told to this one, too
+            client.tell("scene", **self.about)
             self._clients.append(client)
             self._changed.notify_all()
         return client
@@ -280,20 +280,22 @@ class RenderThread:
 
     def _pass_on(self, news: News) -> None:
         """Tell all pages of a window that is in place."""
-        if news.level == "error":
-            self._trouble = self._trouble or news.stopped
-        self._tell_all("span", **span_said(self.live.ground, trouble=self._trouble))
-        if news.stopped:
-            text = f"{news.stopped}; what is there can still be seen"
-            self._tell_all("note", level=news.level, text=text)
+        with self._changed:
+            if news.level == "error":
+                self._trouble = self._trouble or news.stopped
+            self._tell_all("span", **span_said(self.live.ground, trouble=self._trouble))
+            if news.stopped:
+                text = f"{news.stopped}; what is there can still be seen"
+                self._tell_all("note", level=news.level, text=text)
 
     def _heed(self, trouble: str) -> None:
         """Tell all pages, once, what went wrong, before they come to the end."""
         if trouble and not self._trouble:
             log.warning("%s", trouble)
-            self._trouble = trouble
-            self._tell_all("span", **span_said(self.live.ground, trouble=trouble))
-            self._tell_all("note", level="error", text=trouble)
+            with self._changed:
+                self._trouble = trouble
+                self._tell_all("span", **span_said(self.live.ground, trouble=trouble))
+                self._tell_all("note", level="error", text=trouble)
 
     def _choice(self) -> Client | None:
         """Choose the next client: moving ones first; standing ones keep their turn for a while.

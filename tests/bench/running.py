@@ -114,6 +114,7 @@ def measure(minutes: float, size: str) -> list[tuple[str, str]]:
         ),
         ("pictures a second", f"{1000.0 / gaps.mean():.1f}"),
         ("gap between pictures, 90 % below", f"{np.quantile(gaps, 0.9):.0f} ms"),
+        ("pauses of more than a second", str(int(np.sum(gaps > 1000.0)))),
         ("simulated seconds a second", f"{np.ptp(shown[:, 1]) / np.ptp(shown[:, 0]) * 1000.0:.2f}"),
         ("memory, median of the first minute", f"{np.median(first):.0f} MiB"),
         (f"memory, median of the last of {minutes:g} minutes", f"{np.median(last):.0f} MiB"),

@@ -61,8 +61,8 @@ async def seen_until(address, shown, *, seconds, orders=()):
 
 async def heard_after_a_crash(address, sumo):
     """End SUMO, and return what the page is told of it, and what it was told at the beginning."""
-    told = []
     async with aiohttp.ClientSession() as session, session.ws_connect(f"{address}ws") as line:
+        told = [json.loads((await line.receive(timeout=60.0)).data)]  # the page is there
         os.kill(sumo, signal.SIGKILL)
         while [each["kind"] for each in told].count("note") < 1:
             message = await line.receive(timeout=60.0)
