@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import grid_faces
@@ -364,8 +365,6 @@ def trunk_stack(body: BodyMeasures, fit: Fit, *, rows: int = 24) -> Stack:
 
 def _shape(table: tuple[tuple[float, ...], ...], levels: Floats) -> Floats:
     """Interpolate middle, front, back and half width at levels, (n, 4)."""
-    from scipy.interpolate import PchipInterpolator
-
     rows = np.array(table)
     return np.asarray(PchipInterpolator(rows[:, 0], rows[:, 1:], axis=0)(levels))
 

@@ -29,9 +29,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.people.body import BARE, Garment, arm, leg, seat
@@ -65,9 +66,6 @@ from sumo3dviz_pt.library.people.wardrobe import (
 )
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part, Poses
-
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
 
 PHASES = 8
 """Phases of a stride; the first is the right heel's strike."""
@@ -184,8 +182,6 @@ def _pitches(phase: float) -> tuple[float, float]:
 @cache
 def _foot_curve() -> CubicSpline:
     """Interpolate the angle of the sole over a stride [deg]; the curve repeats with the stride."""
-    from scipy.interpolate import CubicSpline
-
     angles = np.array(_FOOT)
     return CubicSpline(angles[:, 0], angles[:, 1], bc_type="periodic")
 

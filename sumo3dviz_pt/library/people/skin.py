@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 from scipy.sparse import csr_matrix
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
@@ -68,8 +69,6 @@ class Stack:
         Returns:
             Points, (..., 3) [m].
         """
-        from scipy.interpolate import PchipInterpolator
-
         rows = PchipInterpolator(np.arange(len(self.rows)), self.rows, axis=0)(
             np.clip(levels, 0.0, self.last)
         )
@@ -147,8 +146,6 @@ def closed(rings: Floats, *, bottom: bool, top: bool) -> tuple[Floats, Ints]:
 
 def interpolated(values: Floats | float, table: Sequence[tuple[float, float]]) -> Floats:
     """Interpolate a table (argument, value) smoothly; it is constant beyond its ends."""
-    from scipy.interpolate import PchipInterpolator
-
     nodes = np.array(table)
     clipped = np.clip(values, nodes[0, 0], nodes[-1, 0])
     return np.asarray(PchipInterpolator(nodes[:, 0], nodes[:, 1])(clipped))

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from sumo3dviz_pt.library.buildings.shell import box
 from sumo3dviz_pt.library.materials import coloured
@@ -78,8 +79,6 @@ def resampled(line: Floats) -> Floats:
     Raises:
         ValueError: If all points are the same.
     """
-    from scipy.interpolate import CubicHermiteSpline
-
     line = np.asarray(line, dtype=np.float64)
     line = line[np.append(True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6)]
     if len(line) < 2:

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.cameras import FOV
@@ -36,9 +36,6 @@ from sumo3dviz_pt.shot.cameras.aiming import (
     build_camera,
     lens_of,
 )
-
-if TYPE_CHECKING:
-    from scipy.interpolate import PchipInterpolator
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,8 +98,6 @@ class MonotoneCurve:
 
     def __post_init__(self) -> None:
         """Find the slopes once."""
-        from scipy.interpolate import PchipInterpolator
-
         between = None
         if len(self.times) > 1:
             with np.errstate(over="ignore"):  # slopes so small that their inverse is infinite

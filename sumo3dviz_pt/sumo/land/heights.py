@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.files.atomic import read_plain
@@ -145,8 +146,6 @@ def _grades(shape: Floats, heights: Heights) -> Floats:
 
 def _smoothed(heights: Heights, spread: float) -> Heights:
     """Return heights as means around each place; what is not known has no weight."""
-    from scipy.ndimage import gaussian_filter
-
     known = np.isfinite(heights.values)
     sigma = [spread / heights.step[1], spread / heights.step[0]]
     total = gaussian_filter(np.where(known, heights.values, 0.0), sigma, mode="nearest")

@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 import shapely
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal, smoothstep
@@ -66,8 +67,6 @@ class Relief:
 @lru_cache(maxsize=4)
 def relief(seed: int) -> Relief:
     """Return the relief of a seed; the same everywhere and always."""
-    from scipy import ndimage
-
     swell = fractal((_SIZE, _SIZE), Spectrum(2.0, 4.0, 60.0), seed=seed)
     woods = fractal((_SIZE, _SIZE), Spectrum(1.6, 3.0, 60.0), seed=seed + 1)
     return Relief(*(ndimage.spline_filter(noise, order=3, mode=_EDGE) for noise in (swell, woods)))
@@ -97,8 +96,6 @@ def field_tints(points: Floats, mean: Floats, *, seed: int, variety: float) -> F
 
 def _sampled(splines: Floats, points: Floats, tile: float) -> Floats:
     """Periodic noise at places, smoothly interpolated, (n,)."""
-    from scipy import ndimage
-
     at = points.T / tile * len(splines)
     heights = ndimage.map_coordinates(splines, at, order=3, mode=_EDGE, prefilter=False)
     return np.asarray(heights)
