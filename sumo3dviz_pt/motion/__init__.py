@@ -134,6 +134,7 @@ class LogMotion:
         ids: Of all traces, unique: where an id comes back with another type, the later one
             ends in `#2` (and so on).
         made: Trajectories by their traces' `id()`, with the traces, whose names may differ.
+        lawful: The `id()` of those traces whose motion was found to break no law at any time.
     """
 
     log: TrafficLog
@@ -142,6 +143,7 @@ class LogMotion:
     settings: LogSettings
     ids: tuple[str, ...]
     made: dict[int, tuple[Trace, Trajectory]] = field(default_factory=dict)
+    lawful: set[int] = field(default_factory=set)
 
     @classmethod
     def of(
@@ -183,7 +185,7 @@ class LogMotion:
         """Return the same; it shares what another one makes, if that goes by the same rules."""
         if self._rules != other._rules:
             return self
-        return replace(self, settings=other.settings, made=other.made)
+        return replace(self, settings=other.settings, made=other.made, lawful=other.lawful)
 
     @property
     def _rules(self) -> tuple[object, ...]:

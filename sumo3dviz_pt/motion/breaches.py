@@ -22,6 +22,8 @@ logger = logging.getLogger(__name__)
 _MOST_ROWS = 60_000
 """Rows of a log that `check` and `init` look at; of larger ones they take every n-th user."""
 
+_ALWAYS = (-math.inf, math.inf)
+
 
 @dataclass(frozen=True, slots=True)
 class Lawfulness:
@@ -72,7 +74,7 @@ def lawfulness(motion: LogMotion) -> Lawfulness:
     which = np.zeros(len(traces), dtype=np.bool_)
     which[:: max(1, math.ceil(rows / _MOST_ROWS))] = True
     some = [trace for trace, chosen in zip(traces, which, strict=True) if chosen]
-    listed = _breaches(motion, some, motion.smooth(which), (-math.inf, math.inf))
+    listed = _breaches(motion, some, motion.smooth(which), _ALWAYS)
     return Lawfulness(len(some), len(traces), _sorted(listed))
 
 
@@ -116,10 +118,15 @@ def _breaches(
     """Yield what some road users break; arguments as above."""
     blur = SMOOTHERS[motion.smoother].blur
     for trace, trajectory in zip(traces, trajectories, strict=True):
+        if id(trace) in motion.lawful:
+            continue
         length = body_length(trace, motion.settings.types)
-        for each in breaches(
-            trace, trajectory, step=motion.log.step, length=length, blur=blur, span=span
-        ):
+        found = [
+            *breaches(trace, trajectory, step=motion.log.step, length=length, blur=blur, span=span)
+        ]
+        if not found and span == _ALWAYS and id(trace) in motion.made:
+            motion.lawful.add(id(trace))
+        for each in found:
             # A dragged axle never slips, and so it heads elsewhere after a sharp turn.
             if motion.heading != "tractrix" or each.law != HEADING:
                 yield each

@@ -16,7 +16,8 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.files.atomic import write_atomically
 from sumo3dviz_pt.motion import MARGIN
 from sumo3dviz_pt.recording.files import EVENTS, LOG, SIGNALS, RecordOrder, SumoSettings, events
-from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS, replaced
+from sumo3dviz_pt.sumo.file_names import replaced
+from sumo3dviz_pt.sumo.find import CONFIGURATION_ROOTS
 from sumo3dviz_pt.sumo.stream import Element, read_elements, root_of
 
 

@@ -35,7 +35,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import PAINTS, UNWORN, Floats, Image, Mesh, worn_colours
 from sumo3dviz_pt.model.scene import Bsdf
-from sumo3dviz_pt.render.kernels import aligned, load
+from sumo3dviz_pt.render.kernels import aligned_zeros, in_place, load
 
 PERIOD = 1024
 """After so many tiles the hashes repeat, so that whole periods can be dropped."""
@@ -119,7 +119,8 @@ class Pyramid:
     """A bitmap at many sizes, each half of the one before.
 
     Attributes:
-        texels: All levels one after the other, (k, 4), in single precision; the last channel pads.
+        texels: All levels one after the other, (k, 4), in single precision and aligned, as all
+            materials that show them read them in place; the last channel pads.
         size: Texels along the finest level, a power of two.
         levels: How many there are.
         mean: Of each channel, (3,).
@@ -148,15 +149,14 @@ def make_pyramid(image: Floats | Image) -> Pyramid:
     grey = (image[..., 0] + image[..., 1] + image[..., 2]) / 3.0
     spread = max(float(grey.std(dtype=np.float64)), 1e-6)
     mean = image.reshape(-1, 3).mean(axis=0, dtype=np.float64)
-    levels = []
-    while len(image) >= 8:
-        levels.append(image.reshape(-1, 3))
+    sides = [size >> level for level in range(size.bit_length() - 3)]
+    texels, begin = aligned_zeros((sum(side * side for side in sides), 4), np.float32), 0
+    for side in sides:
+        texels[begin : begin + side * side, :3] = image.reshape(-1, 3)
+        begin += side * side
         rows = image[::2] + image[1::2]
         image = (rows[:, ::2] + rows[:, 1::2]) / 4.0
-    texels = np.concatenate(levels)
-    padded = np.zeros((len(texels), 4), dtype=np.float32)
-    padded[:, :3] = texels
-    return Pyramid(padded, size, len(levels), mean, spread)
+    return Pyramid(texels, size, len(sides), mean, spread)
 
 
 FIELD = (32.0, 16.0)
@@ -505,7 +505,7 @@ def pyramid_of(filename: str) -> Pyramid:
 def _read_pyramid(filename: str) -> Pyramid:
     """Read a picture and halve it."""
     bitmap = mi.Bitmap(filename).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
-    return make_pyramid(np.array(bitmap, dtype=np.float32))
+    return make_pyramid(np.asarray(bitmap))
 
 
 def register_untiled(pixel: float = PIXEL) -> None:  # noqa: C901 - needs the variant to exist
@@ -555,7 +555,7 @@ def _untiled(props: Any, pixel: float) -> Untiled:
     worn = bool(props.get("wear", False))
     return Untiled(
         pyramid,
-        mi.Float(aligned(pyramid.texels, np.float32)),
+        mi.Float(in_place(pyramid.texels, np.float32)),
         dr.opaque(mi.Float, pixel),
         wear=load(attribute) if worn else None,
         **{name: float(props.get(name, plain)) for name, plain in PLAIN.items()},

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -32,7 +33,7 @@ from sumo3dviz_pt.library.pictures import check_radiance_file
 from sumo3dviz_pt.library.vehicles.user_mesh import check_user_file
 from sumo3dviz_pt.model.camera import CameraPath, in_picture, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
-from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Prototype, Slots
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, Prototype, Slots
 from sumo3dviz_pt.model.traffic import Scenario
 from sumo3dviz_pt.world.build import BuiltPlace
 from sumo3dviz_pt.world.objects.kinds import KINDS, check_settings
@@ -452,11 +453,16 @@ def _coarse_enough(
             whole = prototypes[name]
             # Those that take poses keep their points.
             if whole.far_poses is None:
-                meshes = clustered_body([part.mesh for part in whole.far], cell)
-                parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
-                far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
-                bodies[name] = replace(whole, far=far or whole.far)
+                bodies[name] = replace(whole, far=_coarser(whole.far, cell))
     return bodies
+
+
+@lru_cache(maxsize=512)
+def _coarser(parts: tuple[Part, ...], cell: float) -> tuple[Part, ...]:
+    """Return a stand-in's parts with vertices merged in cells [m]; shots share most bodies."""
+    meshes = clustered_body([part.mesh for part in parts], cell)
+    coarse = (replace(p, mesh=m) for p, m in zip(parts, meshes, strict=True))
+    return tuple(p for p in coarse if p.tint is None and len(p.mesh.faces)) or parts
 
 
 def _far_triangles(prototype: Prototype) -> int:

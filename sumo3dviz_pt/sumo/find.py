@@ -10,19 +10,20 @@ References:
 
 from __future__ import annotations
 
-import glob
 import logging
 import os
 import re
 import time
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.traffic import ScenarioFiles, TableChoices
 from sumo3dviz_pt.sumo.additional import DETECTORS, KINDS, UNSEEN
+from sumo3dviz_pt.sumo.file_names import Affixes, not_set, replaced
 from sumo3dviz_pt.sumo.formats import format_of, is_log
 from sumo3dviz_pt.sumo.formats.outputs import OUTPUT_ROOTS
 from sumo3dviz_pt.sumo.stream import (
@@ -89,76 +90,6 @@ def note_damage(file: Path) -> None:
 def _note(file: Path, text: str) -> None:
     """Say it once a run."""
     logger.warning("%s", text, extra={"once": f"damage of {file}"})
-
-
-_CLOCK = "TIME"
-"""A word in what is added that SUMO replaces by the date and time of its run."""
-
-_ANY = "*"
-"""What stands for something that each run of SUMO has anew."""
-
-_VARIABLE = re.compile(r"\$\{(.+?)\}")
-_OF_A_RUN = frozenset({"LOCALTIME", "UTC", "PID"})
-
-
-def replaced(text: str) -> str:
-    """Return a file's name with variables replaced as SUMO does it.
-
-    `~` is the user's folder, `${NAME}` a variable of the environment and nothing where it is not
-    set, and `${LOCALTIME}`, `${UTC}` and `${PID}`, which each run has anew, are `*`.
-    """
-    if text.startswith("~"):
-        text = "${HOME}" + text[1:]
-    return _VARIABLE.sub(lambda match: _ANY if match[1] in _OF_A_RUN else _value(match[1]), text)
-
-
-def not_set(text: str) -> list[str]:
-    """Return the variables that a file's name holds and that the environment does not."""
-    names = [name for name in _VARIABLE.findall(text) if name not in _OF_A_RUN]
-    return [name for name in names if name not in os.environ]
-
-
-def _value(name: str) -> str:
-    """Return the value of a variable, or nothing."""
-    if name == "HOME" and name not in os.environ:
-        return os.environ.get("USERPROFILE", "")
-    return os.environ.get(name, "")
-
-
-@dataclass(frozen=True, slots=True)
-class Affixes:
-    """What SUMO adds to the names of all outputs.
-
-    Attributes:
-        prefix: Before the name (`--output-prefix`).
-        suffix: Before the extension (`--output-suffix`).
-    """
-
-    prefix: str = ""
-    suffix: str = ""
-
-    def written(self, path: Path) -> Path:
-        """Return the file that SUMO writes for a name; of several runs, that of the last.
-
-        Where it does not exist but a file of the plain name does, that is returned.
-        """
-        if not self.prefix and not self.suffix and _ANY not in str(path):
-            return path
-        added = [text.replace(_CLOCK, _ANY) for text in (self.prefix, self.suffix)]
-        wanted = path.parent / (added[0] + _before_extension(path, added[1]))
-        base = next(folder for folder in wanted.parents if _ANY not in str(folder))
-        rest = str(wanted.relative_to(base))
-        pattern = _ANY.join(glob.escape(part) for part in rest.split(_ANY))
-        files = sorted(base.glob(pattern), key=lambda file: (file.stat().st_mtime, file))
-        if files:
-            return files[-1]
-        return path if path.is_file() else wanted
-
-
-def _before_extension(path: Path, suffix: str) -> str:
-    """Return a file's name with something before its extension, as SUMO puts it."""
-    extension = "".join(path.suffixes[-2:] if path.suffix == ".gz" else path.suffixes[-1:])
-    return path.name.removesuffix(extension) + suffix + extension
 
 
 ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTypes"})
@@ -247,11 +178,28 @@ def survey_files(files: Iterable[Path], named: Collection[Path] = ()) -> FileSur
     survey = FileSurvey()
     silent = {file.resolve() for file in named}
     for file in files:
-        root = root_of(file) if may_be_xml(file) or may_be_map(file) else None
-        if root is None and may_be_xml(file) and file.resolve() not in silent:
+        stat = file.stat()
+        one, damaged = _looked_at(file, (stat.st_ino, stat.st_mtime_ns, stat.st_size))
+        if damaged and file.resolve() not in silent:
             note_damage(file)
-        survey = survey + _sorted_in(file, root)
+        survey = survey + one
     return survey
+
+
+@lru_cache(maxsize=1024)
+def _looked_at(file: Path, stamp: tuple[int, int, int]) -> tuple[FileSurvey, bool]:
+    """Return a survey of one file, and whether it is XML whose root cannot be read.
+
+    A command asks several times, and looks at each version of a file once.
+
+    Args:
+        file: The file.
+        stamp: Which version of it.
+    """
+    del stamp
+    is_xml = may_be_xml(file)
+    root = root_of(file) if is_xml or may_be_map(file) else None
+    return _sorted_in(file, root), is_xml and root is None
 
 
 def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:

@@ -24,7 +24,7 @@ from sumo3dviz_pt.render.kernel.lights import where
 from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import MaterialKind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
-from sumo3dviz_pt.render.kernels import aligned, load
+from sumo3dviz_pt.render.kernels import aligned, aligned_zeros, load
 from sumo3dviz_pt.render.paint import BRIGHTEST, Paint, aged, dusty, effect, soiled
 from sumo3dviz_pt.render.rooms import inward, seen_through
 from sumo3dviz_pt.render.textures import PLAIN, Pyramid, Untiled, pyramid_of, slide
@@ -230,9 +230,12 @@ def _laid_out(values: Sequence[Bsdf]) -> tuple[Any, Any]:
         if file not in pyramids:
             pyramids[file] = pyramid_of(file)
     firsts, begin = {}, 0
+    # Written once: they are the largest arrays of a scene beside its sky.
+    texels = aligned_zeros((sum(len(each.texels) for each in pyramids.values()), 4), np.float32)
     for file, pyramid in pyramids.items():
         firsts[file] = begin
         begin += len(pyramid.texels)
+        texels[firsts[file] : begin] = pyramid.texels
     rows = np.zeros((len(values), _ROW))
     for row, value in zip(rows, values, strict=True):
         file, amounts = str(value["filename"]), _amounts(value)
@@ -240,8 +243,7 @@ def _laid_out(values: Sequence[Bsdf]) -> tuple[Any, Any]:
         row[:4] = pyramid.size, pyramid.levels, pyramid.spread, firsts[file]
         row[4:7] = pyramid.mean
         row[8:15] = [amounts[name] for name in _AMOUNTS]
-    texels = np.concatenate([pyramid.texels for pyramid in pyramids.values()])
-    return mi.Float(aligned(rows, np.float32)), mi.Float(aligned(texels, np.float32))
+    return mi.Float(aligned(rows, np.float32)), mi.Float(texels.ravel())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -61,7 +61,7 @@ def clear_lamps(lamps: Sequence[VehicleLamp], parts: Sequence[Part]) -> tuple[Ve
     if not (lamps and parts):
         return tuple(lamps)
     corners = np.concatenate([part.mesh.vertices[part.mesh.faces] for part in parts])
-    low, high = _bounds(corners)
+    low, high = (np.ascontiguousarray(each.T) for each in _bounds(corners))
     return tuple(_moved(lamp, corners[_near(lamp, low, high)]) for lamp in lamps)
 
 
@@ -72,10 +72,10 @@ def _bounds(corners: Floats) -> tuple[Floats, Floats]:
 
 
 def _near(lamp: VehicleLamp, low: Floats, high: Floats) -> Bools:
-    """Return which triangles may hide a lamp, (m,), by the bounds of all of them, (m, 3) each."""
+    """Return which triangles may hide a lamp, (m,), by the bounds of all of them, (3, m) each."""
     reach = float(np.linalg.norm([*lamp.size, _DEEPEST]))
-    at = np.array(lamp.at)
-    return np.asarray(((low < at + reach) & (high > at - reach)).all(axis=1))
+    at = np.array(lamp.at)[:, None]
+    return np.asarray(((low < at + reach) & (high > at - reach)).all(axis=0))
 
 
 def _moved(lamp: VehicleLamp, corners: Floats) -> VehicleLamp:

@@ -99,14 +99,19 @@ class SkyMap:
         return self.closed[:, 1:-1]
 
 
-def _closed(*blocks: Image) -> Image:
-    """Put blocks of rows, (..., w, 3), under each other, closed around as in `SkyMap`.
+def _closed(upper: Image, lower: tuple[Image, Image]) -> Image:
+    """Put two halves, (h, w, 3), under each other, closed around as in `SkyMap`.
 
     Written once, as Mitsuba keeps it: these maps are the largest arrays of a scene.
+
+    Args:
+        upper: The upper half.
+        lower: Two factors of the lower one, which make its shape together.
     """
-    rows, columns = sum(map(len, blocks)), blocks[0].shape[1]
-    whole = np.empty((rows, columns + 2, 3), np.float32)
-    np.concatenate(blocks, out=whole[:, 1:-1], casting="same_kind")
+    rows, columns = upper.shape[:2]
+    whole = np.empty((2 * rows, columns + 2, 3), np.float32)
+    whole[:rows, 1:-1] = upper
+    np.multiply(*lower, out=whole[rows:, 1:-1])
     whole[:, 0], whole[:, -1] = whole[:, -2], whole[:, 1]
     return whole
 
@@ -129,15 +134,16 @@ def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
     if sky.image is not None:
         whole = np.maximum(resampled(sky.image, size, sky.rotation) * sky.image_scale, 0.0)
         whole = np.asarray(whole + np.asarray(sky.night, np.float32), np.float32)
-        upper = whole[: rows // 2]
-        return SkyMap(_closed(whole), horizon_of(upper), None, illuminance_of(upper, None))
+        upper, lower = whole[: rows // 2], whole[rows // 2 :]
+        closed = _closed(upper, (lower, np.ones((1, 1, 1), np.float32)))
+        return SkyMap(closed, horizon_of(upper), None, illuminance_of(upper, None))
     return sky_of_dome(*bake_dome(sky, (rows // 2, columns)))
 
 
 def sky_of_dome(dome: Image, sun: Sun | None) -> SkyMap:
     """Return the sky of an upper half, (h, w, 3), and what stands in it."""
     horizon = horizon_of(dome)
-    whole = _closed(dome, lower_half(horizon, len(dome)))
+    whole = _closed(dome, _lower_half(horizon, len(dome)))
     return SkyMap(whole, horizon, sun, illuminance_of(dome, sun))
 
 
@@ -165,11 +171,14 @@ def _colour(values: Floats) -> Colour:
     return red, green, blue
 
 
-def lower_half(horizon: Image, rows: int) -> Image:
-    """Return the lower half: like the horizon at its edge, lest a dark line shows, then darker."""
+def _lower_half(horizon: Image, rows: int) -> tuple[Image, Image]:
+    """Return the lower half's factors, (h, 1, 1) and (1, w, 3).
+
+    It is like the horizon at its edge, lest a dark line shows, then darker.
+    """
     down = np.sin((np.arange(rows) + 0.5) / rows * np.pi / 2)
     share = np.clip(1.0 - 10.0 * down, 0.3, 1.0).astype(np.float32)
-    return np.asarray(share[:, None, None] * horizon[None])
+    return share[:, None, None], horizon[None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -40,6 +40,16 @@ def test_the_papers_smoother_is_counted_and_noted(caplog):
     assert HEADING in caplog.text
 
 
+def test_a_film_says_the_same_of_users_who_were_looked_at_before(caplog):
+    fresh, looked = motion("paper"), motion("paper")
+    found = lawfulness(looked)
+    assert 0 < len(looked.lawful) == found.looked - len({each.id for each in found.breaches})
+    for made in (fresh, looked):
+        note_breaches(made, made.smooth(), span=(430.0, 450.0))
+    first, second = (record.getMessage() for record in caplog.records)
+    assert first == second
+
+
 @pytest.mark.parametrize(
     ("law", "value", "said"), [(HEADING, 1.0, "57.3"), (MOVING, 0.2, "0.200 m")]
 )

@@ -10,6 +10,7 @@ from sumo3dviz_pt.library.materials import surface_material
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh, worn_colours
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import make_bsdf, make_mesh, plugin
+from sumo3dviz_pt.render.kernels import in_place
 from sumo3dviz_pt.render.textures import (
     WEAR_ATTRIBUTE,
     is_worn,
@@ -42,6 +43,8 @@ def test_a_pyramid_keeps_the_mean_at_every_level():
     for start, end in pairwise(starts):
         level = pyramid.texels[start:end, :3]
         assert level.mean(axis=0) == pytest.approx(pyramid.mean)
+    # Materials read it where it lies.
+    assert np.shares_memory(in_place(pyramid.texels, np.float32), pyramid.texels)
 
 
 @pytest.mark.parametrize("shape", [(24, 24, 3), (16, 32, 3), (4, 4, 3)])

@@ -63,6 +63,14 @@ def test_folder_by_content(tmp_path):
     assert files.missing == ()
 
 
+def test_a_file_that_was_written_again_is_looked_at_again(tmp_path):
+    lay(tmp_path, n=NET, log=CARS, a=POIS)
+    assert names(find_scenario(tmp_path).additional) == ["a"]
+    lay(tmp_path, a=TYPES)
+    files = find_scenario(tmp_path)
+    assert (names(files.additional), names(files.vehicle_types)) == ([], ["a"])
+
+
 def test_subfolder_with_its_own_network_is_another_scenario(tmp_path):
     lay(tmp_path, n=NET, log=CARS, other__n=NET, other__log=CARS, other__tls=states([0]))
     files = find_scenario(tmp_path)
